@@ -1,0 +1,70 @@
+# Set-up and daily commands; needs only make and python3 (3.11 or newer, with venv). `make help` lists them.
+# Everything is installed into .venv and built into build/; stamp files keep a second run from installing again.
+
+PYTHON ?= python3
+PYTEST_ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+MADE := $(VENV)/made.stamp
+RUN := $(VENV)/run.stamp
+DEV := $(VENV)/dev.stamp
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint format docs bench pins clean
+
+help:  ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+demo: $(RUN)  ## make a sample case with a measured history, report its steady states, draw them
+	@rm -rf build/demo && mkdir -p build/demo
+	$(BIN)/percuss new hydraulic-drifter -o build/demo/drifter.toml
+	$(BIN)/percuss steady build/demo/drifter.toml --plot build/demo/drifter.png
+
+test: $(DEV)  ## run the whole suite, with the examples of the documentation
+	$(BIN)/python -m pytest -n 2 $(PYTEST_ARGS)
+
+lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+format: $(DEV)  ## lay the code out with ruff
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+docs: $(DEV)  ## build the documentation into build/docs
+	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
+	@echo "build/docs/index.html"
+
+bench: $(DEV)  ## measure the speeds that the package promises
+	$(BIN)/python benchmarks/run.py
+
+pins:  ## compile requirements/*.txt from pyproject.toml again (needs uv)
+	sh requirements/compile.sh
+
+clean:  ## remove .venv, build/ and the tools' caches
+	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find src tests docs benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+$(MADE):
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit(1)' || { \
+	  echo "percuss needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>&1);" \
+	       "name another one: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@echo "making $(VENV) (first use; the packages come from PyPI and take a minute)"
+	@$(PYTHON) -m venv $(VENV) || { \
+	  echo "'$(PYTHON) -m venv' failed; on Debian and Ubuntu: apt install python3-venv" >&2; rm -rf $(VENV); exit 1; }
+	@touch $@
+
+$(RUN): requirements/run.txt pyproject.toml $(MADE)
+	@echo "installing requirements/run.txt and percuss"
+	@$(PIP) install -r requirements/run.txt
+	@$(PIP) install --no-deps -e .
+	@touch $@
+
+$(DEV): requirements/dev.txt $(RUN)
+	@echo "installing requirements/dev.txt"
+	@$(PIP) install -r requirements/dev.txt
+	@touch $@

@@ -1,0 +1,50 @@
+"""Case files: one TOML description of a run, the catalogue of sample cases, and the one dispatcher.
+
+A case is read with `Case.read`, answered with `steady_answer`. The names are imported when first used, so that the
+catalogue can be listed without loading anything numerical.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.case import Case
+    from percuss.case.catalogue import MACHINES, Machine, load_case
+    from percuss.case.problems import CaseErrors
+
+__all__ = [
+    "MACHINES",
+    "Case",
+    "CaseErrors",
+    "Machine",
+    "OrbitAnswer",
+    "PeriodAnswer",
+    "SteadyAnswer",
+    "load_case",
+    "steady_answer",
+]
+
+_HOME = {
+    "MACHINES": "catalogue",
+    "Case": "case",
+    "CaseErrors": "problems",
+    "Machine": "catalogue",
+    "OrbitAnswer": "answer",
+    "PeriodAnswer": "answer",
+    "SteadyAnswer": "answer",
+    "load_case": "catalogue",
+    "steady_answer": "answer",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,162 @@
+"""A case: one TOML file that describes a hammer, as an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from percuss.case.building import Parts, parts_of, system_of
+from percuss.case.problems import from_validation, raise_all
+from percuss.case.reading import parsed, text_of
+from percuss.case.schema import PhysicalCase, PlainCase, table_fields
+from percuss.case.suggest import did_you_mean
+from percuss.case.writing import toml_text
+from percuss.errors import CaseError
+
+if TYPE_CHECKING:
+    from percuss.model import System
+    from percuss.model.history import HistoryReport
+
+__all__ = ["Case"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a case file says, checked. Make one with `Case.read` or `Case.from_text`.
+
+    Parameters
+    ----------
+    tables
+        The tables in the SI form ([bar], [load], [contact]) or the dimensionless one ([system], [load]).
+    file
+        The name of the file, for messages.
+    folder
+        Where files that the case names are looked for.
+
+    Raises
+    ------
+    CaseError
+        When the tables do not describe a hammer; a file with several problems gives them all in one error.
+
+    Examples
+    --------
+    >>> case = Case.from_text('''
+    ... [system]
+    ... s = 20.0
+    ... d = 0.0048
+    ... restitution = 0.6
+    ... [load]
+    ... kind = "harmonic"
+    ... mean = 0.9
+    ... amplitude = 1.0
+    ... ''')
+    >>> print(case.system())
+    System: s = 20, d = 0.0048, R = 0.6; mean 0.9, 1 harmonic, load factor 0.9
+    """
+
+    tables: PhysicalCase | PlainCase
+    file: str = field(default="<text>", compare=False)
+    folder: Path = field(default=Path("."), compare=False)
+
+    def __post_init__(self) -> None:
+        _ = self._parts  # everything but the recording is checked now
+
+    @classmethod
+    def read(cls, path: str | Path) -> Case:
+        """The case in a file; ``-`` reads the standard input.
+
+        Raises
+        ------
+        CaseError
+            When the file cannot be read or is not a case.
+        """
+        name = str(path)
+        text = text_of(name)
+        folder = Path(".") if name == "-" else Path(name).parent
+        return cls.from_text(text, file="<stdin>" if name == "-" else name, folder=folder)
+
+    @classmethod
+    def from_text(cls, text: str, file: str = "<text>", folder: Path = Path(".")) -> Case:
+        """The case in a TOML text; `file` names it in messages.
+
+        Raises
+        ------
+        CaseError
+            When the text is not a case.
+        """
+        data = parsed(text, file)
+        form = _form(data, file)
+        try:
+            tables = form.model_validate(data)
+        except ValidationError as error:
+            load = data.get("load")
+            kind = load.get("kind") if isinstance(load, dict) else None
+            raise_all(from_validation(error, file, data, table_fields(form, kind)))
+        return cls(tables, file, folder)
+
+    @property
+    def title(self) -> str:
+        """The title, or the name of the file when the case has none."""
+        return self.tables.title or Path(self.file).stem
+
+    @property
+    def is_si(self) -> bool:
+        """Whether the case is in SI units."""
+        return isinstance(self.tables, PhysicalCase)
+
+    @cached_property
+    def _parts(self) -> Parts:
+        return parts_of(self.tables, self.file)
+
+    @cached_property
+    def _system(self) -> tuple[System, tuple[str, ...]]:
+        return system_of(self.tables, self._parts, self.file, self.folder)
+
+    def system(self) -> System:
+        """The system that the case describes; reads the recording at the first call when the load is one.
+
+        Raises
+        ------
+        CaseError
+            When the recording cannot be read or used, or does not fit the case.
+        """
+        return self._system[0]
+
+    @property
+    def history_report(self) -> HistoryReport | None:
+        """What was found in the recording, or None when the load is a formula."""
+        return self.system().load.report
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed in reading the recording, one sentence each."""
+        return self._system[1]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The tables as plain values, only those that were given."""
+        return self.tables.model_dump(exclude_unset=True)
+
+    def to_toml(self) -> str:
+        """TOML text that reads back as an equal case."""
+        return toml_text(self.to_dict())
+
+
+def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:
+    """Which of the two forms a file is meant in."""
+    physical, plain = {"bar", "contact"} & data.keys(), "system" in data
+    if physical and plain:
+        names = " and ".join(f"[{name}]" for name in sorted(physical))
+        remedy = f"keep [system] for plain numbers, or {names} for SI units"
+        raise CaseError(
+            file,
+            "system",
+            None,
+            f"a case has either [system] or [bar] and [contact]; here also {names}",
+            remedy,
+        )
+    near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}
+    return PlainCase if plain or (not physical and "did you mean 'system'?" in near) else PhysicalCase

@@ -1,0 +1,105 @@
+"""Finds the command, runs it, and turns whatever stops it into a line on stderr and an exit code."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from percuss.cli.parser import UsageError
+from percuss.errors import PercussError
+
+__all__ = ["COMMANDS", "run"]
+
+COMMANDS = {
+    "steady": "every steady motion of a hammer: blow energy, stability, margins",
+    "machines": "the catalogue of sample cases",
+    "new": "a commented sample case to start from",
+}
+"""Each command is the module of its name, with ``run(arguments) -> exit code``."""
+
+_HELP = """\
+usage: percuss COMMAND ...
+       percuss --help | --version
+
+Steady impact motions of a bar driven against a wall: percussive drills, breakers, pile hammers.
+
+commands:
+{commands}
+
+A case is a TOML file that describes a hammer, or the name of a machine of the catalogue.
+
+examples:
+  percuss machines
+  percuss steady hydraulic-drifter
+  percuss new mini-breaker -o breaker.toml
+  percuss steady breaker.toml --periods 1..3 --plot breaker.png
+
+'percuss COMMAND --help' tells more.
+"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command that the arguments name; returns the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(
+                errors="backslashreplace"
+            )  # a terminal without Greek letters is no reason to fail
+    try:
+        code = _dispatch(list(arguments))
+        sys.stdout.flush()
+        return code
+    except UsageError as error:
+        print(f"percuss: {error}", file=sys.stderr)
+        return 2
+    except PercussError as error:
+        lines = str(error).splitlines()
+        print(*(f"percuss: error: {line}" for line in lines), sep="\n", file=sys.stderr)
+        return 2
+    except MemoryError:
+        print("percuss: error: not enough memory for this question", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        # The reader has seen enough (as in `percuss machines | head -1`): no complaint, also not when Python
+        # flushes stdout at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        print(f"percuss: error: the output cannot be written: {error.strerror or error}", file=sys.stderr)
+        return 1
+
+
+def _dispatch(arguments: list[str]) -> int:
+    first = arguments[0] if arguments else "--help"
+    if first in ("-h", "--help", "help"):
+        if len(arguments) > 1 and arguments[1] in COMMANDS:
+            return _dispatch([arguments[1], "--help"])
+        print(
+            _HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())), end=""
+        )
+        return 0
+    if first in ("-V", "--version"):
+        from percuss._version import __version__
+
+        print(f"percuss {__version__}")
+        return 0
+    if first not in COMMANDS:
+        raise UsageError(_unknown(first))
+    code: int = import_module(f"percuss.cli.{first}").run(arguments[1:])
+    return code
+
+
+def _unknown(word: str) -> str:
+    from percuss.case.suggest import did_you_mean
+
+    if word.startswith("-"):
+        hint = did_you_mean(word, ["--help", "--version"]) or "the command comes first: percuss COMMAND …"
+        return f"unknown option '{word}' — {hint}"
+    hint = did_you_mean(word, COMMANDS)
+    if not hint and (word.endswith(".toml") or os.path.exists(word)):
+        hint = f"to analyse a case: percuss steady {word}"
+    hint = hint or "see 'percuss --help'"
+    return f"unknown command '{word}'; there are {', '.join(COMMANDS)} — {hint}"

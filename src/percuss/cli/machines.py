@@ -1,0 +1,40 @@
+"""``percuss machines``: the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from percuss.cli.parser import Parser
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+The catalogue of sample cases: sizes and figures of public data sheets, synthetic force histories."""
+
+_EXAMPLES = """\
+  percuss machines
+  percuss steady mini-breaker
+  percuss new mini-breaker -o breaker.toml"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """List the machines; returns the exit code."""
+    parser = Parser("machines", _DESCRIPTION, _EXAMPLES)
+    parser.add_argument("--json", action="store_true", help="print the list as JSON (kg, Hz, J)")
+    options = parser.parsed(arguments)
+
+    from percuss.case.catalogue import MACHINES
+    from percuss.cli.numbers import quantity
+
+    if options.json:
+        import json
+
+        print(json.dumps([asdict(machine) for machine in MACHINES], indent=1))
+        return 0
+    print(f"{'machine':<20}{'mass':>9}{'blow rate':>11}{'blow energy':>13}   what it is")
+    for m in MACHINES:
+        figures = f"{f'{m.mass:g} kg':>9}{f'{m.blow_rate:g} Hz':>11}{quantity(m.blow_energy, 'J', 3):>13}"
+        print(f"{m.name:<20}{figures}   {m.title}")
+    print("\nRun one with 'percuss steady MACHINE', start from one with 'percuss new MACHINE -o FILE'.")
+    return 0

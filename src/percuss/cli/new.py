@@ -1,0 +1,78 @@
+"""``percuss new``: a commented sample case to start from."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from percuss.cli.parser import Parser
+from percuss.errors import CaseError
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+Print the commented case of a machine of the catalogue, or write it to a file together with the measured history that
+it may need."""
+
+_EXAMPLES = """\
+  percuss new hydraulic-drifter -o drifter.toml
+  percuss new pile-hammer"""
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Print or write a sample case; returns the exit code."""
+    parser = Parser("new", _DESCRIPTION, _EXAMPLES)
+    parser.add_argument("machine", metavar="MACHINE", help="a name that 'percuss machines' lists")
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="write the case to FILE, and its history beside it"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
+    options = parser.parsed(arguments)
+
+    from percuss.case.catalogue import HISTORY_FILE, machine_text, uses_history
+
+    text, history = machine_text(options.machine), uses_history(options.machine)
+    if options.output is None:
+        print(text, end="")
+        if history:
+            note = f"note: the case names {HISTORY_FILE}; 'percuss new {options.machine} -o FILE' writes it as well"
+            print(note, file=sys.stderr)
+        return 0
+    case = Path(options.output)
+    files = [case, case.with_name(HISTORY_FILE)] if history else [case]
+    _check(parser, files, options.force)
+    _write(files, text)
+    print(f"wrote {' and '.join(str(file) for file in files)}; next: percuss steady {case}")
+    return 0
+
+
+def _check(parser: Parser, files: list[Path], force: bool) -> None:
+    """Refuse before anything is written."""
+    folder = files[0].parent
+    if not folder.is_dir():
+        parser.error(f"argument -o: '{files[0]}': there is no folder '{folder}'")
+    if len(files) == 2 and files[0].name == files[1].name:
+        parser.error(f"argument -o: '{files[0]}' is the name of the history; the case needs another")
+    for file in files:
+        if file.is_dir():
+            parser.error(f"argument -o: '{file}' is a directory; name a file")
+        if file.exists() and not force:
+            parser.error(f"'{file}' exists; give another name, or --force to overwrite it")
+
+
+def _write(files: list[Path], text: str) -> None:
+    """Write the history first, so that a case never stands without it; leave nothing behind on failure."""
+    new = [file for file in files if not file.exists()]
+    try:
+        if len(files) == 2:
+            from percuss.case.catalogue import write_history
+
+            write_history(files[1])
+        files[0].write_text(text, encoding="utf-8")
+    except OSError as error:
+        for file in new:
+            if file.exists():
+                os.remove(file)
+        raise CaseError(str(files[0]), "", None, f"cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,132 @@
+"""What can go wrong, and what to do about it.
+
+::
+
+    PercussError
+    ├── ParameterError (also ValueError)   a value that an object cannot have
+    │   └── UnitError                      a wrong or missing unit
+    ├── CaseError                          a case file: which key, which value, what is accepted
+    ├── HistoryError                       a recorded history that cannot be used
+    ├── LoadError                          a load without steady impacts: it does not push, or is constant
+    ├── ResonanceError                     an undamped bar driven at one of its own frequencies
+    ├── ConvergenceError                   a computation that failed its own check
+    └── MissingExtraError                  an optional package that is not installed
+
+Every error says the cause first and the remedy after a dash. A question that merely has no answer (no
+orbit exists) is not an error: it is a value.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "CaseError",
+    "ConvergenceError",
+    "HistoryError",
+    "LoadError",
+    "MissingExtraError",
+    "ParameterError",
+    "PercussError",
+    "ResonanceError",
+    "UnitError",
+]
+
+
+class PercussError(Exception):
+    """Base of all errors that this package raises on purpose.
+
+    Parameters
+    ----------
+    message
+        What is wrong.
+    remedy
+        What to do about it; printed after a dash.
+    """
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        self.message = message
+        self.remedy = remedy
+        super().__init__(message)
+
+    def __str__(self) -> str:
+        return f"{self.message} — {self.remedy}" if self.remedy else self.message
+
+
+class ParameterError(PercussError, ValueError):
+    """A value that an object cannot have.
+
+    Attributes
+    ----------
+    name, value, accepted
+        The parameter, what was given, and what would be accepted.
+    """
+
+    def __init__(self, name: str, value: object, accepted: str, remedy: str = "") -> None:
+        self.name = name
+        self.value = value
+        self.accepted = accepted
+        super().__init__(f"{name} = {_short(value)}: expected {accepted}", remedy)
+
+
+class UnitError(ParameterError):
+    """A quantity with a wrong or missing unit."""
+
+
+class CaseError(PercussError):
+    """A case file that cannot be used; names the file, the key and the value."""
+
+    def __init__(self, file: str, key: str, value: object, accepted: str, remedy: str = "") -> None:
+        self.file = file
+        self.key = key
+        self.value = value
+        self.accepted = accepted
+        what = f"{key} = {_short(value)}: " if key and value is not None else f"{key}: " if key else ""
+        super().__init__(f"{file}: {what}{accepted}", remedy)
+
+
+class HistoryError(PercussError):
+    """A recorded history that cannot be read or cannot be turned into a load."""
+
+    def __init__(self, message: str, remedy: str = "", file: str | None = None) -> None:
+        self.file = file
+        super().__init__(f"{file}: {message}" if file else message, remedy)
+
+
+class LoadError(PercussError):
+    """A load under which the bar has no steady impacts: it does not push, or it is constant."""
+
+
+class ResonanceError(PercussError):
+    """An undamped bar driven exactly at one of its own frequencies (B77 16): no bounded response.
+
+    Attributes
+    ----------
+    harmonic, mode
+        The harmonic k of the load and the elastic mode n that meet.
+    """
+
+    def __init__(self, harmonic: int, mode: int) -> None:
+        self.harmonic = harmonic
+        self.mode = mode
+        super().__init__(
+            f"load harmonic k = {harmonic} meets the natural frequency of the elastic mode n = {mode} "
+            f"(s = k/(n pi)) of an undamped bar: the response grows without bound (B77 16)",
+            "give the bar some damping, or change s (length, material or frequency) a little",
+        )
+
+
+class ConvergenceError(PercussError):
+    """A computation that failed its own check; please report it with the case."""
+
+
+class MissingExtraError(PercussError):
+    """An optional package that is not installed."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        self.package = package
+        self.extra = extra
+        super().__init__(f"the package '{package}' is needed for this", f"pip install 'percuss[{extra}]'")
+
+
+def _short(value: object, limit: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 1] + "…"

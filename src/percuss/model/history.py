@@ -1,0 +1,580 @@
+"""From a recorded history to one period of the load.
+
+The record is taken to be one waveform, repeated with cycles of slightly different length (jitter), on a mean that
+drifts slowly, with noise:
+
+    p(T) = drift(T) + Re Σ_k p_k exp(ikθ(T)),   θ grows by 2π from one cycle boundary to the next, evenly in between.
+
+All of it is fitted to the samples as they lie, without resampling: the p_k by least squares on the phases of the
+samples, the boundaries and the drift as broken lines with a knot at every boundary. The lengths of the cycles are
+kept together by a prior whose width is estimated from the record, so that noise is not taken for jitter; without
+that alignment averaging would wear the high harmonics down. ``design/history.md`` has the measurements.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import HistoryError
+
+__all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]
+
+Array = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+MAX_CYCLES = 1000
+"""Cycles beyond these add nothing and are left out (the report says so)."""
+MAX_HARMONICS = 64
+LEAST_SAMPLES = 8  # per cycle
+SIGNIFICANT = 3.5  # standard errors: one false harmonic in some thousand records
+NEGLIGIBLE = 1e-3  # of the largest harmonic
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class HistoryReport:
+    """What was found in a recorded history.
+
+    Attributes
+    ----------
+    cycles
+        Whole cycles used.
+    frequency
+        Of the load, Hz: the one that was given, or the one that was found.
+    frequency_given
+        Whether it was given.
+    frequency_found
+        At which the record repeats, Hz.
+    jitter
+        Standard deviation of the length of the cycles, as a fraction of the period.
+    scatter
+        Root mean square (rms) of the cycles about the mean cycle, as a fraction of the rms of the alternating part.
+    drift
+        Largest change of the cycle mean over the record, as a fraction of the same.
+    residual
+        rms of the mean cycle less the harmonics kept, as a fraction of the same.
+    harmonics
+        The highest harmonic kept.
+    samples
+        Samples used.
+    sample_rate
+        Their mean rate, Hz.
+    warnings
+        What a reader should know before trusting the load, one sentence each.
+    """
+
+    cycles: int
+    frequency: float
+    frequency_given: bool
+    frequency_found: float
+    jitter: float
+    scatter: float
+    drift: float
+    residual: float
+    harmonics: int
+    samples: int
+    sample_rate: float
+    warnings: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        source = f"given; the record repeats at {self.frequency_found:.5g} Hz" if self.frequency_given else "found"
+        lines = [
+            f"{self.cycles} cycles at {self.frequency:.5g} Hz ({source}), "
+            f"{self.samples} samples at {self.sample_rate:.5g} Hz",
+            f"length of the cycles ± {_percent(self.jitter)} (standard deviation)",
+            f"cycles about their mean {_percent(self.scatter)}, drift of the mean {_percent(self.drift)} "
+            "(of the rms of the alternating part)",
+            f"harmonics up to {self.harmonics} kept, {_percent(self.residual)} left out",
+        ]
+        return "\n".join(lines + [f"warning: {w}" for w in self.warnings])
+
+
+def analyse(
+    time: npt.ArrayLike,
+    values: npt.ArrayLike,
+    *,
+    frequency: float | None = None,
+    harmonics: int | None = None,
+) -> tuple[ComplexArray, HistoryReport]:
+    """The Fourier coefficients of the load that a record repeats.
+
+    Parameters
+    ----------
+    time
+        Shape (n,), s, strictly increasing; the steps may differ.
+    values
+        Shape (n,), in any unit.
+    frequency
+        Of the fundamental, Hz; None to find it. The cycles are aligned in either case.
+    harmonics
+        Keep exactly this many. None keeps those that stand out from the scatter of the cycles (3.5 standard
+        errors) and are not negligible (1/1000 of the largest), 64 at most; those between that do not are zero.
+
+    Returns
+    -------
+    coefficients
+        Shape (K + 1,), in the unit of `values`: p(t) = Re Σ_k p_k exp(ikt), where t is 0 at the first sample and
+        grows by 2π in every cycle; p_0 is the mean.
+    report
+        What was found.
+
+    Raises
+    ------
+    HistoryError
+        When the data are unusable, constant, do not repeat, hold fewer than two whole cycles or fewer than 8
+        samples in a cycle, or when more harmonics are asked for than the sampling allows.
+
+    Examples
+    --------
+    >>> time = np.arange(2000) / 1e4
+    >>> coefficients, report = analyse(time, 3 + 2 * np.cos(2 * np.pi * 50 * time))
+    >>> bool(abs(coefficients - [3, 2]).max() < 1e-6), report.cycles
+    (True, 10)
+    """
+    t, v = _series(time, values)
+    period = _found_period(t, v) if frequency is None else _given_period(t, v, frequency)
+    fit = _Fit(t, v, period, harmonics)
+    multiple = fit.cycles_in_turn()
+    for _ in range(3):
+        if frequency is not None or multiple == 1:
+            break
+        fit = _Fit(t, v, multiple * fit.period, harmonics)
+        multiple = fit.cycles_in_turn()
+    kept = fit.kept()
+    divisor = int(np.gcd.reduce(np.flatnonzero(kept[1:]) + 1))
+    if divisor == 0:
+        raise _no_repetition()
+    if divisor > 1 and frequency is None and harmonics is None:
+        fit = _Fit(t, v, fit.period / divisor, harmonics)
+        kept = fit.kept()
+    return kept, _report(fit, kept, frequency, multiple, divisor)
+
+
+def _report(
+    fit: _Fit, kept: ComplexArray, frequency: float | None, multiple: int, divisor: int
+) -> HistoryReport:
+    found = 1.0 / fit.period
+    warnings = []
+    if frequency is not None:
+        if multiple > 1:
+            warnings.append(f"the cycles differ in turn: the record repeats at {found / multiple:.6g} Hz")
+        if divisor > 1:
+            warnings.append(f"the record repeats {divisor} times a period, at {found * divisor:.6g} Hz")
+        apart = abs(found / frequency - 1.0)
+        if apart > 5e-4 + 3.0 * fit.jitter / math.sqrt(fit.cycles):
+            warnings.append(
+                f"the record repeats at {found:.6g} Hz, {_percent(apart)} from the {frequency:.6g} Hz given: "
+                "more than the scatter of the cycles explains"
+            )
+    if fit.cycles == MAX_CYCLES:
+        warnings.append(f"only the first {MAX_CYCLES} cycles are used")
+    scatter, residual = fit.scatter_and_residual(kept)
+    return HistoryReport(
+        cycles=fit.cycles,
+        frequency=found if frequency is None else float(frequency),
+        frequency_given=frequency is not None,
+        frequency_found=found,
+        jitter=fit.jitter,
+        scatter=scatter,
+        drift=float(np.ptp(fit.drift)) / fit.alternating,
+        residual=residual,
+        harmonics=kept.size - 1,
+        samples=fit.v.size,
+        sample_rate=(fit.v.size - 1) / float(fit.t[-1] - fit.t[0]),
+        warnings=tuple(warnings),
+    )
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.2g} %"
+
+
+# -- the record --
+
+
+def _series(time: npt.ArrayLike, values: npt.ArrayLike) -> tuple[Array, Array]:
+    t, v = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    if t.ndim != 1 or t.shape != v.shape:
+        raise HistoryError(f"time has the shape {t.shape}, the values {v.shape}", "give rows of the same length")
+    if t.size < 2 * LEAST_SAMPLES:
+        raise HistoryError(
+            f"only {t.size} samples", f"at least two whole cycles of {LEAST_SAMPLES} samples or more are needed"
+        )
+    for name, data in (("time", t), ("values", v)):
+        bad = np.flatnonzero(~np.isfinite(data))
+        if bad.size:
+            raise HistoryError(f"{name}[{bad[0]}] is {data[bad[0]]}", "cut the record there, or fill the gap")
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if back.size:
+        i = int(back[0]) + 1
+        raise HistoryError(f"time[{i}] = {t[i]:.9g} does not follow {t[i - 1]:.9g}", "the time must increase")
+    if np.ptp(v) <= 1e-12 * np.max(np.abs(v)):
+        raise HistoryError(f"the values are constant ({v[0]:.6g})", "check the column: the load must repeat")
+    return t, v
+
+
+def _no_repetition() -> HistoryError:
+    return HistoryError(
+        "no repetition found in the record",
+        "it must hold at least two whole cycles of the same load: check the column, or record longer",
+    )
+
+
+def _too_few_samples(count: float, frequency: float) -> HistoryError:
+    return HistoryError(
+        f"{count:.3g} samples in a cycle of {frequency:.6g} Hz, at least {LEAST_SAMPLES} are needed",
+        "sample faster, or check the frequency and the unit of time",
+    )
+
+
+def _too_few_cycles(count: float, frequency: float) -> HistoryError:
+    return HistoryError(
+        f"the record holds {count:.2g} cycles of {frequency:.6g} Hz, at least two whole cycles are needed",
+        "record longer, or check the frequency and the unit of time",
+    )
+
+
+# -- a first period, to about a part in a thousand --
+
+
+def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]:
+    """Step, and autocorrelation r(lag) normalised to [−1, 1] (McLeod's NSDF), of the record less its slow part.
+
+    The slow part is a cubic, and with `window` then also the mean over so many samples.
+    """
+    n = t.size
+    step = float(t[-1] - t[0]) / (n - 1)
+    even = v if np.ptp(np.diff(t)) < 0.01 * step else np.interp(t[0] + step * np.arange(n), t, v)
+    x = np.linspace(-1.0, 1.0, n)
+    x = even - np.polynomial.legendre.legval(x, np.polynomial.legendre.legfit(x, even, 3))
+    if window:
+        total = np.concatenate([[0.0], np.cumsum(x)])
+        left, right = np.maximum(np.arange(n) - window // 2, 0), np.minimum(np.arange(n) + window // 2 + 1, n)
+        x = x - (total[right] - total[left]) / (right - left)
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(x, size)
+    product = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[:n]
+    squares = np.concatenate([[0.0], np.cumsum(x**2)])
+    energy = squares[n - np.arange(n)] + squares[-1] - squares[np.arange(n)]
+    return step, np.asarray(2.0 * product / np.maximum(energy, 1e-9 * squares[-1]))
+
+
+def _first_peak(r: Array, last: int, level: float) -> int:
+    """The first lag whose peak is nearly the highest after the first zero of r; 0 when none reaches `level`."""
+    positive = r[: last + 1] > 0.0
+    edges = np.flatnonzero(positive[1:] != positive[:-1]) + 1
+    edges = edges[int(np.searchsorted(edges, LEAST_SAMPLES - 2)) :]
+    if edges.size == 0:
+        return 0
+    tops = np.maximum.reduceat(r[: last + 1], edges)
+    highest = float(np.max(tops))
+    if highest < level:
+        return 0
+    first = int(np.argmax(tops >= 0.85 * highest))
+    end = edges[first + 1] if first + 1 < edges.size else last + 1
+    peak = int(edges[first] + np.argmax(r[edges[first] : end]))
+    return peak if peak < last else 0
+
+
+def _refined(r: Array, lag: float) -> float:
+    """The lag from its multiples 1, 2, 4, … inside the record; each fixes the next."""
+    multiple = 1
+    while True:
+        half, middle = max(2, round(0.15 * lag)), round(multiple * lag)
+        if middle + half + 1 > 0.9 * r.size:
+            return lag
+        i = middle - half + int(np.argmax(r[middle - half : middle + half + 1]))
+        bend = r[i - 1] - 2.0 * r[i] + r[i + 1]
+        if r[i] < 0.1 or bend >= 0.0 or not middle - half < i < middle + half:
+            return lag
+        lag = float(i + 0.5 * (r[i - 1] - r[i + 1]) / bend) / multiple
+        multiple *= 2
+
+
+def _found_period(t: Array, v: Array) -> float:
+    n = t.size
+    level = max(0.1, min(0.5, 7.0 / math.sqrt(n)))
+    for window in (0, n // 4, n // 16):  # the narrower the window, the faster a drift it takes away
+        step, r = _autocorrelation(t, v, window)
+        if lag := _first_peak(r, round(0.52 * n), level):
+            return step * _refined(r, lag)
+    raise _no_repetition()
+
+
+def _given_period(t: Array, v: Array, frequency: float) -> float:
+    """The period near the given one at which the record repeats best."""
+    if not (math.isfinite(frequency) and frequency > 0.0):
+        raise HistoryError(f"frequency = {frequency}", "a frequency greater than 0 is needed")
+    n = t.size
+    step, r = _autocorrelation(t, v)
+    lag = 1.0 / (frequency * step)
+    if lag < 0.99 * LEAST_SAMPLES:
+        raise _too_few_samples(lag, frequency)
+    if n / lag < 1.95:
+        raise _too_few_cycles(n / lag, frequency)
+    low, high = math.floor(0.9 * lag) - 1, min(math.ceil(1.1 * lag) + 1, n - 2)
+    near = low + int(np.argmax(r[low : high + 1]))
+    best = _first_peak(r, round(0.52 * n), 0.3)
+    if best and r[near] < 0.5 * r[best]:
+        raise HistoryError(
+            f"the record does not repeat at the {frequency:.6g} Hz given, but at {1.0 / (step * best):.4g} Hz",
+            "give that frequency, or leave it out to have it found",
+        )
+    return step * _refined(r, near) if low < near < high and r[near] > 0.1 else 1.0 / frequency
+
+
+# -- the fit --
+
+
+class _Fit:
+    """The model at the head of this module, fitted to the whole cycles of a record.
+
+    Attributes: `t`, `v` the samples used; `bounds` the times of the cycle boundaries; `drift` at these boundaries;
+    `coefficients`; `rest` what the fit leaves of every sample; `jitter`; `alternating` the rms of the fitted cycle.
+    """
+
+    def __init__(self, t: Array, v: Array, period: float, harmonics: int | None) -> None:
+        per_cycle = period * (t.size - 1) / float(t[-1] - t[0])
+        if per_cycle < 0.99 * LEAST_SAMPLES:
+            raise _too_few_samples(per_cycle, 1.0 / period)
+        whole = t.size / per_cycle
+        cycles = min(math.floor(whole + 0.05), MAX_CYCLES)
+        if cycles < 2:
+            raise _too_few_cycles(whole, 1.0 / period)
+        most = math.floor(0.45 * per_cycle)
+        if harmonics is not None and not 1 <= harmonics <= most:
+            raise HistoryError(
+                f"{harmonics} harmonics of {1.0 / period:.6g} Hz from {per_cycle:.4g} samples in a cycle",
+                f"give harmonics = {most} or fewer, but at least 1" if most else "sample faster",
+            )
+        gap = int(np.argmax(np.diff(t)))
+        if t[gap + 1] - t[gap] > 0.25 * period:
+            raise HistoryError(f"the record has a gap from {t[gap]:.6g} s to {t[gap + 1]:.6g} s", "cut it there")
+        self._record = t, v
+        block = max(1, int(per_cycle // 128))  # aligning needs no more samples than this in a cycle
+        rows = t.size // block
+        self._coarse = tuple(x[: rows * block].reshape(rows, block).mean(axis=1) for x in (t, v))
+        self.asked = harmonics
+        self.limit = min(most, MAX_HARMONICS) if harmonics is None else harmonics
+        self.bounds = t[0] + period * np.arange(cycles + 1)
+        self._align()
+        self._finish()
+
+    @property
+    def cycles(self) -> int:
+        return int(self.bounds.size) - 1
+
+    @property
+    def period(self) -> float:
+        return float(self.bounds[-1] - self.bounds[0]) / self.cycles
+
+    # Phases. Harmonics have whole numbers, so a sample is at exp(2πi · fraction of its own cycle).
+
+    def _place(self, t: Array, v: Array) -> None:
+        """Cut the samples of whole cycles and give each its cycle and its place in it."""
+        end = int(np.searchsorted(t, self.bounds[-1], side="left"))
+        self.t, self.v = t[:end], v[:end]
+        inner = np.searchsorted(self.t, self.bounds[1:-1])
+        self.cell = np.zeros(end, dtype=np.int64)
+        np.add.at(self.cell, inner[inner < end], 1)
+        self.cell = np.cumsum(self.cell)
+        self.u = (self.t - self.bounds[self.cell]) / np.diff(self.bounds)[self.cell]
+        self.turn = np.empty(end, complex)
+        self.turn.real, self.turn.imag = np.cos(TURN * self.u), np.sin(TURN * self.u)  # twice as fast as exp
+
+    def _broken_line(self, knots: Array) -> Array:
+        return np.asarray(knots[self.cell] * (1.0 - self.u) + knots[self.cell + 1] * self.u)
+
+    def _hats(self, weight: Array | float, data: Array) -> tuple[Array, Array]:
+        """Normal equations for the knots b of a broken line: minimise Σ (data − weight · line)²."""
+        left, right, n = weight * (1.0 - self.u), weight * self.u, self.cycles
+        i, j = np.arange(n), np.arange(1, n + 1)  # the bounds before and after every cycle
+        matrix, rhs = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
+        matrix[i, i] += np.bincount(self.cell, left * left)
+        matrix[j, j] += np.bincount(self.cell, right * right)
+        matrix[i, j] = matrix[j, i] = np.bincount(self.cell, left * right)
+        matrix += (1e-12 * np.max(matrix) + 1e-300) * np.eye(n + 1)
+        rhs[:-1] += np.bincount(self.cell, left * data)
+        rhs[1:] += np.bincount(self.cell, right * data)
+        return matrix, rhs
+
+    def _least_squares(self, top: int, data: Array) -> ComplexArray:
+        """Coefficients 0 … top of the data; a Toeplitz system, as its columns are exp(ikθ).
+
+        The matrix is computed with phases rounded to 1/8192 turn, which a second call with what is left corrects.
+        """
+        fine = np.bincount(np.rint(8192.0 * self.u).astype(np.int64) % 8192, minlength=8192)
+        sums = np.resize(np.fft.fft(fine).conj(), 2 * top + 1)
+        rhs = np.empty(top + 1, complex)
+        power, signal = np.ones_like(self.turn), data.astype(complex)
+        for k in range(top + 1):
+            rhs[k] = np.vdot(power, signal)
+            power *= self.turn
+        both = np.concatenate([sums[:0:-1].conj(), sums])
+        index = np.arange(2 * top + 1)
+        matrix = both[index[None, :] - index[:, None] + 2 * top]
+        both = np.linalg.solve(matrix, np.concatenate([rhs[:0:-1].conj(), rhs]))
+        return np.concatenate([both[top : top + 1].real, 2.0 * both[top + 1 :]])
+
+    def _by_cycle(self, data: Array, top: int) -> ComplexArray:
+        """Fourier coefficients 0 … top of every cycle, shape (cycles, top + 1), from phases rounded to 1/512 turn."""
+        count = max(512, 4 * top)
+        place = self.cell * count + np.rint(count * self.u).astype(np.int64) % count
+        fold = np.bincount(place, data, self.cycles * count).reshape(self.cycles, count)
+        parts = np.fft.rfft(fold, axis=1)[:, : top + 1]
+        return np.asarray(2.0 * parts / np.bincount(self.cell, minlength=self.cycles)[:, None])
+
+    def _synthesis(self, coefficients: ComplexArray) -> Array:
+        total = np.full_like(self.turn, coefficients[-1])
+        for c in coefficients[-2::-1]:
+            total *= self.turn
+            total += c
+        return np.asarray(total.real)
+
+    # Alignment
+
+    def _align(self) -> None:
+        self._place(*self._coarse)
+        means = np.bincount(self.cell, self.v) / np.bincount(self.cell)
+        self.drift = _at_bounds(means - np.mean(means))
+        strong = self._demodulate(min(24, self.limit))
+        for top in (max(8, strong), 24, 24):
+            top = min(top, self.limit)
+            self._place(*self._coarse)
+            coefficients = self._least_squares(top, self.v - self._broken_line(self.drift))
+            rest = self._follow_drift(self._synthesis(coefficients))
+            self._move_bounds(self._synthesis(1j * np.arange(top + 1) * coefficients), rest)
+
+    def _demodulate(self, top: int) -> int:
+        """Bounds from the phase of the lowest strong harmonic, which may wander far; returns its number."""
+        parts = self._by_cycle(self.v - self._broken_line(self.drift), top)
+        strength = np.sum(np.abs(parts[:, 1:]) ** 2, axis=0)
+        k = 1 + int(np.argmax(strength >= 0.25 * np.max(strength)))
+        steps = np.angle(parts[1:, k] * parts[:-1, k].conj())
+        if _rms(steps) < 1.0:  # noise alone makes 1.8
+            self._shift_bounds(_at_bounds(np.concatenate([[0.0], np.cumsum(steps)]) / k))
+        return k
+
+    def _shift_bounds(self, lead: Array) -> None:
+        """Move the bounds to where the phase, found to be ahead by `lead`, is whole."""
+        bounds = self.bounds - lead * self.period / TURN
+        bounds += min(0.0, float(self._record[0][0] - bounds[0]))  # the first cycle starts inside the record
+        lengths = np.diff(bounds)
+        if np.min(lengths) > 0.5 * np.median(lengths):
+            last = self._record[0][-1] + 0.1 * self.period
+            self.bounds = bounds[: max(3, int(np.searchsorted(bounds, last)))]
+            self.drift = self.drift[: self.bounds.size]
+
+    def _follow_drift(self, fitted: Array) -> Array:
+        """Fit the drift to what the harmonics leave, and return what both leave."""
+        rest = self.v - self._broken_line(self.drift) - fitted
+        self.drift = self.drift + np.linalg.solve(*self._hats(1.0, rest))
+        if self.cycles < 4:  # too few to tell a curve
+            knots = np.arange(self.drift.size)
+            self.drift = np.polynomial.Polynomial.fit(knots, self.drift, 1)(knots)
+        self.drift -= np.mean(self._broken_line(self.drift))
+        rest = self.v - self._broken_line(self.drift) - fitted
+        return rest - np.mean(rest)
+
+    def _move_bounds(self, slope: Array, rest: Array) -> None:
+        """One Gauss–Newton step for the phases at the bounds, under a normal prior for the lengths of the cycles.
+
+        The variance of that prior is what the lengths fitted without it vary, less what noise makes them vary:
+        4.392 σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3).
+        """
+        matrix, rhs = self._hats(slope, rest)
+        variance = float(np.mean(rest**2))
+        noise = 6.0 * (math.sqrt(3.0) - 1.0) * variance * self.cycles / max(float(np.sum(slope**2)), 1e-300)
+        lengths = TURN * np.diff(self.bounds) / self.period
+        change = np.linalg.solve(matrix, rhs)
+        spread = max(float(np.var(lengths - np.diff(change), ddof=1)) - noise, 0.0)
+        self.jitter = math.sqrt(spread) / TURN
+        if variance > 0.0:
+            n = self.cycles
+            difference = np.diff(np.eye(n + 1), axis=0)
+            difference -= difference.mean(axis=0)
+            weight = variance / max(spread, 1e-3 * noise, 1e-300)
+            matrix = matrix + weight * difference.T @ difference
+            change = np.linalg.solve(matrix, rhs + weight * difference.T @ (lengths - lengths.mean()))
+        self._shift_bounds(np.clip(change, -1.0, 1.0))
+
+    # Results
+
+    def _finish(self) -> None:
+        self._place(*self._record)
+        coefficients = self._least_squares(self.limit, self.v - self._broken_line(self.drift))
+        rest = self._follow_drift(self._synthesis(coefficients))
+        coefficients += self._least_squares(self.limit, rest)
+        fitted = self._synthesis(coefficients)
+        coefficients[0] += np.mean(self.v - self._broken_line(self.drift) - fitted)
+        self.rest = self._follow_drift(fitted)
+        self._start = TURN * float(self.u[0])  # taken away, so that the first sample gets phase 0
+        self.coefficients = coefficients * np.exp(1j * self._start * np.arange(coefficients.size))
+        self.alternating = math.sqrt(0.5 * float(np.sum(np.abs(coefficients[1:]) ** 2)))
+        self.parts = self._by_cycle(self.rest, self.limit)
+
+    def kept(self) -> ComplexArray:
+        """The coefficients that matter; those between that do not are zero."""
+        if self.asked is not None:
+            return np.asarray(self.coefficients)
+        variance = np.sum(np.abs(self.parts[:, 1:]) ** 2, axis=0) / (self.cycles - 1) / self.cycles
+        # a few cycles give a poor variance, so neighbouring harmonics share it
+        near = np.arange(self.limit)
+        sums = np.concatenate([[0.0], np.cumsum(variance)])
+        high, low = np.minimum(near + 5, self.limit), np.maximum(near - 4, 0)
+        variance = np.maximum(variance, (sums[high] - sums[low]) / (high - low))
+        size = np.abs(self.coefficients[1:])
+        keep = (size > SIGNIFICANT * np.sqrt(variance)) & (size > NEGLIGIBLE * np.max(size))
+        top = int(np.max(np.flatnonzero(keep), initial=-1)) + 1
+        return np.asarray(self.coefficients[: top + 1] * np.concatenate([[True], keep[:top]]))
+
+    def scatter_and_residual(self, kept: ComplexArray) -> tuple[float, float]:
+        """rms of the cycles about the mean cycle, and of the mean cycle less the harmonics kept."""
+        back = np.exp(-1j * self._start * np.arange(kept.size))
+        rest = self.v - self._broken_line(self.drift) - self._synthesis(kept * back)
+        count = max(LEAST_SAMPLES, min(1024, self.t.size // self.cycles))
+        bins = np.clip((self.u * count).astype(np.int64), 0, count - 1)
+        members = np.bincount(bins, minlength=count)
+        means = np.bincount(bins, rest, count) / np.maximum(members, 1)
+        about = rest - means[bins]
+        return _rms(about) / self.alternating, math.sqrt(float(np.mean(means[bins] ** 2))) / self.alternating
+
+    def cycles_in_turn(self) -> int:
+        """How many cycles it takes until the record repeats: more than 1 when they differ in turn.
+
+        A line at a/b of the cycle frequency in what the fit leaves of the cycles, or in their lengths, that stands
+        out from the rest of that spectrum.
+        """
+        slope = math.sqrt(float(np.sum(np.abs(np.arange(self.coefficients.size) * self.coefficients) ** 2)))
+        lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0)
+        groups = [lengths[:, None], *(self.parts[:, 1:top] for top in (5, 17, self.limit + 1))]
+        return next((b for b in range(2, 17) if any(self._line_at(b, g) for g in groups)), 1)
+
+    def _line_at(self, b: int, parts: npt.NDArray[np.complexfloating] | Array) -> bool:
+        n = self.cycles // b * b
+        if n < 2 * b:
+            return False
+        spectrum = np.sum(np.abs(np.fft.fft(parts[:n], axis=0)) ** 2, axis=1)
+        spectrum = np.append(spectrum[: n // 2 + 1] + spectrum[-np.arange(n // 2 + 1)], 0.0)  # both signs
+        lines = np.arange(1, b // 2 + 1) * (n // b)
+        others = np.delete(spectrum[1:-1], lines - 1)
+        # passed by chance once in 1e5 when the others are noise with the fewest degrees of freedom
+        level = others.size * (10.0 ** (5.0 / others.size) - 1.0) * np.mean(others)
+        spectrum[0] = 0.0
+        near = np.maximum(spectrum[lines - 1], spectrum[lines + 1])
+        stands_out = (spectrum[lines] > level) & (spectrum[lines] > 4.0 * near)
+        return bool(np.any(stands_out & (np.sqrt(0.25 * spectrum[lines]) / n > 0.01 * self.alternating)))
+
+
+def _at_bounds(centres: Array) -> Array:
+    """Values at the cycle boundaries from those at the middles of the cycles."""
+    inner = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate([[1.5 * centres[0] - 0.5 * centres[1]], inner, [1.5 * centres[-1] - 0.5 * centres[-2]]])
+
+
+def _rms(data: Array) -> float:
+    return math.sqrt(float(np.mean(data**2)))

@@ -1,0 +1,336 @@
+"""The load: the periodic force on the driven end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, ComplexArray, count, finite, positive
+
+if TYPE_CHECKING:
+    from percuss.model.history import HistoryReport
+
+__all__ = ["MAX_HARMONICS", "Jump", "Load"]
+
+MAX_HARMONICS = 4096
+"""The most harmonics a load may have."""
+
+TURN = 2.0 * math.pi
+_SNAP = 8.0 * np.finfo(float).eps  # phases this close (times 2π) to a jump are at the jump
+
+Side = Literal["left", "right"]
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump of the load: its phase in [0, 2π) and the one-sided values before and after it."""
+
+    phase: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force with period 2π in its own time, p(t) = Re Σ p_k exp(ikt), positive toward the wall.
+
+    Make one with `harmonic`, `square`, `steps`, `fourier` or `history`.
+
+    Parameters
+    ----------
+    coefficients
+        Complex Fourier coefficients p_0 … p_K; p_0 is real. In N when `frequency` is given, otherwise dimensionless
+        (theory: P/(M L² Ω²)).
+    frequency
+        Frequency of the fundamental in Hz, or None for a dimensionless load.
+    breaks, values
+        For a piecewise-constant load its exact form beside the coefficients: `values[i]` holds from phase `breaks[i]`
+        to the next break. Empty for a smooth load.
+    report
+        What was found in the recording that the load was made from, or None.
+
+    Raises
+    ------
+    ParameterError
+        For coefficients or a frequency that are not finite, a mean that is not real, or breaks out of order.
+
+    Examples
+    --------
+    >>> load = Load.harmonic(mean=0.9, amplitude=1.0)
+    >>> print(load)
+    Load: mean 0.9, 1 harmonic, load factor 0.9
+    >>> round(float(load.value(0.0)), 12)
+    1.9
+    """
+
+    coefficients: ComplexArray = field(compare=False)
+    frequency: float | None = None
+    breaks: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
+    report: HistoryReport | None = field(default=None, compare=False)
+    _key: tuple[complex, ...] = field(init=False, repr=False, default=())
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        try:
+            array = np.array(self.coefficients, dtype=complex).reshape(-1)
+        except (TypeError, ValueError):
+            raise ParameterError("coefficients", self.coefficients, "complex numbers p_0, p_1, …") from None
+        if not 1 <= array.size <= MAX_HARMONICS + 1:
+            raise ParameterError("coefficients", array.size, f"1 to {MAX_HARMONICS + 1} coefficients")
+        if not np.all(np.isfinite(array)):
+            bad = int(np.flatnonzero(~np.isfinite(array))[0])
+            raise ParameterError(f"coefficients[{bad}]", complex(array[bad]), "a finite complex number")
+        if array[0].imag != 0.0:
+            raise ParameterError("coefficients[0]", complex(array[0]), "a real mean (imaginary part 0)")
+        array.setflags(write=False)
+        set_(self, "coefficients", array)
+        set_(self, "_key", tuple(array.tolist()))
+        if self.frequency is not None:
+            set_(self, "frequency", positive("frequency", self.frequency))
+        self._check_steps()
+
+    def _check_steps(self) -> None:
+        breaks = tuple(finite("breaks", b) for b in self.breaks)
+        values = tuple(finite("values", v) for v in self.values)
+        if len(breaks) != len(values) or len(breaks) == 1:
+            raise ParameterError("breaks", breaks, "two or more phases, one for each value")
+        inside = all(0.0 <= b < TURN for b in breaks)
+        if not inside or any(b >= c for b, c in pairwise(breaks)):
+            raise ParameterError("breaks", breaks, "increasing phases in [0, 2π)")
+        object.__setattr__(self, "breaks", breaks)
+        object.__setattr__(self, "values", values)
+
+    # -- ways to make one --
+
+    @classmethod
+    def harmonic(
+        cls, mean: float, amplitude: float, harmonic: int = 1, *, frequency: float | None = None
+    ) -> Load:
+        """p(t) = mean + amplitude · cos(harmonic · t).
+
+        Parameters
+        ----------
+        mean, amplitude
+            In N when `frequency` is given, otherwise dimensionless.
+        harmonic
+            Which multiple of the fundamental.
+        frequency
+            Of the fundamental, in Hz; None for a dimensionless load.
+        """
+        k = count("harmonic", harmonic, most=MAX_HARMONICS)
+        coefficients = np.zeros(k + 1, dtype=complex)
+        coefficients[0], coefficients[k] = finite("mean", mean), finite("amplitude", amplitude)
+        return cls(coefficients, frequency)
+
+    @classmethod
+    def square(
+        cls, amplitude: float, kappa: float, harmonics: int = 64, *, frequency: float | None = None
+    ) -> Load:
+        """Square wave: +amplitude for 0 < t < κπ and −amplitude for κπ < t < 2π (B77 34).
+
+        The exact piecewise form is kept beside the first `harmonics` coefficients.
+
+        Raises
+        ------
+        ParameterError
+            When κ is not inside (0, 2) or the amplitude is 0.
+        """
+        q, k = positive("amplitude", amplitude), finite("kappa", kappa)
+        if not 0.0 < k < 2.0:
+            raise ParameterError("kappa", kappa, "a number greater than 0 and less than 2")
+        return cls.steps([0.0, k * math.pi], [q, -q], harmonics, frequency=frequency)
+
+    @classmethod
+    def steps(
+        cls,
+        breaks: Sequence[float],
+        values: Sequence[float],
+        harmonics: int = 64,
+        *,
+        frequency: float | None = None,
+    ) -> Load:
+        """A piecewise-constant load: `values[i]` from phase `breaks[i]` (rad, in [0, 2π)) to the next."""
+        b = np.array([finite("breaks", x) for x in breaks])
+        v = np.array([finite("values", x) for x in values])
+        if b.size != v.size or b.size < 2:
+            raise ParameterError("breaks", list(breaks), "two or more phases, one for each value")
+        k = np.arange(1, count("harmonics", harmonics, most=MAX_HARMONICS) + 1)
+        jumps = v - np.roll(v, 1)  # at breaks[i]
+        coefficients = np.empty(k.size + 1, dtype=complex)
+        lengths = np.diff(np.append(b, b[0] + TURN))
+        coefficients[0] = float(v @ lengths) / TURN
+        coefficients[1:] = np.exp(-1j * np.outer(k, b)) @ jumps / (1j * math.pi * k)
+        return cls(coefficients, frequency, tuple(b.tolist()), tuple(v.tolist()))
+
+    @classmethod
+    def fourier(cls, coefficients: npt.ArrayLike, *, frequency: float | None = None) -> Load:
+        """p(t) = Re Σ p_k exp(ikt) from p_0, p_1, …, complex numbers or [re, im] pairs, shape (K+1,) or (K+1, 2)."""
+        try:
+            array = np.array(coefficients)
+            if array.ndim == 2 and array.shape[1] == 2 and not np.iscomplexobj(array):
+                array = array.astype(float) @ np.array([1.0, 1.0j])
+            return cls(array.astype(complex), frequency)
+        except (TypeError, ValueError) as error:
+            if isinstance(error, ParameterError):
+                raise
+            raise ParameterError("coefficients", coefficients, "complex numbers or [re, im] pairs") from None
+
+    @classmethod
+    def history(
+        cls,
+        time: npt.ArrayLike,
+        values: npt.ArrayLike,
+        *,
+        area: float | None = None,
+        frequency: float | None = None,
+        harmonics: int | None = None,
+    ) -> Load:
+        """A load from a recorded history of several cycles.
+
+        Finds the period, averages the cycles and keeps the harmonics that matter; what was found is in `report`.
+
+        Parameters
+        ----------
+        time
+            Shape (n,), in s, increasing.
+        values
+            Shape (n,): force in N, or pressure in Pa when `area` is given.
+        area
+            Area in m² that the pressure works on.
+        frequency
+            In Hz, when it is known; otherwise it is found from the data.
+        harmonics
+            Keep exactly this many instead of those that stand out from the scatter.
+
+        Raises
+        ------
+        HistoryError
+            When the data hold no two whole cycles, do not repeat, or are not finite and increasing in time.
+        """
+        from percuss.model.history import analyse  # only histories need it
+
+        coefficients, report = analyse(
+            np.asarray(time, dtype=float), np.asarray(values, dtype=float), frequency=frequency, harmonics=harmonics
+        )
+        scale = 1.0 if area is None else positive("area", area)
+        return cls(coefficients * scale, report.frequency, report=report)
+
+    # -- what it tells --
+
+    @property
+    def mean(self) -> float:
+        """p_0."""
+        return float(self.coefficients[0].real)
+
+    @property
+    def is_piecewise(self) -> bool:
+        """Whether the exact piecewise-constant form is known."""
+        return bool(self.breaks)
+
+    @property
+    def harmonics(self) -> npt.NDArray[np.int64]:
+        """The numbers k ≥ 1 of the harmonics that are present."""
+        return np.flatnonzero(self.coefficients[1:]) + 1
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the load has no alternating part, hence no period."""
+        return len(set(self.values)) == 1 if self.is_piecewise else self.harmonics.size == 0
+
+    @property
+    def load_factor(self) -> float:
+        """B77's p_0/p_k with the lowest harmonic present; infinite for a constant load."""
+        present = self.harmonics
+        return self.mean / abs(complex(self.coefficients[present[0]])) if present.size else math.inf
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """The jumps of a piecewise load, in order of phase."""
+        before = (self.values[-1], *self.values[:-1]) if self.is_piecewise else ()
+        triples = zip(self.breaks, before, self.values, strict=True)
+        return tuple(Jump(b, x, y) for b, x, y in triples if x != y)
+
+    def value(self, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """p(t); at a jump the limit from the given side. Same shape as `t` (rad)."""
+        if not self.is_piecewise:
+            return self._series(t, self.coefficients)
+        return np.asarray(self.values, dtype=float)[self._piece(t, side)]
+
+    def derivative(self, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """p'(t), one-sided at a jump. Same shape as `t` (rad)."""
+        if self.is_piecewise:
+            return np.zeros(np.shape(t))
+        return self._series(t, 1j * np.arange(self.coefficients.size) * self.coefficients)
+
+    def antiderivative(self, t: npt.ArrayLike) -> Array:
+        """The periodic antiderivative of p(t) − p_0 with mean zero. Same shape as `t` (rad)."""
+        if not self.is_piecewise:
+            k = np.arange(1, self.coefficients.size)
+            return self._series(t, np.concatenate([[0.0], self.coefficients[1:] / (1j * k)]))
+        slopes = np.asarray(self.values) - self.mean
+        starts = np.asarray(self.breaks)
+        lengths = np.diff(np.append(starts, starts[0] + TURN))
+        knots = np.concatenate([[0.0], np.cumsum(slopes * lengths)[:-1]])
+        offset = float(np.sum(knots * lengths + slopes * lengths**2 / 2.0)) / TURN
+        piece = self._piece(t, "right")
+        return np.asarray(knots[piece] + slopes[piece] * np.mod(np.asarray(t) - starts[piece], TURN) - offset)
+
+    def _series(self, t: npt.ArrayLike, coefficients: ComplexArray) -> Array:
+        phases = np.asarray(t, dtype=float)
+        k = np.flatnonzero(coefficients)
+        waves = np.exp(1j * phases[..., None] * k) * coefficients[k]
+        return np.asarray(waves.real.sum(axis=-1))
+
+    def _piece(self, t: npt.ArrayLike, side: Side) -> npt.NDArray[np.intp]:
+        starts = np.asarray(self.breaks)
+        phases = np.mod(np.asarray(t, dtype=float), TURN)
+        nearest = np.abs(phases[..., None] - np.append(starts, starts[0] + TURN)) <= _SNAP * TURN
+        at = np.where(nearest.any(axis=-1), nearest.argmax(axis=-1) % starts.size, -1)
+        inside = (np.searchsorted(starts, phases, side="right") - 1) % starts.size
+        there = at if side == "right" else (at - 1) % starts.size
+        return np.asarray(np.where(at >= 0, there, inside))
+
+    # -- ways to change it --
+
+    def shifted(self, phi: float) -> Load:
+        """The load that starts at phase `phi` (rad): its value at t is this one's at t + phi."""
+        shift = finite("phi", phi)
+        turned = self.coefficients * np.exp(1j * np.arange(self.coefficients.size) * shift)
+        if not self.is_piecewise:
+            return replace(self, coefficients=turned)
+        moved = sorted(zip(((b - shift) % TURN % TURN for b in self.breaks), self.values, strict=True))
+        breaks, values = zip(*moved, strict=True)
+        return replace(self, coefficients=turned, breaks=breaks, values=values)
+
+    def scaled(self, factor: float, *, frequency: float | None = None) -> Load:
+        """All values times `factor`; `frequency` as given (None makes the result dimensionless)."""
+        f = finite("factor", factor)
+        values = tuple(v * f for v in self.values)
+        return replace(self, coefficients=self.coefficients * f, values=values, frequency=frequency)
+
+    def with_mean(self, mean: float) -> Load:
+        """The same alternating part about another mean."""
+        coefficients = self.coefficients.copy()
+        coefficients[0] = finite("mean", mean)
+        values = tuple(v + (mean - self.mean) for v in self.values)
+        return replace(self, coefficients=coefficients, values=values)
+
+    def __hash__(self) -> int:
+        return hash((self._key, self.frequency, self.breaks, self.values))
+
+    def __str__(self) -> str:
+        unit = "" if self.frequency is None else " N"
+        where = "" if self.frequency is None else f", {self.frequency:.4g} Hz"
+        size = self.harmonics.size
+        form = f"{len(self.breaks)} exact steps, " if self.is_piecewise else ""
+        what = "constant" if self.is_constant else f"{form}{size} harmonic{'s' if size != 1 else ''}"
+        factor = "" if self.is_constant else f", load factor {self.load_factor:.4g}"
+        return f"Load: mean {self.mean:.4g}{unit}, {what}{factor}{where}"

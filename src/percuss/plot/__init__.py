@@ -1,0 +1,25 @@
+"""Pictures of results: draws result objects, computes nothing; matplotlib is imported when first drawn."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from percuss.plot.canvas import save
+    from percuss.plot.steady_picture import steady
+
+__all__ = ["save", "steady"]
+
+
+_HOME = {"save": "canvas", "steady": "steady_picture"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

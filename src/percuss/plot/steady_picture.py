@@ -1,0 +1,248 @@
+"""The picture of a steady answer: where the phases come from, the load, the gap, the multipliers and the waves."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.plot.axes import Units, units_of
+from percuss.plot.canvas import COLOURS, INK, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from percuss.case.answer import OrbitAnswer, SteadyAnswer
+
+__all__ = ["steady"]
+
+POINTS = 721
+"""Samples of a curve over one load period."""
+
+EDGE = 1.7
+"""How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
+
+
+def steady(answer: SteadyAnswer) -> Figure:
+    """Draw a steady answer.
+
+    Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
+    over one period with the moments of impact and the band of the waveform criterion; (c) the striking end's gap
+    between two impacts; (d) the multipliers on the unit circle; (e) the stress along the bar over time.
+
+    Raises
+    ------
+    MissingExtraError
+        When matplotlib is not installed.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case, steady_answer
+    >>> from percuss.plot import steady
+    >>> len(steady(steady_answer(load_case("laboratory-striker"))).axes) >= 5
+    True
+    """
+    figure = new_figure(11.0, 7.0)
+    units = units_of(answer.system)
+    with style():
+        grid = figure.add_gridspec(2, 3)
+        _phases(figure.add_subplot(grid[0, 0]), answer)
+        _load(figure.add_subplot(grid[0, 1]), answer, units)
+        _gap(figure.add_subplot(grid[0, 2]), answer, units)
+        _multipliers(figure.add_subplot(grid[1, 0]), answer)
+        _waves(figure, figure.add_subplot(grid[1, 1:]), answer, units)
+        figure.suptitle(answer.title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def _all_orbits(answer: SteadyAnswer) -> list[tuple[str, OrbitAnswer]]:
+    """Every orbit with the colour of its m."""
+    return [
+        (COLOURS[i % len(COLOURS)], found)
+        for i, period in enumerate(answer.periods)
+        for found in period.orbits
+    ]
+
+
+def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
+    """Solid: stable; open: unstable; cross: cannot happen."""
+    if not found.orbit.admissible:
+        return {"marker": "x", "markersize": 7, "color": colour, "markeredgewidth": 1.8}
+    fill = colour if found.stability.stable else "white"
+    return {"marker": "o", "markersize": 7, "color": colour, "markerfacecolor": fill, "markeredgewidth": 1.6}
+
+
+def _phase_axis(axes: Any) -> None:
+    quarter = math.pi / 2.0
+    axes.set_xlim(0.0, 2.0 * math.pi)
+    axes.set_xticks([i * quarter for i in range(5)], ["0", "π/2", "π", "3π/2", "2π"])
+    axes.set_xlabel("phase of the load")
+
+
+def _phases(axes: Any, answer: SteadyAnswer) -> None:
+    phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
+    states = answer.periods[0].states
+    axes.plot(phases, states.rigid_velocity(phases), color=INK)
+    for i, period in enumerate(answer.periods):
+        colour = COLOURS[i % len(COLOURS)]
+        level = period.states.level
+        label = f"level, m = {period.states.periods}" if len(answer.periods) <= 6 else None
+        axes.axhline(level, color=colour, linestyle="--", linewidth=1.1, label=label)
+        for found in period.orbits:
+            axes.plot([found.orbit.phase], [level], **_marker(found, colour))
+    axes.set_ylim(
+        *_limits([states.rigid_velocity(phases)], [period.states.level for period in answer.periods])
+    )
+    axes.set_title("(a) impact phases: where $v_f$ meets the level")
+    axes.set_ylabel("$v_f$, dimensionless")
+    _phase_axis(axes)
+    for text, key in (("stable", {"markerfacecolor": INK}), ("unstable", {"markerfacecolor": "white"})):
+        axes.plot([], [], "o", color=INK, label=text, **key)
+    axes.plot([], [], "x", color=INK, label="not possible")
+    axes.legend(loc="best")
+
+
+def _limits(curves: list[Any], levels: list[float]) -> tuple[float, float]:
+    """Limits that show the curves whole and those levels that are not far off."""
+    low, high = float(min(np.min(c) for c in curves)), float(max(np.max(c) for c in curves))
+    span = (high - low) or 1.0
+    near = [level for level in levels if low - span < level < high + span]
+    low, high = min([low, *near]), max([high, *near])
+    return low - 0.1 * span, high + 0.1 * span
+
+
+def _load(axes: Any, answer: SteadyAnswer, units: Units) -> None:
+    load = answer.system.load
+    phases, values = _load_curve(answer)
+    axes.plot(phases, values * units.force, color=INK)
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    shown = _all_orbits(answer)
+    if shown:
+        band = shown[0][1].stability.waveform
+        lower, upper = band.force_lower * units.force, band.force_upper * units.force
+        axes.axhspan(
+            lower, upper, color=COLOURS[2], alpha=0.15, linewidth=0, label="stable if the blow falls here"
+        )
+    for colour, found in shown:
+        force = float(load.value(found.orbit.phase)) * units.force
+        axes.plot([found.orbit.phase], [force], **_marker(found, colour))
+    axes.set_title("(b) load, with the moments of impact")
+    axes.set_ylabel(units.force_label)
+    _phase_axis(axes)
+    if shown:
+        axes.legend(loc="best")
+
+
+def _load_curve(answer: SteadyAnswer) -> tuple[Any, Any]:
+    """The load over one period; both values where it jumps."""
+    load = answer.system.load
+    phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
+    values = load.value(phases)
+    edges = np.array([jump.phase for jump in load.jumps])
+    if edges.size:
+        both = [value for jump in load.jumps for value in (jump.before, jump.after)]
+        phases = np.concatenate([phases, np.repeat(edges, 2)])
+        values = np.concatenate([values, both])
+        order = np.argsort(phases, kind="stable")
+        phases, values = phases[order], values[order]
+    return phases, values
+
+
+def _gap(axes: Any, answer: SteadyAnswer, units: Units) -> None:
+    axes.set_title("(c) the striking end between two blows")
+    axes.set_xlabel(units.time_label)
+    axes.set_ylabel(units.length_label)
+    shown = _all_orbits(answer)
+    for colour, found in shown:
+        t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
+        line = "-" if found.runs else (0, (4, 2)) if found.orbit.admissible else ":"
+        label = f"φ = {found.orbit.phase:.3f}" if len(shown) <= 8 else None
+        axes.plot(
+            t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label
+        )
+    if not shown:
+        _nothing(axes)
+        return
+    axes.axhline(0.0, color=INK, linewidth=2.5)
+    axes.annotate(
+        "wall", (1.0, 0.0), (0, 4), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right"
+    )
+    axes.set_xlim(left=0.0)
+    axes.margins(y=0.12)
+    if len(shown) <= 8:
+        axes.legend(loc="best")
+
+
+def _multipliers(axes: Any, answer: SteadyAnswer) -> None:
+    circle = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
+    axes.fill(circle.real, circle.imag, color=COLOURS[2], alpha=0.12, linewidth=0)
+    axes.plot(circle.real, circle.imag, color=INK, linewidth=0.9)
+    axes.axhline(0.0, color=INK, linewidth=0.4)
+    axes.axvline(0.0, color=INK, linewidth=0.4)
+    axes.set_title("(d) multipliers: stable inside the circle")
+    axes.set_aspect("equal")
+    axes.set_xlim(-EDGE, EDGE)
+    axes.set_ylim(-EDGE, EDGE)
+    axes.set_xlabel("real part")
+    axes.set_ylabel("imaginary part")
+    beyond: list[tuple[complex, str]] = []
+    for colour, found in _all_orbits(answer):
+        values = np.asarray(found.stability.multipliers.values)
+        size = np.maximum(np.abs(values.real), np.abs(values.imag))
+        inside, outside = values[size < EDGE], values[size >= EDGE]
+        fill = colour if found.stability.stable else "none"
+        axes.scatter(inside.real, inside.imag, s=16, facecolors=fill, edgecolors=colour, linewidths=0.9)
+        beyond += [(complex(value), colour) for value in outside]
+    _far_off(axes, beyond)
+    if not _all_orbits(answer):
+        _nothing(axes)
+
+
+def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
+    """An arrow at the edge of the panel, with the modulus, for every multiplier that lies beyond it."""
+    heights: dict[int, int] = {}  # labels on one side are stacked
+    for value, colour in values:
+        edge = value * EDGE / max(abs(value.real), abs(value.imag))
+        side = round(2.0 * math.atan2(edge.imag, edge.real) / math.pi) % 4
+        heights[side] = heights.get(side, 0) + 1
+        at = (0.78 * edge.real, 0.78 * edge.imag + 0.14 * heights[side])
+        arrow = {"arrowstyle": "->", "color": colour, "linewidth": 0.9}
+        text = f"{abs(value):.3g}"
+        axes.annotate(
+            text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow
+        )
+
+
+def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> None:
+    chosen = answer.chosen
+    if chosen is None:
+        axes.set_title("(e) waves in the bar")
+        _nothing(axes)
+        return
+    orbit = chosen.orbit
+    axes.set_title(
+        f"(e) {units.stress_label.split(' [')[0]} along the bar between two blows, φ = {orbit.phase:.3f}"
+    )
+    x = np.linspace(0.0, 1.0, 101)
+    t = np.linspace(0.0, orbit.period, 600)
+    field = orbit.strain(x, t) * units.stress
+    size = float(np.percentile(np.abs(field), 99.5)) or 1.0
+    picture = axes.pcolormesh(
+        t * units.time,
+        x * units.length,
+        field,
+        cmap="RdBu",
+        vmin=-size,
+        vmax=size,
+        shading="gouraud",
+        rasterized=True,
+    )
+    axes.set_xlabel(units.time_label)
+    si = answer.system.is_si
+    axes.set_ylabel("from the driven end [mm]" if si else "x (0 driven end, 1 striking end)")
+    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, compression negative", pad=0.01)
+
+
+def _nothing(axes: Any) -> None:
+    axes.text(0.5, 0.5, "no steady motion", transform=axes.transAxes, ha="center", va="center", color=INK)

@@ -1,0 +1,23 @@
+"""Stability of steady motions: B77's reduced criterion, exact Floquet multipliers, the waveform criterion, verdicts."""
+
+from percuss.stability.linear_map import LinearMap, linear_map
+from percuss.stability.multipliers import Multipliers, floquet_multipliers
+from percuss.stability.plane import Plane, stability_plane
+from percuss.stability.reduced import Reduced, reduced_criterion
+from percuss.stability.verdict import Stability, stability
+from percuss.stability.waveform import Waveform, waveform_criterion
+
+__all__ = [
+    "LinearMap",
+    "Multipliers",
+    "Plane",
+    "Reduced",
+    "Stability",
+    "Waveform",
+    "floquet_multipliers",
+    "linear_map",
+    "reduced_criterion",
+    "stability",
+    "stability_plane",
+    "waveform_criterion",
+]

@@ -1,0 +1,157 @@
+"""Steady motions and the reduced criterion over whole arrays of restitution and load factor at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import System
+from percuss.model.checks import Array, count
+from percuss.stability.reduced import quadratic_coefficients, schur_quotients
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.level import level
+from percuss.steady.phases import Arcs, forced_response, harmonic_sums
+
+__all__ = ["Plane", "stability_plane"]
+
+_CHUNK = 1 << 15  # cells handled at once: their arrays stay in the cache
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Roots and reduced stability over an array of systems.
+
+    The first axis numbers the branches: the monotone arcs of v_f, in order of phase, each holding at most one root.
+    Where a branch holds none, its phase and numbers are NaN and `stable` is False. The other axes are those of the
+    restitution and the load factor broadcast together.
+
+    Parameters
+    ----------
+    phase
+        Impact phases in [0, 2π).
+    level
+        c of B77 (14), without the branch axis.
+    slope
+        v_f'(φ)/p_0.
+    sigma
+        σ.
+    a
+        a_0, a_1, a_2, as the first axis of shape 3.
+    schur
+        Both quotients of B77 (32), as the first axis of shape 2.
+    stable
+        Whether both quotients are less than 1.
+    """
+
+    phase: Array
+    level: Array
+    slope: Array
+    sigma: Array
+    a: Array
+    schur: Array
+    stable: npt.NDArray[np.bool_]
+
+    @property
+    def roots(self) -> npt.NDArray[np.int64]:
+        """Number of steady motions in every cell."""
+        return np.asarray(np.count_nonzero(~np.isnan(self.phase), axis=0))
+
+
+def stability_plane(
+    system: System, restitution: npt.ArrayLike, load_factor: npt.ArrayLike, periods: int = 1
+) -> Plane:
+    """Phases and B77's reduced criterion of a system for arrays of R and p_0/p_k, its alternating load kept.
+
+    v_f does not depend on R or on the mean load, so that its arcs are cut once and every cell only asks where the arcs
+    meet its level. Cells in which the load does not push (load factor ≤ 0) hold no motion.
+
+    Parameters
+    ----------
+    system
+        Gives s, d and the alternating part of the load.
+    restitution, load_factor
+        Arrays that broadcast together; R in [0, 1].
+    periods
+        m.
+
+    Raises
+    ------
+    ParameterError
+        When R leaves [0, 1], a value is not finite, or the load is constant.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from percuss import Load, System
+    >>> from percuss.stability import stability_plane
+    >>> pneumatic = System(s=1e6, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 1.0))
+    >>> plane = stability_plane(pneumatic, np.array([[0.2], [0.6]]), np.array([0.45, 0.9]))
+    >>> plane.roots
+    array([[2, 0],
+           [2, 2]])
+    >>> plane.stable.any(axis=0)
+    array([[ True, False],
+           [False,  True]])
+    """
+    m = count("periods", periods)
+    r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
+    if not (np.all(r >= 0.0) and np.all(r <= 1.0)):
+        raise ParameterError("restitution", restitution, "numbers from 0 to 1")
+    if not np.all(np.isfinite(factor)):
+        raise ParameterError("load_factor", load_factor, "finite numbers")
+    if system.load.is_constant:
+        raise ParameterError("load", str(system.load), "a load with an alternating part")
+    arcs, elastic = Arcs.of(forced_response(system)), HarmonicResponse(system)
+    unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
+    branches = arcs.ends.size - 1
+    out = np.full((8, branches, r.size), np.nan)
+    target = np.empty(r.size)
+    flat_r, mean = r.reshape(-1), factor.reshape(-1) * unit
+    for i in range(0, r.size, _CHUNK):
+        cells = slice(i, i + _CHUNK)
+        _fill(out[:, :, cells], target[cells], system, m, arcs, elastic, flat_r[cells], mean[cells])
+    shape = (branches, *r.shape)
+    phase, slope, sigma, *rest = (x.reshape(shape) for x in out)
+    a, schur = np.stack(rest[:3]), np.stack(rest[3:])
+    with np.errstate(invalid="ignore"):
+        stable = (schur[0] < 1.0) & (schur[1] < 1.0)
+    return Plane(phase, target.reshape(r.shape), slope, sigma, a, schur, stable)
+
+
+def _fill(
+    out: Array,
+    target: Array,
+    system: System,
+    periods: int,
+    arcs: Arcs,
+    elastic: HarmonicResponse,
+    r: Array,
+    mean: Array,
+) -> None:
+    """Fill one chunk: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
+    period = 2.0 * math.pi * periods
+    target[:] = level(mean, system.d, r, period)
+    end = elastic.shapes(np.array([1.0]))[0][:, 0]
+    for branch in range(arcs.ends.size - 1):
+        low, high = sorted((arcs.velocities[branch], arcs.velocities[branch + 1]))
+        index = np.flatnonzero((target > low) & (target <= high) & (mean > 0.0))
+        if not index.size:
+            continue
+        phase = arcs.invert(np.full(index.size, branch), target[index])
+        k = elastic.k
+        ringing, slope = harmonic_sums(
+            phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor
+        )
+        if not isinstance(arcs.response, HarmonicResponse):
+            slope = arcs.response.rigid_acceleration(phase)  # exact where the series would ring
+        sigma, slope = ringing / (mean[index] * period), slope / mean[index]
+        a_0, a_1, a_2 = quadratic_coefficients(system.d, r[index], period, sigma, slope)
+        first, second = schur_quotients(a_0, a_1, a_2)
+        rows = (np.mod(phase, 2.0 * math.pi), slope, sigma, a_0, a_1, a_2, first, second)
+        for row, values in zip(out[:, branch], rows, strict=True):
+            row[index] = values
+

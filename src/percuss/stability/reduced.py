@@ -1,0 +1,116 @@
+"""B77's reduced stability criterion (29)–(32): valid for s ≫ 1/π."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model.checks import Array
+from percuss.steady import Orbit
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.oscillator import phi1
+
+__all__ = ["Reduced", "elastic_feedback", "quadratic_coefficients", "reduced_criterion", "schur_quotients"]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """The reduced criterion for one orbit, all numbers dimensionless.
+
+    Parameters
+    ----------
+    sigma
+        σ, the feedback of the elastic modes.
+    a
+        a_0, a_1, a_2 of a_2 ξ² + a_1 ξ + a_0 = 0.
+    schur
+        |a_0/a_2| and |a_1/(a_0 + a_2)|; stable when both are less than 1.
+    moduli
+        Moduli of the two roots ξ, largest first.
+    other_side
+        The same with the load's value on the other side of a jump at the impact phase, or None.
+    """
+
+    sigma: float
+    a: tuple[float, float, float]
+    schur: tuple[float, float]
+    moduli: tuple[float, float]
+    other_side: Reduced | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Whether both Schur quotients are less than 1, on both sides of a jump."""
+        here = max(self.schur) < 1.0
+        return here and (self.other_side is None or self.other_side.stable)
+
+
+def elastic_feedback(orbit: Orbit) -> float:
+    """σ = (2/(p_0 T)) Σ_{n≥1} (−1)ⁿ Σ_k Re[H_nk p_k ik exp(ikφ)], the sum over n in closed form.
+
+    That is the forced elastic velocity of the striking end at the impact, in units of p_0 T. A piecewise load enters
+    with the harmonics that it keeps: the sum over all k does not converge without damping.
+    """
+    velocity = HarmonicResponse(orbit.system).elastic(np.array([1.0]), np.array([orbit.phase])).velocity[0, 0]
+    return float(velocity) / (orbit.system.load.mean * orbit.period)
+
+
+def quadratic_coefficients(
+    d: float, restitution: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
+) -> tuple[Array, Array, Array]:
+    """a_0, a_1, a_2 of B77 (29)–(31); `slope` is v_f'(φ)/p_0. Broadcasts."""
+    r, sigma, slope = (np.asarray(x, dtype=float) for x in (restitution, sigma, slope))
+    decay = math.exp(-d * period)
+    fed = (1.0 + r) * sigma
+    a_2 = 1.0 + fed
+    a_1 = -1.0 - r**2 * decay - float(phi1(d * period)) * (1.0 + r) ** 2 * slope - (1.0 - r * decay) * fed
+    a_0 = r * decay * (r - fed)
+    return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
+
+
+def schur_quotients(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
+    """|a_0/a_2| and |a_1/(a_0 + a_2)| (B77 32); inf where a denominator vanishes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = np.abs(a_0 / a_2), np.abs(a_1 / (a_0 + a_2))
+    return np.where(np.isnan(first), np.inf, first), np.where(np.isnan(second), np.inf, second)
+
+
+def reduced_criterion(orbit: Orbit) -> Reduced:
+    """B77's criterion for an orbit, with both one-sided values where the load jumps at the impact.
+
+    References
+    ----------
+    U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (29)–(32).
+    """
+    load = orbit.system.load
+    right = float(load.value(orbit.phase, "right"))
+    left = float(load.value(orbit.phase, "left"))
+    other = _with_force(orbit, left, None) if left != right else None
+    return _with_force(orbit, right, other)
+
+
+def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
+    system = orbit.system
+    v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
+    slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
+    sigma = elastic_feedback(orbit)
+    a_0, a_1, a_2 = (
+        float(a) for a in quadratic_coefficients(system.d, system.restitution, orbit.period, sigma, slope)
+    )
+    first, second = (float(q) for q in schur_quotients(np.array(a_0), np.array(a_1), np.array(a_2)))
+    return Reduced(sigma, (a_0, a_1, a_2), (first, second), _moduli(a_0, a_1, a_2), other)
+
+
+def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
+    """Moduli of the roots of a_2 ξ² + a_1 ξ + a_0, largest first, without cancellation."""
+    if a_2 == 0.0:
+        return (math.inf, abs(a_0 / a_1) if a_1 else math.inf)
+    discriminant = a_1 * a_1 - 4.0 * a_2 * a_0
+    if discriminant < 0.0:
+        modulus = math.sqrt(a_0 / a_2)
+        return (modulus, modulus)
+    big = -0.5 * (a_1 + math.copysign(math.sqrt(discriminant), a_1))
+    first, second = abs(big / a_2), abs(a_0 / big) if big else 0.0
+    return (max(first, second), min(first, second))

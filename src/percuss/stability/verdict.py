@@ -1,0 +1,102 @@
+"""The verdict on an orbit: stable or not, why, and by what margin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.stability.multipliers import Multipliers, floquet_multipliers
+from percuss.stability.reduced import Reduced, reduced_criterion
+from percuss.stability.waveform import Waveform, waveform_criterion
+from percuss.steady import Orbit
+
+__all__ = ["DEFAULT_MODES", "Stability", "stability"]
+
+DEFAULT_MODES = 32
+_NEUTRAL = 1e-10  # moduli this close to 1 are neither stable nor unstable in double precision
+_FOLD = 1e-6
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Whether small disturbances of an orbit die out.
+
+    Parameters
+    ----------
+    stable
+        By the exact multipliers.
+    reason
+        In words: what grows, or what dies out last.
+    margin
+        1 minus the largest modulus: positive when stable. Per impact, dimensionless.
+    reduced, multipliers, waveform
+        The three criteria, from B77's to the exact one to the designer's.
+    disagreement
+        Where B77's criterion says otherwise, in words; else None.
+    """
+
+    stable: bool
+    reason: str
+    margin: float
+    reduced: Reduced
+    multipliers: Multipliers
+    waveform: Waveform
+    disagreement: str | None = None
+
+
+def stability(orbit: Orbit, *, modes: int | None = None) -> Stability:
+    """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
+
+    Parameters
+    ----------
+    orbit
+        An orbit of `steady_states`.
+    modes
+        Elastic modes of the exact multipliers; by default those that the orbit was asked for, or 32.
+
+    Examples
+    --------
+    >>> from percuss import Load, System, stability, steady_states
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> for orbit in steady_states(system).orbits:
+    ...     print(stability(orbit).reason)
+    unstable, beyond the fold: multiplier 3.180
+    stable: elastic mode 32 dies out last, by 0.9849 per impact
+    """
+    n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
+    reduced = reduced_criterion(orbit)
+    multipliers = floquet_multipliers(orbit, n)
+    if reduced.other_side is not None:  # the load jumps at the impact: the worse side decides
+        multipliers = max(multipliers, floquet_multipliers(orbit, n, side="left"), key=lambda m: m.largest)
+    margin = 1.0 - multipliers.largest
+    stable = margin > _NEUTRAL and not orbit.fold
+    disagreement = None
+    if stable != reduced.stable and abs(margin) > _NEUTRAL:
+        words = {True: "stable", False: "unstable"}
+        disagreement = (
+            f"B77's reduced criterion says {words[reduced.stable]} (largest modulus {max(reduced.moduli):.6f}), the "
+            f"exact multipliers of {n} modes say {words[stable]} (largest modulus {multipliers.largest:.6f})"
+        )
+    reason = _reason(orbit, multipliers, reduced, stable)
+    return Stability(stable, reason, margin, reduced, multipliers, waveform_criterion(orbit), disagreement)
+
+
+def _reason(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bool) -> str:
+    first = complex(multipliers.values[0])
+    modulus, mode = multipliers.largest, multipliers.dominant_mode
+    what = "the rigid motion" if mode == 0 else f"elastic mode {mode}"
+    if orbit.fold:
+        return "fold: two motions meet here, the multiplier is 1"
+    if stable:
+        return f"stable: {what} dies out last, by {modulus:.4f} per impact"
+    if abs(1.0 - modulus) <= _NEUTRAL:
+        return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
+    if mode != 0 and reduced.stable:  # what B77's criterion cannot see
+        return f"elastic mode {mode} grows, by {modulus:.6f} per impact"
+    if abs(first.imag) > _FOLD * modulus:
+        turn = abs(float(np.angle(first)))
+        return f"unstable, a spiral: the rigid motion grows by {modulus:.4f} per impact, turning {turn:.3f} rad"
+    if first.real > 0.0:
+        return f"unstable, beyond the fold: multiplier {first.real:.3f}"
+    return f"flip (period doubling): multiplier {first.real:.3f}"

@@ -1,0 +1,180 @@
+"""Does the bar pass through the wall between two impacts? Decided with bounds, not with a scan (theory §4).
+
+A cell of time is dropped only when Taylor's theorem, with a bound of the acceleration, proves y < 0 on all of it. The
+first pass uses few modes and a bound of what the others can add; cells that this cannot decide are looked at with all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from percuss.model.checks import Array
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.oscillator import mode_frequencies
+
+if TYPE_CHECKING:
+    from percuss.steady.orbit import Orbit
+
+__all__ = ["Contactless", "Violation", "flight_check"]
+
+_TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
+_NARROWEST = 1e-14  # share of the period below which a cell is not split further
+_MOST_WORK = 20_000_000  # modes × times
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A passage through the wall between two impacts.
+
+    Parameters
+    ----------
+    time
+        When the striking end first passes the wall's place, in rad of the load after the impact.
+    depth
+        Greatest penetration during the flight, in bar lengths.
+    """
+
+    time: float
+    depth: float
+
+
+class _Bounds(NamedTuple):
+    """Bounds of |y''| and |y'''| of the sums with a number of modes."""
+
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True)
+class Contactless:
+    """The answer to "does the bar stay off the wall between the impacts?".
+
+    Parameters
+    ----------
+    violation
+        The first passage through the wall, or None.
+    proven
+        Whether the answer is proved; it is not when the work allowed ran out (ringing of enormous amplitude).
+    """
+
+    violation: Violation | None
+    proven: bool = True
+
+
+def flight_check(orbit: Orbit) -> Contactless:
+    """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
+
+    A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable.
+    """
+    few, touch = orbit._truncation.few, _TOUCH * max(orbit.stroke, 1e-300)
+    period, full = orbit.period, _bounds(orbit, orbit.modes)
+    start, stop = _safe_ends(orbit, full)
+    if start is None:
+        return Contactless(_deepest(orbit, 0.0, 0.0, period))
+    rest, rest_speed = _left_out(orbit, few)
+    acceleration = _bounds(orbit, few).acceleration
+    cells = 64 * orbit.periods
+    half = 0.5 * (stop - start) / cells
+    centres: Array = np.asarray(start + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    first, highest, peak, work = np.inf, 0.0, 0.0, 0
+    while centres.size and half > _NARROWEST * period:
+        exact = few == orbit.modes or 0.5 * acceleration * half**2 < rest
+        work += centres.size * (orbit.modes if exact else few)
+        if work > _MOST_WORK:
+            break
+        y, speed = orbit.end_motion(centres, orbit.modes if exact else few)
+        near_end = np.minimum(centres, period - centres) + half
+        margin = 0.0 * y if exact else np.minimum(2.0 * rest, rest_speed * near_end)
+        through = y - margin > touch
+        if through.any():
+            first = min(first, float(centres[through].min()))
+        if float(y.max()) > highest:
+            highest, peak = float(y.max()), float(centres[np.argmax(y)])
+        curvature = full.acceleration if exact else acceleration
+        safe = y + np.abs(speed) * half + 0.5 * curvature * half**2 + margin < 0.0
+        left = centres[~safe & (centres - half < first)]
+        half *= 0.5
+        centres = np.sort(np.concatenate([left - half, left + half]))
+    proven = not centres.size or half <= _NARROWEST * period
+    if not np.isfinite(first):
+        return Contactless(None, proven)
+    width = max(half, 0.5 * (stop - start) / cells)
+    return Contactless(_deepest(orbit, first, max(peak - width, 0.0), min(peak + width, period)), proven)
+
+
+def _deepest(orbit: Orbit, first: float, low: float, high: float) -> Violation:
+    """The violation at `first` with the greatest depth, found anywhere or between `low` and `high`."""
+    near, _ = orbit.end_motion(np.linspace(low, high, 129), orbit.modes)
+    best = low + (high - low) * np.array([max(int(near.argmax()) - 1, 0), min(int(near.argmax()) + 1, 128)]) / 128.0
+    fine, _ = orbit.end_motion(np.linspace(best[0], best[1], 65), orbit.modes)
+    return Violation(first, max(orbit.highest[1], float(near.max()), float(fine.max())))
+
+
+def _safe_ends(orbit: Orbit, bounds: _Bounds) -> tuple[float | None, float]:
+    """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
+    speed = orbit.impact_velocity
+    rebound = orbit.system.restitution * speed
+    start = max(2.0 * rebound / bounds.acceleration, 0.0)
+    if orbit.system.restitution == 0.0:  # it starts from rest: its acceleration decides
+        begin = _start_acceleration(orbit)
+        if begin >= 0.0:
+            return None, orbit.period
+        start = max(start, min(3.0 * -begin / bounds.jerk, _next_break(orbit)))
+    stop = orbit.period - max(2.0 * speed / bounds.acceleration, 0.0)
+    return min(start, 0.5 * orbit.period), max(stop, 0.5 * orbit.period)
+
+
+def _start_acceleration(orbit: Orbit) -> float:
+    """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
+    force = float(orbit.system.load.value(orbit.phase))
+    signs = 2.0 * np.cos(np.pi * np.arange(1, orbit.modes + 1))
+    return force + float(signs @ (force - orbit.state.omega**2 * orbit.state.displacement))
+
+
+def _next_break(orbit: Orbit) -> float:
+    breaks = np.asarray(orbit.system.load.breaks)
+    if not breaks.size:
+        return np.inf
+    ahead = np.mod(breaks - orbit.phase, 2.0 * np.pi)
+    return float(ahead[ahead > 1e-12].min(initial=2.0 * np.pi))
+
+
+def _ringing(orbit: Orbit, modes: int) -> Array:
+    """Amplitude bounds of the free motion of each mode, with that after the jumps of a piecewise load."""
+    amplitude = orbit.state.amplitude[:modes]
+    if isinstance(orbit.response, HarmonicResponse):
+        return amplitude
+    u, v = orbit.response.knots(modes)
+    return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(orbit.system.s, modes)).max(axis=0))
+
+
+def _bounds(orbit: Orbit, modes: int) -> _Bounds:
+    d, load = orbit.system.d, orbit.system.load
+    speed, force = orbit.response.rigid_bounds()
+    fastest = speed + load.mean * orbit.period + abs(orbit.system.restitution * orbit.rigid_velocity) + speed
+    rigid = force + load.mean + d * fastest
+    omega = mode_frequencies(orbit.system.s, modes)
+    ringing = 2.0 * _ringing(orbit, modes) * (omega**2 + d * omega)
+    acceleration, jerk = rigid + float(ringing.sum()), d * rigid + float((ringing * (omega + d)).sum())
+    response = orbit.response
+    if isinstance(response, HarmonicResponse):
+        if orbit.requested_modes is None:
+            shapes = np.abs(response.shapes(np.array([1.0]))[0][:, 0])
+        else:
+            shapes = 2.0 * np.abs(
+                1.0 / (omega[:, None] ** 2 - (response.k * (response.k - 1j * d))[None, :])
+            ).sum(axis=0)
+        forced = response.k**2 * np.abs(response.p)
+        acceleration += float(forced @ shapes)
+        jerk += float((response.k * forced) @ shapes) + float((response.k * np.abs(response.p)).sum())
+    return _Bounds(acceleration, jerk)
+
+
+def _left_out(orbit: Orbit, few: int) -> tuple[float, float]:
+    """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
+    rest = 2.0 * _ringing(orbit, orbit.modes)[few:]
+    omega = mode_frequencies(orbit.system.s, orbit.modes)[few:]
+    return float(rest.sum()), float(rest @ omega)

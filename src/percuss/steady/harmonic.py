@@ -1,0 +1,157 @@
+"""Forced response to a load given by harmonics: every sum over the modes in closed form (theory §4)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.errors import ResonanceError
+from percuss.model import System
+from percuss.model.checks import Array, ComplexArray
+from percuss.steady.oscillator import mode_frequencies
+
+__all__ = ["Field", "HarmonicResponse", "static_shape"]
+
+_SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
+_RESONANT = 64.0 * np.finfo(float).eps
+
+
+class Field(NamedTuple):
+    """Displacement, velocity and strain; equal shapes, dimensionless."""
+
+    displacement: Array
+    velocity: Array
+    strain: Array
+
+
+def static_shape(system: System, x: Array) -> tuple[Array, Array]:
+    """Displacement and strain of the elastic modes under a constant unit force, (1/s²)(1/3 − x + x²/2)."""
+    scale = 1.0 / system.s**2
+    return scale * (1.0 / 3.0 - x + 0.5 * x**2), scale * (x - 1.0)
+
+
+class HarmonicResponse:
+    """Periodic motion of the bar under its harmonics p_k, without rigid drift.
+
+    Parameters
+    ----------
+    system
+        Only s, d and the coefficients of the load are used, also when the load is piecewise.
+
+    Raises
+    ------
+    ResonanceError
+        When an undamped bar is driven at one of its own frequencies (B77 16).
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.k = system.load.harmonics.astype(float)
+        self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
+        self.q: ComplexArray = np.asarray(np.sqrt(self.k * (self.k - 1j * system.d)) / system.s, dtype=complex)
+        self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
+        if system.d == 0.0:
+            _refuse_resonance(system.load.harmonics, self.q.real)
+
+    # -- rigid part --
+
+    def rigid_velocity(self, theta: Array) -> Array:
+        """v_f(θ), the periodic rigid velocity (theory §4); shape of `theta`."""
+        return self._waves(theta, self.rigid_factor)
+
+    def rigid_acceleration(self, theta: Array) -> Array:
+        """v_f'(θ)."""
+        return self._waves(theta, 1j * self.k * self.rigid_factor)
+
+    def rigid_displacement(self, theta: Array) -> Array:
+        """The periodic antiderivative of v_f with mean zero."""
+        return self._waves(theta, self.rigid_factor / (1j * self.k))
+
+    def rigid_bounds(self) -> tuple[float, float]:
+        """Bounds of |v_f| and of the alternating force."""
+        return float(np.abs(self.rigid_factor).sum()), float(np.abs(self.p).sum())
+
+    def force(self, theta: Array) -> Array:
+        """p(θ) with its mean."""
+        return self.system.load.mean + self._waves(theta, self.p)
+
+    # -- elastic part, all modes --
+
+    def shapes(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """g_k(x) = 2 Σ_{n≥1} H_nk cos nπx in closed form, and its slope; shapes (K, len(x)).
+
+        With G_k of theory §4, g_k = G_k − H_0k = (1/s²)[1/q² − cos q(1 − x)/(q sin q)].
+        """
+        q, y = self.q[:, None], (1.0 - np.asarray(x, dtype=float))[None, :]
+        scale = 1.0 / self.system.s**2
+        small = np.abs(q) < _SERIES_BELOW
+        qs = np.where(small, q, 1.0)
+        sine = np.sin(qs)
+        top = _sinc_minus_one(qs) + 2.0 * np.sin(0.5 * qs * y) ** 2
+        near = top / (qs * sine)
+        near_slope = -np.sin(qs * y) / sine
+        ql = np.where(small, 1.0 - 1.0j, q)  # Im q ≤ 0: factors exp(−iq…) never overflow
+        down, up = np.exp(-1j * ql * (1.0 - y)), np.exp(-1j * ql * (1.0 + y))
+        bottom = 1.0 - np.exp(-2j * ql)
+        far = 1.0 / ql**2 - 1j * (down + up) / (ql * bottom)
+        far_slope = -(down - up) / bottom
+        shape = np.asarray(scale * np.where(small, near, far), dtype=complex)
+        return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
+
+    def elastic(self, x: Array, theta: Array) -> Field:
+        """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ))."""
+        shape, slope = self.shapes(x)
+        waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
+        rise, bend = static_shape(self.system, np.asarray(x, dtype=float))
+        mean = self.system.load.mean
+        return Field(
+            (shape.T @ waves).real + mean * rise[:, None],
+            ((shape * (1j * self.k)[:, None]).T @ waves).real,
+            (slope.T @ waves).real + mean * bend[:, None],
+        )
+
+    # -- one mode at a time --
+
+    def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
+        """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
+        square = mode_frequencies(self.system.s, modes) ** 2
+        gain = 1.0 / (square[:, None] - (self.k * (self.k - 1j * self.system.d))[None, :])
+        waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
+        mean = self.system.load.mean / square
+        return (gain @ waves).real + mean[:, None], ((gain * (1j * self.k)) @ waves).real
+
+    def modal_velocity_bound(self, theta: float, omega: float) -> float:
+        """P such that |f_n'(θ)| ≤ P/ω_n² for every mode with ω_n ≥ `omega`; inf when `omega` is too low for one.
+
+        f_n' = p'/ω² + Re Σ ik p_k exp(ikθ) (k² − ikd) H_nk/ω².
+        """
+        shift = np.abs(self.k * (self.k - 1j * self.system.d))
+        room = omega**2 - shift
+        if np.any(room <= 0.0):
+            return math.inf
+        slope = abs(float((1j * self.k * self.p * np.exp(1j * self.k * theta)).real.sum()))
+        return slope + float(np.sum(self.k * np.abs(self.p) * shift / room))
+
+    def _waves(self, theta: Array, factor: ComplexArray) -> Array:
+        theta = np.asarray(theta, dtype=float)
+        flat = np.exp(1j * np.outer(theta.reshape(-1), self.k)) @ factor
+        return np.asarray(flat.real.reshape(theta.shape))
+
+
+def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
+    """sin q/q − 1 for |q| < 1 by its series: no cancellation."""
+    square = q * q
+    total = np.zeros_like(square)
+    for j in range(9, 0, -1):
+        total = -square / (2 * j * (2 * j + 1)) * (1.0 + total)
+    return total
+
+
+def _refuse_resonance(harmonics: np.typing.NDArray[np.int64], q: Array) -> None:
+    n = np.rint(q / math.pi)
+    off = np.abs(q - n * math.pi)
+    bad = np.flatnonzero((n >= 1.0) & (off <= _RESONANT * q))
+    if bad.size:
+        raise ResonanceError(int(harmonics[bad[0]]), int(n[bad[0]]))

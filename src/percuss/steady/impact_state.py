@@ -1,0 +1,96 @@
+"""The state of the elastic modes at the impact of a steady motion (B77 12, 13; theory §4).
+
+With D = diag(1, −R) and Φ the propagator over the impact period T, the transient just after the impact is
+z = (I − DΦ)⁻¹(D − I) f, and the modal velocity just before it is w = f' det(I − Φ)/det(I − DΦ).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import Array
+from percuss.steady.oscillator import mode_frequencies, propagator
+
+__all__ = ["ModalState", "modal_state", "resolvent_bound"]
+
+_TINY = 16.0 * np.finfo(float).eps
+
+
+@dataclass(frozen=True)
+class ModalState:
+    """Elastic modes n = 1 … N at the impact; every array of shape (N,), dimensionless.
+
+    Parameters
+    ----------
+    omega
+        Undamped frequencies nπs.
+    displacement
+        u_n at the impact, the same before and after it.
+    velocity
+        u_n' just before the impact.
+    z, z_velocity
+        Transient part (u_n − f_n, u_n' − f_n') just after the impact.
+    forced_velocity
+        f_n' at the impact phase.
+    divisor
+        det(I − DΦ): how near the mode is to resonance with the impacts (0 = resonant).
+    """
+
+    omega: Array
+    displacement: Array
+    velocity: Array
+    z: Array
+    z_velocity: Array
+    forced_velocity: Array
+    divisor: Array
+
+    @property
+    def amplitude(self) -> Array:
+        """Bound of |z_n(t)| for all t ≥ 0, because the energy of a free oscillation never grows; shape (N,)."""
+        return np.asarray(np.hypot(self.z, self.z_velocity / self.omega))
+
+
+def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
+    """Solve the steady condition mode by mode.
+
+    Parameters
+    ----------
+    system, period
+        The system and the impact period T = 2πm.
+    forced
+        f_n and f_n' at the impact phase, each of shape (N,).
+    """
+    r, d = system.restitution, system.d
+    f, f_velocity = forced
+    omega = mode_frequencies(system.s, f.size)
+    step = propagator(omega, d, period)
+    loss = -np.expm1(-0.5 * d * period)  # 1 − exp(−dT/2)
+    half_d_b = 0.5 * d * step.b
+    still = loss**2 + 2.0 * step.versine  # det(I − Φ)
+    divisor = loss * (1.0 + r * step.half) + (1.0 - r) * step.versine - (1.0 + r) * half_d_b  # det(I − DΦ)
+    one_minus_a = loss + step.versine - half_d_b
+    singular = divisor <= _TINY * np.maximum(1.0, _TINY * (omega * period) ** 2)
+    safe = np.where(singular, 1.0, divisor)
+    push = -(1.0 + r) * f_velocity
+    # an undamped mode in exact resonance with the impacts only fixes its velocity
+    z = np.where(singular, 0.0, push * step.b / safe)
+    z_velocity = np.where(singular, -f_velocity, push * one_minus_a / safe)
+    velocity = np.where(singular, 0.0, f_velocity * still / safe)
+    return ModalState(omega, f + z, velocity, z, z_velocity, f_velocity, divisor)
+
+
+def resolvent_bound(system: System, period: float, omega: float) -> float:
+    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from frequency `omega` on; inf when d = 0."""
+    r, d = system.restitution, system.d
+    half = float(np.exp(-0.5 * d * period))
+    rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
+    if rate == 0.0:
+        return float("inf")
+    slip = 0.5 * d / rate * half
+    least = -float(np.expm1(-0.5 * d * period)) * (1.0 + r * half) - (1.0 + r) * slip
+    if least <= 0.0:
+        return float("inf")
+    return (1.0 + r) * (half * omega / rate + 1.0 + half + slip) / least

@@ -1,0 +1,129 @@
+"""One damped oscillator, u'' + d u' + ω² u = 0: its propagator and the functions that stay exact as d → 0.
+
+Everything broadcasts over modes and times; overdamped and critically damped modes are no special case for the caller.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model.checks import Array
+
+__all__ = ["Propagator", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
+
+_CHUNK = 1 << 20  # modes × times handled at once
+_SMALL = 0.3  # below this the differences in phi2 would lose digits and the series takes over
+
+
+def phi1(x: npt.ArrayLike) -> Array:
+    """(1 − exp(−x))/x, with its limit 1 at x = 0."""
+    x = np.asarray(x, dtype=float)
+    safe = np.where(x == 0.0, 1.0, x)
+    return np.asarray(np.where(x == 0.0, 1.0, -np.expm1(-safe) / safe))
+
+
+def phi2(x: npt.ArrayLike) -> Array:
+    """(exp(−x) − 1 + x)/x², with its limit 1/2 at x = 0."""
+    x = np.asarray(x, dtype=float)
+    small = np.abs(x) < _SMALL
+    everywhere = bool(small.all())
+    y = x if everywhere else np.where(small, x, 0.0)
+    series = np.full(y.shape, 1.0 / 14.0)
+    for j in range(13, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
+        series = (1.0 - y * series) / j
+    if everywhere:
+        return series.astype(np.float64)
+    safe = np.where(small, 1.0, x)
+    return np.asarray(np.where(small, series, (np.expm1(-safe) + safe) / safe**2))
+
+
+def mode_frequencies(s: float, modes: int) -> Array:
+    """Undamped natural frequencies nπs of the elastic modes n = 1 … `modes`; shape (modes,), dimensionless."""
+    return np.pi * s * np.arange(1, modes + 1)
+
+
+class Propagator(NamedTuple):
+    """Φ(t) = [[a, b], [c, e]] of (u, u'), and numbers of it that would cancel if taken from a … e.
+
+    `half` is exp(−dt/2); `versine` is exp(−dt/2)(1 − cos λt).
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    e: Array
+    half: Array
+    versine: Array
+
+
+def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
+    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d`.
+
+    Parameters
+    ----------
+    omega, t
+        Broadcast against each other; dimensionless.
+    d
+        Damping, 0 or greater.
+    """
+    omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
+    half_d = 0.5 * d
+    square = omega**2 - half_d**2
+    half = np.exp(-half_d * t)
+    if d == 0.0 or np.all(square > 0.0):
+        angle = np.sqrt(square) * t
+        cosine, b = half * np.cos(angle), half * t * np.sinc(angle / np.pi)
+        versine = half * 2.0 * np.sin(0.5 * angle) ** 2
+    else:
+        rate = np.sqrt(np.abs(square))
+        over = square < 0.0
+        angle = np.where(over, 0.0, rate) * t
+        # exp(−dt/2) cosh and sinh without overflow: the slow decay is ω²/(d/2 + μ)
+        slow = np.exp(-np.where(over, omega**2 / (half_d + rate), 0.0) * t)
+        spread = np.where(over, 2.0 * rate, 0.0) * t
+        cosine = np.where(over, 0.5 * slow * (1.0 + np.exp(-spread)), half * np.cos(angle))
+        b = np.where(over, slow * t * phi1(spread), half * t * np.sinc(angle / np.pi))
+        versine = np.where(over, half - cosine, half * 2.0 * np.sin(0.5 * angle) ** 2)
+    return Propagator(cosine + half_d * b, b, -(omega**2) * b, cosine - half_d * b, half, versine)
+
+
+def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
+    """Σ_n rows[i, n] z_n(t) and its derivative for free oscillators z_n: the free motion of the bar.
+
+    Parameters
+    ----------
+    omega, d
+        Undamped frequencies, shape (N,), and the damping.
+    start
+        z_n and z_n' at t = 0, each of shape (N,).
+    t
+        Times, shape (nt,).
+    rows
+        Weights of the first `rows.shape[1]` modes, shape (ni, modes).
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Two arrays of shape (ni, nt).
+    """
+    modes = rows.shape[1]
+    omega, z, v = omega[:modes], start[0][:modes], start[1][:modes]
+    ringing = omega > 0.5 * d * (1.0 + 1e-3)  # the others do not oscillate, or nearly so
+    rate = np.sqrt(omega[ringing] ** 2 - 0.25 * d**2)
+    exponent = -0.5 * d + 1j * rate
+    phasor = z[ringing] - 1j * (v[ringing] + 0.5 * d * z[ringing]) / rate
+    weights = np.concatenate([rows[:, ringing] * phasor, rows[:, ringing] * (phasor * exponent)])
+    both = np.empty((weights.shape[0], t.size))
+    width = max(1, _CHUNK // max(1, rate.size))
+    for i in range(0, t.size, width):
+        both[:, i : i + width] = (weights @ np.exp(np.outer(exponent, t[i : i + width]))).real
+    total, speed = both[: rows.shape[0]], both[rows.shape[0] :]
+    if not ringing.all():
+        step = propagator(omega[~ringing, None], d, t[None, :])
+        slow, slow_v = z[~ringing, None], v[~ringing, None]
+        total += rows[:, ~ringing] @ (step.a * slow + step.b * slow_v)
+        speed += rows[:, ~ringing] @ (step.c * slow + step.e * slow_v)
+    return total, speed

@@ -1,0 +1,224 @@
+"""All phases at which the rigid velocity meets a level, and the proof that there are no others.
+
+The critical points of v_f cut the circle into arcs on which v_f is monotone, so that each arc holds at most one root,
+and holds one exactly when the level lies between the values at its ends. The critical points themselves are found by
+subdivision with a curvature bound: a cell is dropped only when Taylor's theorem proves that it holds no root, and
+accepted only when it proves that it holds at most one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import Array, ComplexArray
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.piecewise import PiecewiseResponse
+
+__all__ = ["Arcs", "Response", "forced_response", "harmonic_sums", "trigonometric_roots"]
+
+TURN = 2.0 * math.pi
+_EPS = np.finfo(float).eps
+_LAST_STEP = 1e-8
+_NODES = 129  # of the table that starts Newton's method on an arc
+_NARROWEST = 1e-9  # half-width of a cell below which a multiple root is taken as one point
+
+Response: TypeAlias = HarmonicResponse | PiecewiseResponse
+Curve: TypeAlias = Callable[[Array], tuple[Array, Array]]
+
+
+def forced_response(system: System) -> Response:
+    """The forced response, exact for the load's own form: piecewise where that is known, else by harmonics."""
+    return PiecewiseResponse(system) if system.load.is_piecewise else HarmonicResponse(system)
+
+
+def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
+    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing.
+
+    A root of even order, where g touches zero within rounding, may be given once, twice or not at all; all others
+    are found, each once.
+
+    Parameters
+    ----------
+    k, coefficients
+        Wave numbers k ≥ 0 and complex coefficients, equal shapes.
+    """
+    curvature = float(np.sum(k**2 * np.abs(coefficients)))
+    noise = 8.0 * _EPS * float(np.sum((1.0 + k) * np.abs(coefficients)))
+
+    def value(theta: Array) -> tuple[Array, Array]:
+        g, slope = harmonic_sums(theta, k, coefficients, 1j * k * coefficients)
+        return g, slope
+
+    cells = max(32, 8 * int(k.max(initial=1.0)))
+    half = math.pi / cells
+    centres: Array = np.asarray(half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    brackets: list[Array] = []
+    while centres.size:
+        g, slope = value(centres)
+        empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
+        monotone = ~empty & (np.abs(slope) > curvature * half + noise)
+        if half < _NARROWEST:
+            monotone = ~empty
+        brackets.append(np.stack([centres[monotone] - half, centres[monotone] + half], axis=1))
+        left = centres[~empty & ~monotone]
+        half *= 0.5
+        centres = np.concatenate([left - half, left + half])
+    pairs = np.concatenate(brackets)
+    low, high = value(pairs[:, 0])[0], value(pairs[:, 1])[0]
+    pairs = pairs[(low < 0.0) != (high < 0.0)]
+    roots = _polished(pairs[:, 0], pairs[:, 1], value, np.zeros(len(pairs)))
+    return np.sort(np.mod(roots, TURN))
+
+
+def harmonic_sums(theta: Array, k: Array, *coefficients: ComplexArray) -> list[Array]:
+    """Re Σ c_k exp(ikθ) for several sets of coefficients at once, by Horner's rule in exp(iθ).
+
+    Parameters
+    ----------
+    theta
+        Any shape.
+    k
+        Whole wave numbers ≥ 0, increasing.
+    coefficients
+        Each of the shape of `k`.
+    """
+    turn = np.exp(1j * np.asarray(theta, dtype=float))
+    totals = [np.zeros_like(turn) for _ in coefficients]
+    dense = np.zeros((len(coefficients), int(k.max(initial=0.0)) + 1), dtype=complex)
+    dense[:, k.astype(int)] = coefficients
+    for column in dense.T[::-1]:
+        for total, coefficient in zip(totals, column, strict=True):
+            total *= turn
+            total += coefficient
+    return [total.real for total in totals]
+
+
+def _polished(low: Array, high: Array, value: Curve, level: Array, start: Array | None = None) -> Array:
+    """Newton's method kept inside brackets [low, high] on which `value` is monotone; equal shapes (n,)."""
+    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+    theta = 0.5 * (low + high) if start is None else np.array(start, dtype=float)
+    if not low.size:
+        return theta
+    below = value(low)[0] < level
+    active = np.arange(low.size)
+    for _ in range(100):
+        here = theta[active]
+        g, slope = value(here)
+        g = g - level[active]
+        left = (g < 0.0) == below[active]
+        low[active] = np.where(left, here, low[active])
+        high[active] = np.where(left, high[active], here)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = here - g / slope
+        inside = (step >= low[active]) & (step <= high[active])
+        new = np.where(g == 0.0, here, np.where(inside, step, 0.5 * (low[active] + high[active])))
+        theta[active] = new
+        active = active[np.abs(new - here) > _LAST_STEP]  # the step after this one would be below rounding
+        if not active.size:
+            break
+    return theta
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """The arcs of the circle on which v_f is monotone.
+
+    Parameters
+    ----------
+    ends
+        Phases of the n critical points or breaks, increasing, and the first one again a turn later; shape (n + 1,).
+    velocities
+        v_f there.
+    response
+        What v_f belongs to.
+    """
+
+    ends: Array
+    velocities: Array
+    response: Response
+
+    @classmethod
+    def of(cls, response: Response) -> Arcs:
+        """Cut the circle at the critical points (or kinks) of the rigid velocity."""
+        if isinstance(response, PiecewiseResponse):
+            ends = response.starts
+        elif response.k.size == 1:
+            k = int(response.k[0])
+            ends = np.sort(np.mod((np.pi * np.arange(2 * k) - np.angle(response.rigid_factor[0])) / k, TURN))
+        else:
+            ends = trigonometric_roots(response.k, 1j * response.k * response.rigid_factor)
+        ends = np.append(ends, ends[0] + TURN)
+        return cls(ends, response.rigid_velocity(np.append(ends[:-1], ends[0])), response)
+
+    @property
+    def highest(self) -> float:
+        """max v_f."""
+        return float(self.velocities.max())
+
+    @property
+    def tolerance(self) -> float:
+        """Differences of v_f below this are rounding."""
+        return 32.0 * _EPS * self.response.rigid_bounds()[0]
+
+    def roots(self, level: float) -> tuple[Array, Array]:
+        """All phases in [0, 2π) with v_f = level, increasing, and whether each is a tangency (fold).
+
+        Returns
+        -------
+        phases, folds
+            Equal shapes (n,).
+        """
+        off = self.velocities - level
+        touching = np.abs(off) <= self.tolerance
+        folds = self.ends[:-1][touching[:-1]]
+        crossed = (off[:-1] * off[1:] < 0.0) & ~touching[:-1] & ~touching[1:]
+        index = np.flatnonzero(crossed)
+        simple = self.invert(index, np.full(index.size, level))
+        phases = np.mod(np.concatenate([simple, folds]), TURN)
+        tangent = np.concatenate([np.zeros(simple.size, bool), np.ones(folds.size, bool)])
+        order = np.argsort(phases)
+        return phases[order], tangent[order]
+
+    def invert(self, arc: np.typing.NDArray[np.intp], level: Array) -> Array:
+        """The phase on arc number `arc` where v_f equals `level`, which must lie between its ends; broadcasts."""
+        r = self.response
+        if isinstance(r, PiecewiseResponse):
+            d, v = r.system.d, r.knot_velocity[arc]
+            x = d * (level - v) / (r.pull[arc] - d * v)  # v_f moves exponentially: 1 − exp(−dτ) = x
+            with np.errstate(divide="ignore", invalid="ignore"):
+                stretch = np.where(x == 0.0, 1.0, -np.log1p(-x) / np.where(x == 0.0, 1.0, x))
+            return np.asarray(self.ends[arc] + (level - v) / (r.pull[arc] - d * v) * stretch)
+
+        if r.k.size == 1:  # v_f = V cos k(θ − θ_0): arccos from the extreme where the arc starts
+            from_top = np.clip(level / self.velocities[arc], -1.0, 1.0)
+            return np.asarray(self.ends[arc] + np.arccos(from_top) / r.k[0])
+
+        def value(theta: Array) -> tuple[Array, Array]:
+            v, slope = harmonic_sums(theta, r.k, r.rigid_factor, 1j * r.k * r.rigid_factor)
+            return v, slope
+
+        phases = np.empty(arc.shape)
+        for number in np.unique(arc):
+            here = arc == number
+            phases[here] = self._invert_by_table(int(number), level[here], value)
+        return phases
+
+    def _invert_by_table(self, arc: int, level: Array, value: Curve) -> Array:
+        """Bracket each level between nodes that crowd at the arc's ends, where v_f is flat; then polish."""
+        ends = self.ends[arc], self.ends[arc + 1]
+        nodes = ends[0] + (ends[1] - ends[0]) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, _NODES)) ** 2
+        heights = value(nodes)[0]
+        if heights[0] > heights[-1]:
+            nodes, heights = nodes[::-1], heights[::-1]
+        heights = np.maximum.accumulate(heights)  # rounding where the arc is flat
+        right = np.clip(np.searchsorted(heights, level), 1, _NODES - 1)
+        a, b, low, high = heights[right - 1], heights[right], nodes[right - 1], nodes[right]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            start = low + (high - low) * np.where(b > a, (level - a) / (b - a), 0.5)
+        return _polished(np.minimum(low, high), np.maximum(low, high), value, level, start)

@@ -1,0 +1,157 @@
+"""Forced response to a piecewise-constant load, mode by mode without any Fourier series (theory §7)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import Array
+from percuss.steady.harmonic import Field, HarmonicResponse, static_shape
+from percuss.steady.oscillator import free_sum, mode_frequencies, phi1, phi2, propagator
+
+__all__ = ["PiecewiseResponse"]
+
+TURN = 2.0 * math.pi
+
+
+class PiecewiseResponse:
+    """Periodic motion under a load that is constant between its breaks; the twin of HarmonicResponse.
+
+    Between two breaks every mode moves about its static displacement p_i/ω² as a free oscillator; the state at the
+    first break follows from periodicity. Resonance is refused as there.
+    """
+
+    def __init__(self, system: System) -> None:
+        HarmonicResponse(system)  # refuses an exact resonance
+        self.system = system
+        self.starts = np.asarray(system.load.breaks)
+        self.values = np.asarray(system.load.values)
+        self.lengths = np.diff(np.append(self.starts, self.starts[0] + TURN))
+        self.pull = self.values - system.load.mean
+        self._rigid_knots()
+
+    def _rigid_knots(self) -> None:
+        d, dx, pull = self.system.d, self.lengths, self.pull
+        rest = TURN - np.cumsum(dx)  # from the end of each piece to the end of the turn
+        # v(1 − E) = Σ pull·dx·[φ1(d dx) exp(−d rest)], from which Σ pull·dx = 0 is taken out so that d → 0 is smooth
+        weight = -dx * phi2(d * dx) * np.exp(-d * rest) - rest * phi1(d * rest)
+        v = float(np.sum(pull * dx * weight)) / (TURN * float(phi1(d * TURN)))
+        velocities, positions, u = [], [], 0.0
+        for force, length in zip(pull, dx, strict=True):
+            velocities.append(v)
+            positions.append(u)
+            u += v * length * float(phi1(d * length)) + force * length**2 * float(phi2(d * length))
+            v = v * math.exp(-d * length) + force * length * float(phi1(d * length))
+        self.knot_velocity, self.knot_position = np.array(velocities), np.array(positions)
+        areas = self.knot_position * dx + self._cubic(dx)
+        self.mean_position = float(areas.sum()) / TURN
+
+    def _cubic(self, dx: Array) -> Array:
+        """∫ of the displacement over a piece, from its start, less its start value times the length."""
+        d = self.system.d
+        x = d * dx
+        small = np.abs(x) < 0.3
+        y = np.where(small, x, 0.0)
+        phi3 = np.zeros_like(y)
+        for j in range(15, 2, -1):  # 1/6 − x/24 + …
+            phi3 = (1.0 - y * phi3) / j
+        phi3 = np.where(small, phi3 / 2.0, (0.5 - phi2(x)) / np.where(small, 1.0, x))
+        return np.asarray(self.knot_velocity * dx**2 * phi2(x) + self.pull * dx**3 * phi3)
+
+    def locate(self, theta: Array, side: str = "right") -> tuple[np.typing.NDArray[np.intp], Array]:
+        """Piece and time since its start of each phase."""
+        piece = self.system.load._piece(theta, "left" if side == "left" else "right")
+        since = np.mod(np.asarray(theta, dtype=float) - self.starts[piece], TURN)
+        return piece, np.where(since > self.lengths[piece] + 1e-9, 0.0, since)
+
+    # -- rigid part --
+
+    def rigid_velocity(self, theta: Array) -> Array:
+        """v_f(θ); shape of `theta`."""
+        piece, since = self.locate(theta)
+        d = self.system.d
+        return np.asarray(
+            self.knot_velocity[piece] * np.exp(-d * since) + self.pull[piece] * since * phi1(d * since)
+        )
+
+    def rigid_acceleration(self, theta: Array, side: str = "right") -> Array:
+        """v_f'(θ), one-sided at a jump."""
+        piece, since = self.locate(theta, side)
+        d = self.system.d
+        start = self.pull[piece] - d * self.knot_velocity[piece]
+        return np.asarray(start * np.exp(-d * since))
+
+    def rigid_displacement(self, theta: Array) -> Array:
+        """The periodic antiderivative of v_f with mean zero."""
+        piece, since = self.locate(theta)
+        d = self.system.d
+        moved = self.knot_velocity[piece] * since * phi1(d * since) + self.pull[piece] * since**2 * phi2(d * since)
+        return np.asarray(self.knot_position[piece] + moved - self.mean_position)
+
+    def rigid_bounds(self) -> tuple[float, float]:
+        """Bounds of |v_f| and of the alternating force; v_f is monotone between the breaks."""
+        return float(np.abs(self.knot_velocity).max()), float(np.abs(self.pull).max())
+
+    def force(self, theta: Array) -> Array:
+        """p(θ) with its mean, right-sided at a jump."""
+        return self.system.load.value(theta)
+
+    # -- modes --
+
+    def knots(self, modes: int) -> tuple[Array, Array]:
+        """Departure from the static displacement, and velocity, of each elastic mode at the start of each piece.
+
+        Shapes (pieces, modes).
+        """
+        omega = mode_frequencies(self.system.s, modes)
+        static = self.values[:, None] / omega**2
+        steps = [propagator(omega, self.system.d, length) for length in self.lengths]
+        jumps = static - np.roll(static, -1, axis=0)  # change of the departure at the end of each piece
+        shift_u, shift_v = np.zeros_like(omega), np.zeros_like(omega)
+        for step, jump in zip(steps, jumps, strict=True):
+            shift_u, shift_v = (
+                step.a * shift_u + step.b * shift_v + jump,
+                step.c * shift_u + step.e * shift_v,
+            )
+        whole = propagator(omega, self.system.d, TURN)
+        # (I − Φ)⁻¹, with det(I − Φ) = (1 − h)² + 2 h(1 − cos λT), h = exp(−dT/2)
+        loss = -np.expm1(-0.5 * self.system.d * TURN)
+        det = loss**2 + 2.0 * whole.versine
+        u = ((1.0 - whole.e) * shift_u + whole.b * shift_v) / det
+        v = (whole.c * shift_u + (1.0 - whole.a) * shift_v) / det
+        us, vs = [], []
+        for step, jump in zip(steps, jumps, strict=True):
+            us.append(u)
+            vs.append(v)
+            u, v = step.a * u + step.b * v + jump, step.c * u + step.e * v
+        return np.array(us), np.array(vs)
+
+    def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
+        """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
+        piece, since = self.locate(np.asarray(theta, dtype=float).reshape(-1))
+        omega = mode_frequencies(self.system.s, modes)[:, None]
+        knot_u, knot_v = self.knots(modes)
+        step = propagator(omega, self.system.d, since[None, :])
+        u, v = knot_u[piece].T, knot_v[piece].T
+        static = self.values[piece][None, :] / omega**2
+        return step.a * u + step.b * v + static, step.c * u + step.e * v
+
+    def elastic(self, x: Array, theta: Array, modes: int) -> Field:
+        """Elastic part of the forced motion: static shape in closed form, the ringing by `modes` modes."""
+        x = np.asarray(x, dtype=float)
+        theta = np.asarray(theta, dtype=float).reshape(-1)
+        n = np.pi * np.arange(1, modes + 1)
+        angles = np.outer(x, n)
+        rows = np.concatenate([2.0 * np.cos(angles), -2.0 * n * np.sin(angles)])
+        rise, bend = static_shape(self.system, x)
+        force = self.force(theta)
+        ring, speed = np.empty((rows.shape[0], theta.size)), np.empty((rows.shape[0], theta.size))
+        piece, since = self.locate(theta)
+        omega = mode_frequencies(self.system.s, modes)
+        for i, start in enumerate(zip(*self.knots(modes), strict=True)):
+            here = piece == i
+            ring[:, here], speed[:, here] = free_sum(omega, self.system.d, start, since[here], rows)
+        half = x.size
+        return Field(ring[:half] + np.outer(rise, force), speed[:half], ring[half:] + np.outer(bend, force))

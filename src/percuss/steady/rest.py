@@ -1,0 +1,75 @@
+"""Rest: the bar lying on the wall for all time, a steady state of its own (theory §4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import ComplexArray
+from percuss.steady.phases import trigonometric_roots
+
+__all__ = ["Rest", "rest_on_wall"]
+
+_RESONANT = 1e-12
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The bar at rest on the wall.
+
+    Parameters
+    ----------
+    possible
+        Whether its contact force never pulls.
+    least_contact_force
+        Least value over the load period, dimensionless; −inf when the resting bar is driven in resonance.
+    phase
+        Load phase of the least contact force, or None.
+    quasi_static
+        The least value of p(t) itself: the limit s → ∞.
+    """
+
+    possible: bool
+    least_contact_force: float
+    phase: float | None
+    quasi_static: float
+
+
+def rest_on_wall(system: System) -> Rest:
+    """Is u(1, t) ≡ 0 a steady state, and how hard does the bar press?
+
+    The contact force is p_0 + Re Σ p_k exp(ikt)/cos q_k. For a piecewise load the sum runs over the harmonics kept.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> rest_on_wall(System(s=20.0, d=0.0, restitution=0.5, load=Load.harmonic(1.5, 1.0))).possible
+    True
+    """
+    load = system.load
+    k = load.harmonics.astype(float)
+    p: ComplexArray = load.coefficients[load.harmonics]
+    quasi_static, _ = _least(k, p, load.mean)
+    if load.is_piecewise:
+        quasi_static = min(load.values)
+    q = np.sqrt(k * (k - 1j * system.d)) / system.s
+    sink = np.abs(q.imag)
+    wave = np.exp(-1j * q.real - sink)  # exp(−iq), as Im q ≤ 0
+    if np.any(np.abs(wave**2 + 1.0) < _RESONANT * np.maximum(1.0, np.abs(q))):
+        return Rest(False, -math.inf, None, quasi_static)
+    transfer = 2.0 * wave / (wave**2 + 1.0)
+    least, phase = _least(k, p * transfer, load.mean)
+    return Rest(least >= 0.0, least, phase, quasi_static)
+
+
+def _least(k: np.typing.NDArray[np.float64], p: ComplexArray, mean: float) -> tuple[float, float | None]:
+    """Least value of mean + Re Σ p_k exp(ikt) and where it is taken."""
+    if not k.size:
+        return mean, None
+    phases = trigonometric_roots(k, 1j * k * p)
+    values = mean + (np.exp(1j * np.outer(phases, k)) @ p).real
+    best = int(np.argmin(values))
+    return float(values[best]), float(phases[best])

@@ -1,0 +1,94 @@
+"""What an orbit means in SI units (definitions of theory §10)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.steady.orbit import Orbit
+
+__all__ = ["SIReport", "si_report"]
+
+
+@dataclass(frozen=True)
+class SIReport:
+    """An orbit's figures in the units of its field; each name ends in its unit.
+
+    The striking speed is that of the striking end; momentum and mean force belong to the mean motion of the bar, for
+    which they are exact. Stress is that of first contact with R read as an impedance ratio.
+    """
+
+    impact_velocity_m_s: float
+    rigid_velocity_m_s: float
+    blow_energy_J: float
+    delivered_energy_J: float
+    blow_rate_Hz: float
+    blow_rate_per_min: float
+    percussive_power_kW: float
+    input_power_kW: float
+    efficiency: float | None
+    stroke_mm: float
+    peak_stress_MPa: float
+    receiving_stress_MPa: float
+    contact_time_us: float
+    mean_force_kN: float
+    momentum_N_s: float
+
+
+def si_report(orbit: Orbit) -> SIReport:
+    """The figures of an orbit in joules, hertz, metres per second and megapascals.
+
+    Raises
+    ------
+    ParameterError
+        When the orbit's system was made from dimensionless numbers.
+
+    Examples
+    --------
+    >>> from percuss import Bar, Contact, Load, System, si_report, steady_states
+    >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
+    >>> load = Load.harmonic(mean=4.0e3, amplitude=9.2e3, frequency=60.0)
+    >>> system = System.from_si(bar, load, Contact(restitution=0.2))
+    >>> report = si_report(steady_states(system).orbits[1])
+    >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")
+    306 J, 60 Hz, 11.0 m/s
+    """
+    system = orbit.system
+    if system.bar is None or system.frequency is None:
+        raise ParameterError(
+            "system", "dimensionless", "a system made from SI", "use System.from_si for figures in SI units"
+        )
+    bar, r = system.bar, system.restitution
+    speed = system.speed_scale * orbit.impact_velocity
+    rigid = system.speed_scale * orbit.rigid_velocity
+    energy, rate = system.energy_scale * orbit.blow_energy, system.frequency / orbit.periods
+    put_in = system.energy_scale * orbit.energy.input
+    delivered = (1.0 - r**2) * energy
+    wave = bar.density * bar.wave_speed * speed / 2.0
+    return SIReport(
+        impact_velocity_m_s=speed,
+        rigid_velocity_m_s=rigid,
+        blow_energy_J=energy,
+        delivered_energy_J=delivered,
+        blow_rate_Hz=rate,
+        blow_rate_per_min=60.0 * rate,
+        percussive_power_kW=1e-3 * energy * rate,
+        input_power_kW=1e-3 * put_in * rate,
+        efficiency=_ratio(delivered, put_in),
+        stroke_mm=1e3 * system.length_scale * orbit.stroke,
+        peak_stress_MPa=1e-6 * wave * (1.0 + r),
+        receiving_stress_MPa=1e-6 * wave * (1.0 - r),
+        contact_time_us=1e6 * bar.contact_duration,
+        mean_force_kN=1e-3 * bar.mass * rigid * (1.0 + r) * rate,
+        momentum_N_s=bar.mass * rigid,
+    )
+
+
+def _ratio(delivered: float, put_in: float) -> float | None:
+    """Efficiency; None where nothing is put in and nothing taken (R = 1 without damping)."""
+    if put_in <= np.finfo(float).eps * max(abs(delivered), 1.0) or not math.isfinite(put_in):
+        return None
+    return delivered / put_in

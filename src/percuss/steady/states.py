@@ -1,0 +1,180 @@
+"""All steady motions of a system with one impact every m load periods."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import LoadError
+from percuss.model import System
+from percuss.model.checks import Array, count, positive
+from percuss.steady.level import level, level_factor
+from percuss.steady.orbit import Orbit
+from percuss.steady.phases import Arcs, forced_response
+
+__all__ = ["MAX_MODES", "MAX_PERIODS", "Nearest", "SteadyStates", "steady_states"]
+
+MAX_MODES = 4096
+MAX_PERIODS = 10_000
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The nearest parameters at which a steady motion exists, the others kept.
+
+    Parameters
+    ----------
+    load_factor
+        Greatest load factor p_0/p_k.
+    mean
+        The mean load that goes with it.
+    restitution
+        Least coefficient of restitution, or None when even R = 1 is not enough.
+    """
+
+    load_factor: float
+    mean: float
+    restitution: float | None
+
+
+@dataclass(frozen=True)
+class SteadyStates:
+    """The steady motions with one impact every `periods` load periods.
+
+    Parameters
+    ----------
+    system, periods
+        The system, and m.
+    level
+        c, the right-hand side of B77 (14).
+    level_max
+        max v_f: motions exist while level ≤ level_max.
+    orbits
+        Every root of B77 (14) in order of phase, physically possible or not.
+    nearest
+        Where motions would exist, when there are none.
+    note
+        Why there is no orbit although the level is met, or "".
+    """
+
+    system: System
+    periods: int
+    level: float
+    level_max: float
+    orbits: tuple[Orbit, ...]
+    nearest: Nearest | None = None
+    note: str = ""
+
+    @property
+    def exists(self) -> bool:
+        """Whether any steady motion of this kind exists."""
+        return bool(self.orbits)
+
+    def rigid_velocity(self, phase: npt.ArrayLike) -> Array:
+        """v_f at the given load phases (rad): the curve that meets the level at the roots."""
+        return forced_response(self.system).rigid_velocity(np.asarray(phase, dtype=float))
+
+    def __str__(self) -> str:
+        head = f"z=1/{self.periods}: level {self.level:.6g}, max {self.level_max:.6g}, {len(self.orbits)} orbits"
+        return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
+
+
+def steady_states(
+    system: System, periods: int = 1, *, modes: int | None = None, tolerance: float = 1e-10
+) -> SteadyStates:
+    """Every steady motion with one impact every `periods` load periods (B77 14).
+
+    Parameters
+    ----------
+    system
+        The bar, its load and its contact.
+    periods
+        m, the load periods per impact.
+    modes
+        None for the continuous bar (as many modes as `tolerance` asks for), or N for a bar of modes 0 … N.
+    tolerance
+        Wanted error of the striking end's position, relative to the stroke (dimensionless).
+
+    Returns
+    -------
+    SteadyStates
+        With all roots in order of phase; look at `orbit.admissible` before believing one.
+
+    Raises
+    ------
+    LoadError
+        When the load does not push (mean ≤ 0) or is constant: there are no steady impacts then.
+    ResonanceError
+        When an undamped bar is driven exactly at one of its own frequencies.
+    ParameterError
+        For periods, modes or a tolerance out of range.
+
+    References
+    ----------
+    U. Björkenstam, Impact vibration of a bar, Int. J. Mech. Sci. 19 (1977) 471–481, equations (12)–(14).
+
+    Examples
+    --------
+    >>> from percuss import Load, System, steady_states
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> for orbit in steady_states(system).orbits:
+    ...     print(f"{orbit.phase:.6f} {orbit.impact_velocity:.6f} {orbit.admissible}")
+    0.800558 3.535655 True
+    2.331435 3.535667 True
+    """
+    m = count("periods", periods, most=MAX_PERIODS)
+    n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    wanted = positive("tolerance", tolerance)
+    check_pushes(system)
+    arcs = Arcs.of(forced_response(system))
+    period = 2.0 * math.pi * m
+    target = float(level(system.load.mean, system.d, system.restitution, period))
+    phases, folds = arcs.roots(target)
+    orbits = tuple(
+        Orbit(system, m, float(phase), bool(fold), n, wanted) for phase, fold in zip(phases, folds, strict=True)
+    )
+    found = SteadyStates(system, m, target, arcs.highest, orbits)
+    if not orbits:
+        return SteadyStates(system, m, target, arcs.highest, (), _nearest(system, period, arcs.highest))
+    if system.restitution == 1.0 and system.d == 0.0 and any(_gains(orbit) for orbit in orbits):
+        note = (
+            "with R = 1 and no damping nothing takes the energy that this load puts into the elastic modes: "
+            "the rigid motion exists, but the bar's ringing grows without bound"
+        )
+        return SteadyStates(system, m, target, arcs.highest, (), None, note)
+    return found
+
+
+def check_pushes(system: System) -> None:
+    """LoadError when the system can have no steady impacts."""
+    if system.load.is_constant:
+        raise LoadError(
+            "the load is constant: there is no load period, hence no steady motion to find",
+            "give it an alternating part, or simulate the bouncing bar instead",
+        )
+    if system.load.mean <= 0.0:
+        raise LoadError(
+            f"the load does not push: its mean is p_0 = {system.load.mean:.6g}, and must be greater than 0",
+            "turn the sign of the force (positive is toward the wall) or add a feed force",
+        )
+
+
+def _nearest(system: System, period: float, highest: float) -> Nearest:
+    """B77 (14) solved for the mean load, and for R, at the fold c = max v_f."""
+    mean = highest / (period * float(level_factor(system.d * period, system.restitution)))
+    load_factor = system.load.load_factor * mean / system.load.mean
+    least = float(level_factor(system.d * period, 1.0))  # what damping alone asks for
+    ratio = 2.0 * (highest / (system.load.mean * period) - least)  # (1 − R)/(1 + R)
+    restitution = (1.0 - ratio) / (1.0 + ratio) if ratio >= 0.0 else None
+    return Nearest(load_factor, mean, restitution)
+
+
+def _gains(orbit: Orbit) -> bool:
+    """Whether the elastic modes are driven at the impact of an undamped bar that rebounds fully."""
+    state = orbit.modal_state(32)
+    load = orbit.system.load
+    scale = float(np.sum(np.abs(load.coefficients[1:]) * np.arange(1, load.coefficients.size)))
+    return bool(np.any(np.abs(state.forced_velocity) * state.omega**2 > 1e-9 * scale))

@@ -1,0 +1,72 @@
+"""Warnings about elastic modes near resonance with the load or with the impacts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from percuss.steady.orbit import Orbit
+
+__all__ = ["resonance_warnings"]
+
+_AMPLIFIED = 10.0  # a mode that moves this many times its static (or typical) share is near resonance
+_NOTICEABLE = 1e-3  # share of the stroke below which nobody needs to know
+_MOST = 5
+
+
+def resonance_warnings(orbit: Orbit) -> tuple[str, ...]:
+    """Sentences about modes that ring strongly, the strongest first, and about a tolerance that was not reached."""
+    found = _load_resonances(orbit) + _impact_resonances(orbit)
+    found.sort(key=lambda pair: -pair[0])
+    texts = [text for _, text in found[:_MOST]]
+    if not orbit.proven:
+        texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
+    if orbit.requested_modes is None and orbit.error_bound > orbit.tolerance:
+        texts.append(
+            f"{orbit.modes} modes leave a position error of up to {orbit.error_bound:.1e} of the stroke "
+            f"({orbit.tolerance:.0e} was asked for)"
+        )
+    return tuple(texts)
+
+
+def _load_resonances(orbit: Orbit) -> list[tuple[float, str]]:
+    load, d = orbit.system.load, orbit.system.d
+    k = load.harmonics
+    nearest = np.maximum(np.rint(k / (np.pi * orbit.system.s)), 1.0)
+    omega = np.pi * orbit.system.s * nearest
+    gain = omega**2 / np.abs(omega**2 - k * (k - 1j * d))
+    share = 2.0 * gain * np.abs(load.coefficients[k]) / omega**2 / orbit.stroke
+    return [
+        (
+            float(share[i]),
+            f"load harmonic k = {k[i]} lies {100 * (k[i] / omega[i] - 1):+.2g} % from elastic mode n = "
+            f"{int(nearest[i])}: its motion is amplified {gain[i]:.3g} times, to {100 * share[i]:.2g} % of the stroke",
+        )
+        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
+    ]
+
+
+def _impact_resonances(orbit: Orbit) -> list[tuple[float, str]]:
+    state, system = orbit.state, orbit.system
+    share = 2.0 * state.amplitude / orbit.stroke
+    typical = (1.0 + system.restitution) * np.abs(state.forced_velocity) / state.omega
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
+    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * system.d**2, 0.0)) * orbit.periods
+    found = [
+        (
+            float(share[i]),
+            f"elastic mode n = {i + 1} rings near {int(np.rint(rate[i]))} times the blow rate: "
+            f"amplified {gain[i]:.3g} times, to {100 * share[i]:.2g} % of the stroke",
+        )
+        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
+    ]
+    stuck = np.flatnonzero(state.divisor == 0.0)
+    if stuck.size and system.restitution < 1.0:
+        text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is open"
+        found.append((np.inf, text))
+    return found
+
+

@@ -1,0 +1,285 @@
+"""Quantities as text, such as ``"341 mm"``, turned into SI numbers.
+
+A closed table holds the units that people write on drawings and data sheets and answers at once; any other
+unit is looked up in pint, which is imported only then. A frequency counts cycles: "377 rad/s" is 60 Hz, and
+60 rpm is 1 Hz (pint counts a turn as 2π, so turns never reach it).
+"""
+
+from __future__ import annotations
+
+import decimal
+import difflib
+import functools
+import math
+import re
+from typing import Any
+
+from percuss.errors import UnitError
+
+__all__ = ["DIMENSIONS", "TIME_WORDS", "si", "split_header", "unit_scale"]
+
+# dimension: (SI unit, a usual unit, examples, {unit: factor to SI}). The spelling is that of `_tidy`.
+_TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
+    "length": ("m", "mm", '"300 mm" or "0.3 m"', {
+        "m": 1.0, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "km": 1e3, "um": 1e-6, "in": 0.0254, "inch": 0.0254,
+        "ft": 0.3048,
+    }),
+    "area": ("m^2", "cm^2", '"6.5 cm^2" or "650 mm^2"', {
+        "m^2": 1.0, "mm^2": 1e-6, "cm^2": 1e-4, "dm^2": 1e-2, "in^2": 0.0254**2, "ft^2": 0.3048**2,
+    }),
+    "pressure": ("Pa", "MPa", '"12 MPa" or "120 bar"', {
+        "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "mbar": 1e2, "atm": 101325.0,
+        "psi": 4.4482216152605 / 0.0254**2, "ksi": 4448.2216152605 / 0.0254**2, "N/m^2": 1.0, "N/mm^2": 1e6,
+        "kN/mm^2": 1e9, "kgf/cm^2": 98066.5,
+    }),
+    "force": ("N", "kN", '"2.5 kN" or "2500 N"', {
+        "N": 1.0, "daN": 10.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605, "kgf": 9.80665,
+    }),
+    "frequency": ("Hz", "1/min", '"40 Hz" or "2400 1/min"', {
+        "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "1/s": 1.0, "s^-1": 1.0, "1/min": 1 / 60, "min^-1": 1 / 60,
+        "bpm": 1 / 60, "rpm": 1 / 60, "blows/min": 1 / 60, "rad/s": 0.5 / math.pi,
+    }),
+    "density": ("kg/m^3", "g/cm^3", '"7850 kg/m^3" or "7.85 g/cm^3"', {
+        "kg/m^3": 1.0, "g/cm^3": 1e3, "kg/dm^3": 1e3, "kg/l": 1e3, "t/m^3": 1e3,
+        "lb/in^3": 0.45359237 / 0.0254**3,
+    }),
+    "time": ("s", "ms", '"20 ms" or "0.02 s"', {
+        "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "sec": 1.0, "min": 60.0, "h": 3600.0,
+    }),
+    "velocity": ("m/s", "mm/s", '"10 m/s" or "1e4 mm/s"', {
+        "m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "m/min": 1 / 60, "km/h": 1 / 3.6, "ft/s": 0.3048,
+    }),
+    "energy": ("J", "kJ", '"310 J" or "0.31 kJ"', {
+        "J": 1.0, "kJ": 1e3, "MJ": 1e6, "mJ": 1e-3, "N*m": 1.0, "kN*m": 1e3,
+        "ft*lbf": 0.3048 * 4.4482216152605,
+    }),
+    "mass": ("kg", "g", '"5 kg" or "5000 g"', {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}),
+    "damping": ("N*s/m^2", "kN*s/m^2", '"40 N*s/m^2"', {  # D: force per length of the bar and per velocity
+        "N*s/m^2": 1.0, "kN*s/m^2": 1e3, "N/m/(m/s)": 1.0, "Pa*s": 1.0, "kg/(m*s)": 1.0, "kg/m/s": 1.0,
+    }),
+    "dimensionless": ("1", "%", '0.3 or "30 %"', {"": 1.0, "1": 1.0, "%": 1e-2}),
+}  # fmt: skip
+
+DIMENSIONS = tuple(_TABLE)
+"""The names of dimensions that `si` knows."""
+
+TIME_WORDS = frozenset(
+    {"t", "time", "times", "tid", "zeit", "temps", "tiempo", "tempo",
+    "aika", "elapsed", "timestamp"})
+"""How a column of time is called, in lower case."""
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_FACTOR = r"(?:1|[A-Za-z]+)(?:\^-?\d)?"
+_UNIT = re.compile(rf"{_FACTOR}(?:[*/]{_FACTOR})*(?:[*/]\({_FACTOR}(?:[*/]{_FACTOR})*\))?")
+# pint takes these for pure numbers
+_ANGLES = re.compile(r"rad|deg|°|turn|rev|cycle|rpm|rps|count|bit|byte", re.IGNORECASE)
+_POWERS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+
+
+def si(value: object, dimension: str, name: str) -> float:
+    """The SI value of a quantity written as text.
+
+    Parameters
+    ----------
+    value
+        Text with a number and a unit; a plain number only where the dimension is "dimensionless".
+    dimension
+        One of `DIMENSIONS`.
+    name
+        What the quantity is called, for the message.
+
+    Returns
+    -------
+    float
+        In m, m², Pa, N, Hz, kg/m³, s, m/s, J, kg, N·s/m² or 1.
+
+    Raises
+    ------
+    UnitError
+        When the unit is missing, unknown or of another dimension, or the number is no finite number.
+
+    Examples
+    --------
+    >>> si("341 mm", "length", "length")
+    0.341
+    >>> si("2400 blows/min", "frequency", "frequency")
+    40.0
+    """
+    accepted = _accepted(dimension)
+    if isinstance(value, bool):
+        raise UnitError(name, value, accepted)
+    text = value.strip().replace("−", "-") if isinstance(value, str) else _plain(value, name, accepted)
+    match = _NUMBER.match(text)
+    if match is None:
+        raise UnitError(name, value, accepted, _number_remedy(text))
+    unit = text[match.end() :].strip()
+    if unit[:1] == "," and unit[1:2].isdigit():
+        raise UnitError(name, value, accepted, f'write a decimal point: "{text.replace(",", ".", 1)}"')
+    if not unit and dimension != "dimensionless":
+        raise UnitError(name, value, accepted, f"did you mean {_both(match[0], dimension)}?")
+    scale = _scale(unit, dimension, name, value)
+    number = _product(match[0], scale)
+    if not math.isfinite(number):
+        raise UnitError(name, value, accepted + ", and finite")
+    return number
+
+
+def unit_scale(unit: str, dimensions: tuple[str, ...], name: str) -> tuple[float, str]:
+    """The SI value of 1 `unit` and its dimension, which must be one of `dimensions`.
+
+    A number before the unit counts: 1 of "12 MPa" is 12e6 Pa.
+
+    Raises
+    ------
+    UnitError
+        When the unit is unknown or of none of the dimensions.
+
+    Examples
+    --------
+    >>> unit_scale("bar", ("force", "pressure"), "unit")
+    (100000.0, 'pressure')
+    """
+    text = unit.strip()
+    text = text if _NUMBER.match(text) and not text.startswith("1/") else f"1 {text}"
+    refusals = []
+    for dimension in dimensions:
+        try:
+            return si(text, dimension, name), dimension
+        except UnitError as error:
+            refusals.append(error)
+    accepted = " or ".join(f'a unit of {d} such as "{_TABLE[d][1]}"' for d in dimensions)
+    raise UnitError(name, unit, accepted, refusals[0].remedy)
+
+
+def split_header(text: str) -> tuple[str, str | None]:
+    """The name and the unit in the heading of a column; the unit is None where there is none.
+
+    Knows "pressure [bar]", "t (ms)", "force/kN", "p in bar", "Force, kN", "p_bar" and "Time_s". Without
+    brackets only units of time, force and pressure count, and "p_min" is a smallest pressure, not minutes.
+
+    Examples
+    --------
+    >>> split_header("pressure [bar]"), split_header("Time_s"), split_header("p_min")
+    (('pressure', 'bar'), ('Time', 's'), ('p_min', None))
+    """
+    text = text.strip().strip("\"'").strip()
+    if match := re.fullmatch(r"(.*?)\s*[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]", text):
+        return match[1], None if match[2] in {"-", ""} else match[2]
+    for joint in (r"\s+in\s+", r"\s*[,:/]\s*", r"[_ ]+"):
+        match = re.fullmatch(rf"(.+?){joint}([^\s_,:]+)", text)
+        if match and (dimension := _known(match[2], ("time", "force", "pressure"))):
+            is_time = match[1].lower() in TIME_WORDS
+            if is_time == (dimension == "time"):
+                return match[1], match[2]
+    return text, None
+
+
+def _plain(value: object, name: str, accepted: str) -> str:
+    """The text of a plain number."""
+    try:
+        number = float(value)  # type: ignore[arg-type]  # whatever cannot become a float is refused
+    except (TypeError, ValueError, OverflowError):
+        raise UnitError(name, value, accepted) from None
+    if not math.isfinite(number):
+        raise UnitError(name, value, accepted)
+    return repr(value) if isinstance(value, int | float) and type(value) in (int, float) else repr(number)
+
+
+def _product(text: str, scale: float) -> float:
+    """The double nearest to the decimal product: "341 mm" is 0.341, which 341 * 1e-3 is not."""
+    try:
+        return float(decimal.Decimal(text) * decimal.Decimal(repr(scale)))
+    except (decimal.Overflow, decimal.InvalidOperation):
+        return math.inf
+
+
+def _tidy(unit: str) -> str:
+    """One spelling: µ is u, powers are ^n, products are *, no blanks: "N·s/m²" is "N*s/m^2"."""
+    unit = unit.strip().replace("µ", "u").replace("μ", "u")
+    unit = re.sub(r"([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda m: "^" + m[1].translate(_POWERS), unit)
+    unit = unit.replace("**", "^").replace("^^", "^")
+    unit = re.sub(r"\s*([*/^·⋅×])\s*", r"\1", unit)
+    unit = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", unit)
+    unit = re.sub(r"[·⋅×\s]+", "*", unit)
+    return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit)
+
+
+def _known(unit: str, dimensions: tuple[str, ...]) -> str | None:
+    """The first of the dimensions whose table holds the unit."""
+    tidy = _tidy(unit)
+    return next((d for d in dimensions if tidy in _TABLE[d][3]), None)
+
+
+def _scale(unit: str, dimension: str, name: str, value: object) -> float:
+    tidy = _tidy(unit)
+    if tidy in (units := _TABLE[dimension][3]):
+        return units[tidy]
+    accepted = _accepted(dimension)
+    if other := _known(tidy, DIMENSIONS):
+        raise UnitError(name, value, accepted, f'"{unit}" is a unit of {other}')
+    # Case alone is no safe guess ("mPa", "Mm"), and pint would take these without a word.
+    alike = [u for u in units if u.lower() == tidy.lower()]
+    if not alike and len(tidy) <= 40 and _UNIT.fullmatch(tidy) and not _ANGLES.search(tidy):
+        found = _pint_scale(tidy, _TABLE[dimension][0])
+        if isinstance(found, float):
+            return found
+        if found:
+            raise UnitError(name, value, accepted, f'"{unit}" is a unit of {found}')
+    raise UnitError(name, value, accepted, _near(tidy, unit, dimension))
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint  # takes a second
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+@functools.lru_cache(maxsize=256)
+def _pint_scale(unit: str, target: str) -> float | str | None:
+    """The factor to the target unit; the dimension found if another; None for what pint does not know."""
+    registry = _registry()
+    try:
+        quantity = registry.Quantity(1.0, registry.Unit(unit))
+        if quantity.dimensionality != registry.Unit("" if target == "1" else target).dimensionality:
+            return " ".join(str(quantity.dimensionality).replace("[", "").replace("]", "").split())
+        return float(quantity.to("" if target == "1" else target).magnitude)
+    except Exception:  # pint raises errors of many libraries for text that is no unit; all mean the same here
+        return None
+
+
+def _near(tidy: str, unit: str, dimension: str) -> str:
+    """"Did you mean" for a unit that nobody knows."""
+    if len(unit) > 40:
+        return ""
+    for d in (dimension, *DIMENSIONS):
+        units = {u.lower(): u for u in _TABLE[d][3] if u}
+        alike = [units[tidy.lower()]] if tidy.lower() in units else []
+        alike = alike or [units[u] for u in difflib.get_close_matches(tidy.lower(), units, n=1, cutoff=0.7)]
+        if alike:
+            other = "" if d == dimension else f", a unit of {d}"
+            return f'unknown unit "{unit}": did you mean "{alike[0]}"{other}?'
+    return f'unknown unit "{unit}"'
+
+
+def _accepted(dimension: str) -> str:
+    if dimension not in _TABLE:
+        raise ValueError(f"dimension {dimension!r}: expected one of {', '.join(DIMENSIONS)}")
+    examples = _TABLE[dimension][2]
+    if dimension == "dimensionless":
+        return f"a number, such as {examples}"
+    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension} with its unit, such as {examples}"
+
+
+def _both(number: str, dimension: str) -> str:
+    """A bare number with the SI unit, and the same in the usual unit."""
+    unit, usual, _, units = _TABLE[dimension]
+    return f'"{number} {unit}" (= "{float(number) / units[usual]:.6g} {usual}")'
+
+
+def _number_remedy(text: str) -> str:
+    if re.match(r"[-+]?(nan|inf)", text, re.IGNORECASE):
+        return "NaN and infinity are no quantities"
+    if not text:
+        return "the text is empty"
+    return "the text must start with a number" if len(text) > 40 else f'"{text}" does not start with a number'

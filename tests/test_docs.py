@@ -1,0 +1,163 @@
+"""The documentation: examples run, links resolve, and no file names a machine or an address of packages."""
+
+import contextlib
+import doctest
+import io
+import json
+import re
+import shlex
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from percuss.case import Case
+from percuss.cli import main
+
+ROOT = Path(__file__).resolve().parent.parent
+
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "CHANGELOG.md",
+    *sorted((ROOT / "design").glob("*.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
+
+OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+
+FENCE = re.compile(r"^(`{3,})(\S*)[^\n]*\n(.*?)^\1[ \t]*$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(
+    r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)|<(?:img|source)\b[^>]*?\b(?:src|srcset)=\"([^\"]+)\""
+)
+
+
+def name(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def tracked_files() -> list[Path]:
+    """The files that git knows or would add; outside a git checkout, none."""
+    done = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    return [path for line in done.stdout.splitlines() if (path := ROOT / line).is_file()]
+
+
+def output_of(block: str, namespace: dict[str, object]) -> str:
+    """What a block of Python prints."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(block, "<example>", "exec"), namespace)
+    return out.getvalue()
+
+
+def output_of_command(line: str) -> str:
+    """What ``percuss …`` prints; ``> FILE`` writes it there instead. Every documented command succeeds."""
+    arguments = shlex.split(line, comments=True)[1:]
+    target = None
+    if ">" in arguments:
+        arguments, (target,) = arguments[: arguments.index(">")], arguments[arguments.index(">") + 1 :]
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(arguments) == 0, line
+    if target is not None:
+        Path(target).write_text(out.getvalue(), encoding="utf-8")
+        return ""
+    return out.getvalue()
+
+
+def check(want: str, got: str, where: str) -> None:
+    """Compare as doctest does: white space aside, and ``...`` stands for anything."""
+    same = doctest.OutputChecker().check_output(want, got, OPTIONS)
+    assert same, f"{where}\nexpected:\n{want}\ngot:\n{got}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "CONTRIBUTING.md"], ids=name)
+def test_examples_run(page, tmp_path, monkeypatch):
+    """Blocks in order: python runs, a text block after it is what it prints, percuss commands run."""
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, object] = {"__name__": "example"}
+    printed = None
+    for _, language, block in FENCE.findall(page.read_text(encoding="utf-8")):
+        if language == "text" and printed is not None:
+            check(block, printed, name(page))
+        printed = output_of(block, namespace) if language == "python" else None
+        if language == "console":
+            for command, want in re.findall(r"^\$ (.+)\n((?:(?!\$ ).*\n)*)", block, re.MULTILINE):
+                if command.startswith("percuss "):
+                    got = output_of_command(command)
+                    if want.strip():
+                        check(want, got, f"{name(page)}: {command}")
+        if language == "toml":
+            Case.from_text(block, file=name(page))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_resolve(page):
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    targets = [a or b for a, b in LINK.findall(text)]
+    missing = []
+    for target in targets:
+        if re.match(r"[a-z]+:", target) or target.startswith("#"):
+            continue
+        if not (page.parent / target.partition("#")[0]).exists():
+            missing.append(target)
+    assert missing == []
+
+
+def test_every_design_note_is_in_the_documentation():
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    notes = [name(path) for path in (ROOT / "design").glob("*.md")]
+    assert [note for note in notes if f"../{note}" not in page] == []
+
+
+def test_no_file_names_a_machine_or_an_address_of_packages():
+    # The words are put together here, so that this file does not find itself.
+    forbidden = re.compile(
+        r"(?<![\w.])/(?:" + "|".join(["home", "root", "work", "Users", "tmp"]) + r")/\w"
+        r"|(?:" + "|".join(["index", "extra-index", "find-links"]) + r")-?url\s*="
+        r"|" + "simple" + r"/?\s*--hash"
+    )
+    found = []
+    for path in tracked_files():
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        found += [f"{name(path)}: {match[0]!r}" for match in forbidden.finditer(text)]
+    assert found == []
+
+
+@pytest.mark.parametrize("pins", sorted((ROOT / "requirements").glob("*.txt")), ids=name)
+def test_pins_are_names_and_versions_only(pins):
+    pattern = re.compile(r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+!]*( ; [\w .'<>=!()]+)?")
+    assert [line for line in pins.read_text().splitlines() if not pattern.fullmatch(line)] == []
+
+
+def test_pins_cover_the_dependencies_and_agree():
+    def versions(file: str) -> dict[str, str]:
+        lines = (ROOT / "requirements" / file).read_text().splitlines()
+        return dict(line.partition(" ")[0].split("==") for line in lines)
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    needed = [*project["dependencies"], *extras["plot"], *extras["io"]]
+    run, dev = versions("run.txt"), versions("dev.txt")
+    assert {re.split(r"[<>=\[]", item)[0].lower() for item in needed} <= run.keys()
+    assert run.items() <= dev.items()
+
+
+def test_every_key_of_the_json_is_documented():
+    def keys(value: object) -> set[str]:
+        if isinstance(value, dict):
+            return set(value).union(*map(keys, value.values()))
+        return set().union(*map(keys, value)) if isinstance(value, list) else set()
+
+    found = json.loads(output_of_command("percuss steady hydraulic-drifter --periods 1..2 --json"))
+    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+    assert sorted(key for key in keys(found) if f"`{key}`" not in page) == []
