@@ -50,9 +50,7 @@ def test_si_form() -> None:
     assert system.frequency == 60.0
     assert system.restitution == 0.2
     assert system.load.mean * system.force_scale == pytest.approx(4000.0, rel=1e-14)
-    assert system.d == pytest.approx(
-        2e-3 * math.pi * system.s, rel=1e-14
-    )  # 2 zeta times the first mode, pi s
+    assert system.d == pytest.approx(2e-3 * math.pi * system.s, rel=1e-14)  # 2 zeta times the first mode, pi s
 
 
 def test_plain_form() -> None:
@@ -68,9 +66,7 @@ def test_pressure_with_area_is_force() -> None:
     force = Case.from_text(SI).system()
     pressures = SI.replace('"4 kN"', '"40 bar"').replace('"9 kN"', '"9 MPa"')
     with_area = pressures.replace("[contact]", 'area = "10 cm^2"\n[contact]')
-    assert Case.from_text(with_area).system().load.coefficients == pytest.approx(
-        force.load.coefficients, rel=1e-14
-    )
+    assert Case.from_text(with_area).system().load.coefficients == pytest.approx(force.load.coefficients, rel=1e-14)
     with pytest.raises(CaseError, match=r"load\.mean = '40 bar'.*needs the area"):
         Case.from_text(pressures)
 
@@ -80,9 +76,7 @@ def test_si_square_and_fourier() -> None:
     load = Case.from_text(square).system().load
     assert load.is_piecewise
     assert load.load_factor > 0.0
-    fourier = SI.replace('"harmonic"', '"fourier"').replace(
-        'mean = "4 kN"', "coefficients = [[4, 0], [9, 0.0]]"
-    )
+    fourier = SI.replace('"harmonic"', '"fourier"').replace('mean = "4 kN"', "coefficients = [[4, 0], [9, 0.0]]")
     fourier = fourier.replace('amplitude = "9 kN"', 'unit = "kN"')
     same = Case.from_text(SI).system().load
     assert Case.from_text(fourier).system().load.coefficients == pytest.approx(same.coefficients, rel=1e-14)
@@ -108,9 +102,7 @@ texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
 numbers = st.floats(allow_nan=False, allow_infinity=False) | st.integers(-(2**53), 2**53)
 
 
-@given(
-    title=texts, s=st.floats(1e-6, 1e9), pairs=st.lists(st.tuples(numbers, numbers), min_size=1, max_size=4)
-)
+@given(title=texts, s=st.floats(1e-6, 1e9), pairs=st.lists(st.tuples(numbers, numbers), min_size=1, max_size=4))
 def test_toml_text_reads_back(title: str, s: float, pairs: list[tuple[float, float]]) -> None:
     import tomllib
 
@@ -280,9 +272,7 @@ def test_byte_order_mark_is_skipped(tmp_path: Path) -> None:
 # -- histories ------------------------------------------------------------------------------------------------------
 
 
-def history_case(
-    tmp_path: Path, table: str, header: str = "time [s],pressure [bar]", cycles: int = 12
-) -> Case:
+def history_case(tmp_path: Path, table: str, header: str = "time [s],pressure [bar]", cycles: int = 12) -> Case:
     t = np.arange(cycles * 200) / 12_000.0  # 60 Hz, 200 samples a cycle
     p = 60.0 + 140.0 * np.cos(2.0 * math.pi * 60.0 * t) + 20.0 * np.sin(4.0 * math.pi * 60.0 * t)
     rows = "\n".join(f"{a:.9g},{b:.9g}" for a, b in zip(t, p, strict=True))
@@ -330,8 +320,7 @@ def test_wrong_history_table(tmp_path: Path, table: str, part: str) -> None:
 def test_history_of_a_plain_system(tmp_path: Path) -> None:
     si = history_case(tmp_path, 'file = "pressure.csv"\narea = "6.5 cm^2"').system()
     text = PLAIN[: PLAIN.index("kind")] + (
-        'kind = "history"\nfile = "pressure.csv"\narea = "6.5 cm^2"\n'
-        + f'force_scale = "{si.force_scale!r} N"\n'
+        'kind = "history"\nfile = "pressure.csv"\narea = "6.5 cm^2"\n' + f'force_scale = "{si.force_scale!r} N"\n'
     )
     case = Case.from_text(text, folder=tmp_path)
     assert case.system().load.coefficients == pytest.approx(si.load.coefficients, rel=1e-12)

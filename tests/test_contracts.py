@@ -24,7 +24,7 @@ PUBLIC = [
     "__version__",
     "rest_on_wall",
     "si_report",
-    "stability",
+    "stability_of",
     "steady_states",
 ]
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from percuss.model import Load as Load
     from percuss.model import System as System
     from percuss.stability import Stability as Stability
-    from percuss.stability import stability as stability
+    from percuss.stability import stability_of as stability_of
     from percuss.steady import Orbit as Orbit
     from percuss.steady import SteadyStates as SteadyStates
     from percuss.steady import rest_on_wall as rest_on_wall
@@ -42,7 +42,7 @@ _ROOMS = {
     "System": "percuss.model",
     "rest_on_wall": "percuss.steady",
     "si_report": "percuss.steady",
-    "stability": "percuss.stability",
+    "stability_of": "percuss.stability",
     "steady_states": "percuss.steady",
 }
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.stability import stability
+from percuss.stability import stability_of
 from percuss.steady import rest_on_wall, si_report, steady_states
 
 if TYPE_CHECKING:
@@ -128,4 +128,4 @@ def steady_answer(case: Case, periods: Sequence[int] = (1,), modes: int | None =
 
 
 def _orbit_answer(orbit: Orbit) -> OrbitAnswer:
-    return OrbitAnswer(orbit, stability(orbit), si_report(orbit) if orbit.system.is_si else None)
+    return OrbitAnswer(orbit, stability_of(orbit), si_report(orbit) if orbit.system.is_si else None)

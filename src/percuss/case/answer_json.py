@@ -122,10 +122,7 @@ def _numbers(values: Iterable[Any]) -> list[float | int | None]:
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
     """Numbers made finite or None; text, truth values and None as they are."""
-    return {
-        k: v if isinstance(v, str | bool) else bool(v) if _is_bool(v) else _number(v)
-        for k, v in values.items()
-    }
+    return {k: v if isinstance(v, str | bool) else bool(v) if _is_bool(v) else _number(v) for k, v in values.items()}
 
 
 def _is_bool(value: Any) -> bool:

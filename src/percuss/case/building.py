@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from percuss.case.problems import from_parameter, raise_all
+from percuss.case.recorded import history_load, positive_area, positive_frequency
 from percuss.case.schema import (
     BarTable,
     ContactTable,
@@ -16,29 +17,18 @@ from percuss.case.schema import (
     HarmonicForce,
     HarmonicLoad,
     HistoryForce,
-    HistoryLoad,
     PhysicalCase,
     PlainCase,
     SquareForce,
     SquareLoad,
 )
-from percuss.case.suggest import did_you_mean
-from percuss.errors import CaseError, HistoryError, ParameterError
+from percuss.errors import CaseError, ParameterError
 from percuss.model import Bar, Contact, Load, System
 from percuss.units import si
 
-__all__ = ["Parts", "parts_of", "system_of"]
+__all__ = ["Parts", "system_of"]
 
-AnyLoad = (
-    HarmonicForce
-    | SquareForce
-    | FourierForce
-    | HistoryForce
-    | HarmonicLoad
-    | SquareLoad
-    | FourierLoad
-    | HistoryLoad
-)
+AnyLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | HarmonicLoad | SquareLoad | FourierLoad
 
 
 class Parts:
@@ -71,12 +61,9 @@ class Parts:
             return make(table)
         except ParameterError as error:
             self._problems.append(from_parameter(error, self._file, name, table.model_dump()))
-            return None
-
-
-def parts_of(tables: PhysicalCase | PlainCase, file: str) -> Parts:
-    """The bar, the contact and the load of a case."""
-    return Parts(tables, file)
+        except ArithmeticError:
+            self._problems.append(_extreme(self._file, name))
+        return None
 
 
 def system_of(
@@ -92,7 +79,7 @@ def system_of(
     load = parts.load
     notes: tuple[str, ...] = ()
     if load is None and isinstance(tables.load, HistoryForce):
-        load, notes = _history(tables.load, file, folder)
+        load, notes = history_load(tables.load, file, folder)
     assert load is not None  # Parts has raised otherwise
     try:
         if isinstance(tables, PlainCase):
@@ -102,6 +89,12 @@ def system_of(
         return System.from_si(parts.bar, load, parts.contact), notes
     except ParameterError as error:
         raise from_parameter(error, file, "load", {}) from None
+    except ArithmeticError:
+        raise _extreme(file, "") from None
+
+
+def _extreme(file: str, key: str) -> CaseError:
+    return CaseError(file, key, None, "sizes so large or small that numbers overflow", "check the units")
 
 
 # -- the parts ------------------------------------------------------------------------------------------------------
@@ -116,9 +109,7 @@ def _bar(table: BarTable) -> Bar:
             if sizes[name] <= 0.0 and name != "damping":  # 0 means "not given" to Bar
                 raise ParameterError(name, text, f"a {dimension} greater than 0")
     if table.damping is not None and table.damping_ratio is not None:
-        raise ParameterError(
-            "damping_ratio", table.damping_ratio, "either damping or damping_ratio, not both"
-        )
+        raise ParameterError("damping_ratio", table.damping_ratio, "either damping or damping_ratio, not both")
     if (table.area is None) == (table.diameter is None):
         raise ParameterError("diameter", table.diameter, "either a diameter or an area")
     return Bar(**sizes, damping_ratio=table.damping_ratio)
@@ -140,9 +131,7 @@ def _contact(table: ContactTable, bar: Bar | None) -> Contact | None:
             raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
         return Contact(table.restitution)
     if table.restitution is not None:
-        raise ParameterError(
-            "receiving_area", table.receiving_area, "either restitution or receiving_area, not both"
-        )
+        raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
     receiving = si(table.receiving_area, "area", "receiving_area")
     return None if bar is None else Contact(receiving_area=receiving, area=bar.area)
 
@@ -163,8 +152,8 @@ def _load(table: AnyLoad) -> Load:
 
 
 def _force(table: HarmonicForce | SquareForce | FourierForce) -> Load:
-    frequency = _frequency(table.frequency, "frequency")
-    area = None if table.area is None else _positive_area(table.area)
+    frequency = positive_frequency(table.frequency, "frequency")
+    area = None if table.area is None else positive_area(table.area)
 
     def newtons(text: str, name: str) -> float:
         if area is not None:
@@ -185,79 +174,5 @@ def _force(table: HarmonicForce | SquareForce | FourierForce) -> Load:
     return Load.fourier([unit * p for p in _complex(table.coefficients)], frequency=frequency)
 
 
-def _frequency(text: str, name: str) -> float:
-    frequency = si(text, "frequency", name)
-    if not frequency > 0.0:
-        raise ParameterError(name, text, "a frequency greater than 0")
-    return frequency
-
-
-def _positive_area(text: str) -> float:
-    area = si(text, "area", "area")
-    if not area > 0.0:
-        raise ParameterError("area", text, "an area greater than 0")
-    return area
-
-
 def _complex(pairs: tuple[tuple[float, float], ...]) -> list[complex]:
     return [complex(re, im) for re, im in pairs]
-
-
-def _history(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tuple[str, ...]]:
-    """The load of a recorded history; its file is looked for beside the case file."""
-    from percuss.model.recording import read_recording  # only histories need it
-
-    path = folder / table.file
-    try:
-        if not path.exists():
-            raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
-        if path.is_dir():
-            raise CaseError(
-                file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x")
-            )
-        frequency = None if table.frequency is None else _frequency(table.frequency, "frequency")
-        rate = None if table.sample_rate is None else _frequency(table.sample_rate, "sample_rate")
-        recording = read_recording(
-            path, column=table.column, unit=table.unit, time_column=table.time_column, sample_rate=rate
-        )
-        area = _history_area(table, recording.quantity, file)
-        load = Load.history(
-            recording.time, recording.values, area=area, frequency=frequency, harmonics=table.harmonics
-        )
-        if isinstance(table, HistoryLoad):
-            scale = si(table.force_scale, "force", "force_scale")
-            if not scale > 0.0:
-                raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
-            load = load.scaled(1.0 / scale)
-        return load, recording.notes
-    except ParameterError as error:
-        raise from_parameter(error, file, "load", table.model_dump()) from None
-    except HistoryError as error:
-        raise CaseError(file, "load.file", table.file, error.message, error.remedy) from error
-    except (OSError, ValueError) as error:  # a path too long, or with a null character
-        raise CaseError(file, "load.file", table.file, f"cannot be read: {error}") from None
-
-
-def _history_area(table: HistoryForce, quantity: str, file: str) -> float | None:
-    if quantity == "pressure":
-        if table.area is None:
-            remedy = 'give it as area = "6.5 cm^2"; or name another column or unit when the values are forces'
-            raise CaseError(
-                file, "load.area", None, "a recorded pressure needs the area that it works on", remedy
-            )
-        return _positive_area(table.area)
-    if table.area is not None:
-        remedy = "leave area out, or name the column or unit of a pressure"
-        raise CaseError(
-            file, "load.area", table.area, "the recorded values are forces, which take no area", remedy
-        )
-    return None
-
-
-def _other_recordings(path: Path) -> str:
-    """A remedy that names the recordings lying where one was looked for."""
-    try:
-        names = [entry.name for entry in path.parent.iterdir() if entry.suffix.lower() != ".toml"]
-    except OSError:
-        return "the path is taken from the folder of the case file"
-    return did_you_mean(path.name, names) or "the path is taken from the folder of the case file"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from percuss.case.building import Parts, parts_of, system_of
+from percuss.case.building import Parts, system_of
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.reading import parsed, text_of
 from percuss.case.schema import PhysicalCase, PlainCase, table_fields
@@ -110,7 +110,7 @@ class Case:
 
     @cached_property
     def _parts(self) -> Parts:
-        return parts_of(self.tables, self.file)
+        return Parts(self.tables, self.file)
 
     @cached_property
     def _system(self) -> tuple[System, tuple[str, ...]]:

@@ -80,9 +80,7 @@ def machine_text(name: str) -> str:
     if not is_machine(name):
         known = [machine.name for machine in MACHINES]
         remedy = did_you_mean(name, known) or "see 'percuss machines'"
-        raise CaseError(
-            name, "", None, f"no machine of this name; the catalogue has {', '.join(known)}", remedy
-        )
+        raise CaseError(name, "", None, f"no machine of this name; the catalogue has {', '.join(known)}", remedy)
     return resources.files("percuss.case").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -46,9 +46,7 @@ def text_of(path: str) -> str:
             'a case is a page of TOML text; a recording is named in it with kind = "history" and file = "…"',
         )
     if b"\0" in data:
-        raise CaseError(
-            path, "", None, "is a binary file", "a case is TOML text; see 'percuss new' for a sample"
-        )
+        raise CaseError(path, "", None, "is a binary file", "a case is TOML text; see 'percuss new' for a sample")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

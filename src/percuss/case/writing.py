@@ -25,9 +25,7 @@ def toml_text(tables: Mapping[str, Any]) -> str:
     d = 0.0048
     restitution = 0.6
     """
-    lines = [
-        f"{_key(name)} = {_value(value)}" for name, value in tables.items() if not isinstance(value, Mapping)
-    ]
+    lines = [f"{_key(name)} = {_value(value)}" for name, value in tables.items() if not isinstance(value, Mapping)]
     for name, table in tables.items():
         if isinstance(table, Mapping):
             lines += ["", f"[{_key(name)}]"] if lines else [f"[{_key(name)}]"]

@@ -45,9 +45,7 @@ def run(arguments: Sequence[str]) -> int:
     """Run the command that the arguments name; returns the exit code."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(
-                errors="backslashreplace"
-            )  # a terminal without Greek letters is no reason to fail
+            stream.reconfigure(errors="backslashreplace")  # a terminal without Greek letters is no reason to fail
     try:
         code = _dispatch(list(arguments))
         sys.stdout.flush()
@@ -77,9 +75,7 @@ def _dispatch(arguments: list[str]) -> int:
     if first in ("-h", "--help", "help"):
         if len(arguments) > 1 and arguments[1] in COMMANDS:
             return _dispatch([arguments[1], "--help"])
-        print(
-            _HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())), end=""
-        )
+        print(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())), end="")
         return 0
     if first in ("-V", "--version"):
         from percuss._version import __version__

@@ -45,9 +45,7 @@ def orbit_section(answer: OrbitAnswer, name: str) -> Section:
 
 def _phase(phase: float, system: System) -> str:
     text = f"{number(phase, 5)} rad = {number(math.degrees(phase))}°"
-    return (
-        f"{text} = {quantity(phase * system.time_scale, 's')} into the load period" if system.is_si else text
-    )
+    return f"{text} = {quantity(phase * system.time_scale, 's')} into the load period" if system.is_si else text
 
 
 def _possible(answer: OrbitAnswer) -> str:
@@ -76,9 +74,7 @@ def _multipliers(judged: Stability) -> str:
     text = f"largest exact {number(exact.largest, 6)} ({exact.modes} modes)"
     text += f"; reduced (B77) {number(max(float(x) for x in reduced.moduli), 6)}"
     if reduced.other_side is not None:
-        text += (
-            f", {number(max(float(x) for x in reduced.other_side.moduli), 6)} on the other side of the jump"
-        )
+        text += f", {number(max(float(x) for x in reduced.other_side.moduli), 6)} on the other side of the jump"
     return text
 
 

@@ -25,9 +25,7 @@ def run(arguments: Sequence[str]) -> int:
     """Print or write a sample case; returns the exit code."""
     parser = Parser("new", _DESCRIPTION, _EXAMPLES)
     parser.add_argument("machine", metavar="MACHINE", help="a name that 'percuss machines' lists")
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", help="write the case to FILE, and its history beside it"
-    )
+    parser.add_argument("-o", "--output", metavar="FILE", help="write the case to FILE, and its history beside it")
     parser.add_argument("--force", action="store_true", help="overwrite files that exist")
     options = parser.parsed(arguments)
 

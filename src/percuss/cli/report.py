@@ -36,16 +36,12 @@ def _summary(answer: SteadyAnswer) -> tuple[str, str]:
     if running:
         first = running[0]
         how = f"one blow {every(first.orbit.periods)}"
-        figures = (
-            f"phase {number(first.orbit.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
-        )
+        figures = f"phase {number(first.orbit.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
         if first.si is not None:
             rate = f"{number(first.si.blow_rate_Hz)} Hz ({number(first.si.blow_rate_per_min)} blows/min)"
             figures = f"{quantity(first.si.blow_energy_J, 'J')} at {rate}, {number(first.si.impact_velocity_m_s)} m/s"
         margin = number(first.stability.margin, 3)
-        text = (
-            f"The hammer runs with {how}: {figures}; stable, margin {margin} ({_name(answer, first)} below)."
-        )
+        text = f"The hammer runs with {how}: {figures}; stable, margin {margin} ({_name(answer, first)} below)."
         others = sorted({other.orbit.periods for other in running[1:]})
         if others:
             also = ", ".join(str(m) for m in others)
@@ -163,9 +159,7 @@ def _rest_section(answer: SteadyAnswer) -> Section:
     if not math.isfinite(rest.least_contact_force):
         text = "not possible: a bar at rest is driven in resonance"
     elif rest.possible:
-        text = (
-            f"possible: the contact force never falls below {force}; a hammer started gently may stay there"
-        )
+        text = f"possible: the contact force never falls below {force}; a hammer started gently may stay there"
     else:
         text = f"not possible: the contact force would fall to {force}, so the load pulls the bar off"
     return Section("At rest on the wall", (("rest", text),))

@@ -29,9 +29,7 @@ _SUFFIXES = (".png", ".svg", ".pdf")
 
 def _parser() -> Parser:
     parser = Parser("steady", _DESCRIPTION, _EXAMPLES)
-    parser.add_argument(
-        "case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name"
-    )
+    parser.add_argument("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     parser.add_argument(
         "--periods",
         metavar="M",
@@ -82,9 +80,7 @@ def _check_plot(parser: Parser, path: str) -> None:
     from percuss.errors import MissingExtraError
 
     if not path.lower().endswith(_SUFFIXES):
-        parser.error(
-            f"argument --plot: '{path}': the name must end in {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}"
-        )
+        parser.error(f"argument --plot: '{path}': the name must end in {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}")
     folder = os.path.dirname(path) or "."
     if not os.path.isdir(folder):
         parser.error(f"argument --plot: '{path}': there is no folder '{folder}'")

@@ -267,17 +267,18 @@ def _first_peak(r: Array, last: int, level: float) -> int:
     """The first lag whose peak is nearly the highest after the first zero of r; 0 when none reaches `level`."""
     positive = r[: last + 1] > 0.0
     edges = np.flatnonzero(positive[1:] != positive[:-1]) + 1
-    edges = edges[int(np.searchsorted(edges, LEAST_SAMPLES - 2)) :]
     if edges.size == 0:
         return 0
     tops = np.maximum.reduceat(r[: last + 1], edges)
     highest = float(np.max(tops))
     if highest < level:
         return 0
-    first = int(np.argmax(tops >= 0.85 * highest))
-    end = edges[first + 1] if first + 1 < edges.size else last + 1
-    peak = int(edges[first] + np.argmax(r[edges[first] : end]))
-    return peak if peak < last else 0
+    ends = np.append(edges[1:], last + 1)
+    for i in np.flatnonzero(tops >= 0.85 * highest):
+        peak = int(edges[i] + np.argmax(r[edges[i] : ends[i]]))
+        if LEAST_SAMPLES <= peak < last:  # a strong high harmonic may repeat in fewer
+            return peak
+    return 0
 
 
 def _refined(r: Array, lag: float) -> float:

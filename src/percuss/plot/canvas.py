@@ -86,9 +86,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         raise ParameterError("path", str(path), f"a name that ends in {', '.join(SUFFIXES)}")
-    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}[
-        suffix
-    ]  # same answer, same bytes
+    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}[suffix]  # same answer, same bytes
     buffer = io.BytesIO()
     with style():
         figure.savefig(buffer, format=suffix[1:], dpi=150, metadata=undated)

@@ -58,11 +58,7 @@ def steady(answer: SteadyAnswer) -> Figure:
 
 def _all_orbits(answer: SteadyAnswer) -> list[tuple[str, OrbitAnswer]]:
     """Every orbit with the colour of its m."""
-    return [
-        (COLOURS[i % len(COLOURS)], found)
-        for i, period in enumerate(answer.periods)
-        for found in period.orbits
-    ]
+    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(answer.periods) for found in period.orbits]
 
 
 def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
@@ -91,9 +87,7 @@ def _phases(axes: Any, answer: SteadyAnswer) -> None:
         axes.axhline(level, color=colour, linestyle="--", linewidth=1.1, label=label)
         for found in period.orbits:
             axes.plot([found.orbit.phase], [level], **_marker(found, colour))
-    axes.set_ylim(
-        *_limits([states.rigid_velocity(phases)], [period.states.level for period in answer.periods])
-    )
+    axes.set_ylim(*_limits([states.rigid_velocity(phases)], [period.states.level for period in answer.periods]))
     axes.set_title("(a) impact phases: where $v_f$ meets the level")
     axes.set_ylabel("$v_f$, dimensionless")
     _phase_axis(axes)
@@ -121,9 +115,7 @@ def _load(axes: Any, answer: SteadyAnswer, units: Units) -> None:
     if shown:
         band = shown[0][1].stability.waveform
         lower, upper = band.force_lower * units.force, band.force_upper * units.force
-        axes.axhspan(
-            lower, upper, color=COLOURS[2], alpha=0.15, linewidth=0, label="stable if the blow falls here"
-        )
+        axes.axhspan(lower, upper, color=COLOURS[2], alpha=0.15, linewidth=0, label="stable if the blow falls here")
     for colour, found in shown:
         force = float(load.value(found.orbit.phase)) * units.force
         axes.plot([found.orbit.phase], [force], **_marker(found, colour))
@@ -158,9 +150,7 @@ def _gap(axes: Any, answer: SteadyAnswer, units: Units) -> None:
         t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
         line = "-" if found.runs else (0, (4, 2)) if found.orbit.admissible else ":"
         label = f"φ = {found.orbit.phase:.3f}" if len(shown) <= 8 else None
-        axes.plot(
-            t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label
-        )
+        axes.plot(t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label)
     if not shown:
         _nothing(axes)
         return
@@ -209,9 +199,7 @@ def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
         at = (0.78 * edge.real, 0.78 * edge.imag + 0.14 * heights[side])
         arrow = {"arrowstyle": "->", "color": colour, "linewidth": 0.9}
         text = f"{abs(value):.3g}"
-        axes.annotate(
-            text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow
-        )
+        axes.annotate(text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow)
 
 
 def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> None:
@@ -221,9 +209,7 @@ def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> Non
         _nothing(axes)
         return
     orbit = chosen.orbit
-    axes.set_title(
-        f"(e) {units.stress_label.split(' [')[0]} along the bar between two blows, φ = {orbit.phase:.3f}"
-    )
+    axes.set_title(f"(e) {units.stress_label.split(' [')[0]} along the bar between two blows, φ = {orbit.phase:.3f}")
     x = np.linspace(0.0, 1.0, 101)
     t = np.linspace(0.0, orbit.period, 600)
     field = orbit.strain(x, t) * units.stress

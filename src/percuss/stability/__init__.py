@@ -4,7 +4,7 @@ from percuss.stability.linear_map import LinearMap, linear_map
 from percuss.stability.multipliers import Multipliers, floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.stability.reduced import Reduced, reduced_criterion
-from percuss.stability.verdict import Stability, stability
+from percuss.stability.verdict import Stability, stability_of
 from percuss.stability.waveform import Waveform, waveform_criterion
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "floquet_multipliers",
     "linear_map",
     "reduced_criterion",
-    "stability",
+    "stability_of",
     "stability_plane",
     "waveform_criterion",
 ]

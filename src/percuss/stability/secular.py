@@ -1,8 +1,8 @@
 """All roots of the secular function F(μ) = 1 + Σ r_j/(μ − ξ_j) with real poles and residues, in nearly linear time.
 
 Newton's method for every root at once, each multiplied by the distance from its own pole and deflated by its
-neighbours (Ehrlich–Aberth); for many poles the sums are taken by a tree of multipole expansions (Barnes and Hut's scheme
-on a line), so that one sweep costs O(n log n) and not O(n²).
+neighbours (Ehrlich–Aberth); for many poles the sums are taken by a tree of multipole expansions (Barnes and Hut's
+scheme on a line), so that one sweep costs O(n log n) and not O(n²).
 """
 
 from __future__ import annotations

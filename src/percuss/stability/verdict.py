@@ -11,7 +11,7 @@ from percuss.stability.reduced import Reduced, reduced_criterion
 from percuss.stability.waveform import Waveform, waveform_criterion
 from percuss.steady import Orbit
 
-__all__ = ["DEFAULT_MODES", "Stability", "stability"]
+__all__ = ["DEFAULT_MODES", "Stability", "stability_of"]
 
 DEFAULT_MODES = 32
 _NEUTRAL = 1e-10  # moduli this close to 1 are neither stable nor unstable in double precision
@@ -45,7 +45,7 @@ class Stability:
     disagreement: str | None = None
 
 
-def stability(orbit: Orbit, *, modes: int | None = None) -> Stability:
+def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
     Parameters
@@ -57,12 +57,12 @@ def stability(orbit: Orbit, *, modes: int | None = None) -> Stability:
 
     Examples
     --------
-    >>> from percuss import Load, System, stability, steady_states
+    >>> from percuss import Load, System, stability_of, steady_states
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in steady_states(system).orbits:
-    ...     print(stability(orbit).reason)
+    ...     print(stability_of(orbit).reason)
     unstable, beyond the fold: multiplier 3.180
-    stable: elastic mode 32 dies out last, by 0.9849 per impact
+    stable: elastic mode 3 dies out last, by 0.9848 per impact
     """
     n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
     reduced = reduced_criterion(orbit)

@@ -30,19 +30,19 @@ def phi2(x: npt.ArrayLike) -> Array:
     x = np.asarray(x, dtype=float)
     small = np.abs(x) < _SMALL
     everywhere = bool(small.all())
-    y = x if everywhere else np.where(small, x, 0.0)
+    y = np.asarray(x if everywhere else np.where(small, x, 0.0), dtype=np.float64)
     series = np.full(y.shape, 1.0 / 14.0)
     for j in range(13, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
         series = (1.0 - y * series) / j
     if everywhere:
-        return series.astype(np.float64)
+        return np.asarray(series)
     safe = np.where(small, 1.0, x)
     return np.asarray(np.where(small, series, (np.expm1(-safe) + safe) / safe**2))
 
 
 def mode_frequencies(s: float, modes: int) -> Array:
     """Undamped natural frequencies nπs of the elastic modes n = 1 … `modes`; shape (modes,), dimensionless."""
-    return np.pi * s * np.arange(1, modes + 1)
+    return np.asarray(np.pi * s * np.arange(1, modes + 1), dtype=float)
 
 
 class Propagator(NamedTuple):

@@ -49,8 +49,8 @@ def si_report(orbit: Orbit) -> SIReport:
     Examples
     --------
     >>> from percuss import Bar, Contact, Load, System, si_report, steady_states
-    >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
-    >>> load = Load.harmonic(mean=4.0e3, amplitude=9.2e3, frequency=60.0)
+    >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-4)
+    >>> load = Load.harmonic(mean=4.0e3, amplitude=9.0e3, frequency=60.0)
     >>> system = System.from_si(bar, load, Contact(restitution=0.2))
     >>> report = si_report(steady_states(system).orbits[1])
     >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")

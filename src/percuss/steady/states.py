@@ -122,8 +122,8 @@ def steady_states(
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in steady_states(system).orbits:
     ...     print(f"{orbit.phase:.6f} {orbit.impact_velocity:.6f} {orbit.admissible}")
-    0.800558 3.535655 True
-    2.331435 3.535667 True
+    0.800558 3.535663 True
+    2.331435 3.535675 True
     """
     m = count("periods", periods, most=MAX_PERIODS)
     n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)

@@ -40,6 +40,8 @@ class Truncation:
         Smaller numbers of modes that already give the position to 1e-3 and 1e-7 of the stroke.
     state
         State of the modes kept.
+    lost
+        Bound of the position that the modes left out add at the striking end, where it is known already.
     """
 
     orbit: Orbit
@@ -47,6 +49,7 @@ class Truncation:
     few: int
     some: int
     state: ModalState
+    lost: float | None = None
 
     @cached_property
     def error_bound(self) -> float:
@@ -55,13 +58,12 @@ class Truncation:
         Rigorous when d > 0 and the load is smooth. Without damping, or with a load that jumps, modes beyond the probe
         are bounded by the way those inside it fall off.
         """
-        orbit = self.orbit
-        probe = max(4 * self.modes, 2048)
-        left_out = _left_out(orbit, probe)[self.modes]
-        if orbit.requested_modes is not None:  # the forced part is cut as well
+        orbit, lost = self.orbit, self.lost
+        if lost is None:  # a requested number of modes: the forced part is cut as well
             force = abs(orbit.system.load.mean) + orbit.response.rigid_bounds()[1]
-            left_out += 2.0 * force / ((math.pi * orbit.system.s) ** 2 * max(self.modes, 1))
-        return float(left_out) / _rigid_stroke(orbit)
+            cut = 2.0 * force / ((math.pi * orbit.system.s) ** 2 * max(self.modes, 1))
+            lost = cut + float(_left_out(orbit, max(4 * self.modes, 2048))[self.modes])
+        return lost / _rigid_stroke(orbit)
 
 
 def truncation(orbit: Orbit) -> Truncation:
@@ -82,7 +84,8 @@ def truncation(orbit: Orbit) -> Truncation:
         return min(most, max(8, int(found[0]))) if found.size else most
 
     modes = enough(orbit.tolerance)
-    return Truncation(orbit, modes, enough(_FEW), enough(_SOME), orbit.modal_state(modes))
+    lost = float(left_out[modes])
+    return Truncation(orbit, modes, enough(_FEW), enough(_SOME), orbit.modal_state(modes), lost)
 
 
 def _left_out(orbit: Orbit, probe: int) -> Array:

@@ -1,0 +1,174 @@
+"""Benchmarks: what the package promises about speed, beside what a user would take instead, in one run.
+
+Run with `make bench`. Prints a table and writes it to build/bench/RESULTS.md; `--keep` updates benchmarks/RESULTS.md. Times
+are medians of several runs; machines differ and are noisy, so look at the ratios.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only cost
+
+import argparse
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from percuss import Load, System, stability_of, steady_states
+from percuss.stability import floquet_multipliers, linear_map, stability_plane
+
+ROOT = Path(__file__).resolve().parent
+Row = tuple[str, str, str, str]
+
+
+def median(task: Callable[[], object], runs: int = 7) -> float:
+    """Median wall time of a call in seconds, after one call that does not count."""
+    task()
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        task()
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
+
+
+def process(*arguments: str) -> Callable[[], object]:
+    """Run this Python with the arguments as a whole process."""
+    return lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def pneumatic(s: float = 20.0, d: float = 0.0048) -> System:
+    return System(s=s, d=d, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+
+
+def processes() -> list[Row]:
+    """Whole processes, beside starting Python and beside importing NumPy."""
+    empty, numpy = median(process("-c", "pass")), median(process("-c", "import numpy"))
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder:
+        case = str(Path(folder) / "drifter.toml")
+        subprocess.run([sys.executable, "-m", "percuss", "new", "hydraulic-drifter", "-o", case], check=True)
+        for name, limit, arguments in (
+            ("percuss --help", 0.3, ["--help"]),
+            ("percuss steady, measured history", 1.0, ["steady", case]),
+            ("percuss steady --json, measured history", 1.0, ["steady", case, "--json"]),
+            ("percuss steady, harmonic load", 1.0, ["steady", "mini-breaker"]),
+        ):
+            seconds = median(process("-m", "percuss", *arguments))
+            beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"
+            rows.append((name, f"{seconds:.3f} s", f"{limit} s", beside))
+    return rows
+
+
+def one_case() -> list[Row]:
+    """One case in the library, beside finding the same orbit by integrating the modes until they settle."""
+
+    def closed_form() -> None:
+        for orbit in steady_states(pneumatic(), modes=32).orbits:
+            stability_of(orbit)
+            _ = orbit.admissible, orbit.energy, orbit.stroke
+
+    seconds = median(closed_form, 21)
+    integrated, impacts = settle_by_integration(pneumatic(), modes=8)
+    beside = f"{integrated / seconds:.0f} times faster than scipy's DOP853 to a settled orbit with 8 modes ({impacts} impacts)"
+    return [("one case, 32-mode multipliers, both orbits", f"{1e3 * seconds:.1f} ms", "10 ms", beside)]
+
+
+def settle_by_integration(system: System, modes: int) -> tuple[float, int]:
+    """What a user would do without closed forms: integrate mode by mode from impact to impact until nothing changes."""
+    from scipy.integrate import solve_ivp
+
+    frequencies = np.pi * system.s * np.arange(modes + 1)
+    signs = np.append(1.0, 2.0 * (-1.0) ** np.arange(1, modes + 1))
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        u, v = y[: modes + 1], y[modes + 1 :]
+        return np.concatenate([v, float(system.load.value(t)) - system.d * v - frequencies**2 * u])
+
+    def gap(t: float, y: np.ndarray) -> float:
+        return float(signs @ y[: modes + 1])
+
+    gap.terminal, gap.direction = True, 1.0  # type: ignore[attr-defined]
+    start = time.perf_counter()
+    state, now, last, impacts = np.zeros(2 * modes + 2), 2.33, 0.0, 0
+    state[modes + 1] = -1.0
+    while impacts < 60:
+        flight = solve_ivp(rate, (now, now + 60.0), state, "DOP853", events=gap, rtol=1e-9, atol=1e-12)
+        now, state = float(flight.t_events[0][0]), flight.y_events[0][0].copy()
+        state[modes + 1 :] *= -system.restitution
+        impacts += 1
+        phase = now % (2.0 * math.pi)
+        if abs(phase - last) < 1e-6:
+            break
+        last = phase
+    return time.perf_counter() - start, impacts
+
+
+def planes() -> list[Row]:
+    """10⁶ points of the stability plane, beside one point at a time."""
+    r, factor = np.linspace(0.0, 0.9, 1000)[:, None], np.linspace(0.001, 1.0, 1000)
+    whole = median(lambda: stability_plane(pneumatic(), r, factor), 3)
+    grid = [(float(a), float(b)) for a in r[::250, 0] for b in factor[::250]]
+    single = median(
+        lambda: [stability_plane(pneumatic(), a, b) for a, b in grid], 3
+    ) / len(grid)
+    rows = [
+        (
+            "pneumatic plane, 10⁶ points, phases + reduced criterion",
+            f"{whole:.2f} s",
+            "1 s",
+            f"{1e6 * single / whole:.0f} times faster than point by point",
+        )
+    ]
+    three = System(s=20.0, d=0.0048, restitution=0.6, load=Load.fourier([0.5, 1.0, 0.3j, 0.2]))
+    square = System(s=20.0, d=0.0048, restitution=0.6, load=Load.square(1.0, 1.4, harmonics=15))
+    for name, system in (("3 harmonics", three), ("square wave, 15 harmonics", square)):
+        other = median(lambda system=system: stability_plane(system, r, factor), 3)  # type: ignore[misc]
+        rows.append((f"the same with {name}", f"{other:.2f} s", "–", f"{other / whole:.1f} × the pneumatic plane"))
+    return rows
+
+
+def multipliers() -> list[Row]:
+    """Cost of all multipliers against N, beside a dense eigensolver."""
+    orbit = steady_states(pneumatic(s=5.0)).orbits[1]
+    rows: list[Row] = []
+    times: dict[int, float] = {}
+    for modes in (64, 256, 1024, 4096):
+        times[modes] = median(lambda modes=modes: floquet_multipliers(orbit, modes), 3)  # type: ignore[misc]
+        beside = f"{1e3 * times[modes] / modes:.2f} ms per mode"
+        if modes <= 256:
+            dense = median(lambda modes=modes: np.linalg.eigvals(linear_map(orbit, modes).dense()), 3)  # type: ignore[misc]
+            beside += f", {dense / times[modes]:.1f} times faster than dense eigenvalues"
+        rows.append((f"all multipliers, N = {modes}", f"{1e3 * times[modes]:.0f} ms", "–", beside))
+    slope = math.log(times[4096] / times[256]) / math.log(4096 / 256)
+    rows.append(("growth of that cost from N = 256 to 4096", f"N^{slope:.2f}", "N^1", "dense eigenvalues: N^3"))
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md")
+    keep = parser.parse_args().keep
+    head = ["| what | median | goal | beside |", "| --- | --- | --- | --- |"]
+    print("\n".join(head), flush=True)
+    lines = list(head)
+    for group in (processes, one_case, planes, multipliers):
+        for row in group():
+            lines.append(f"| {' | '.join(row)} |")
+            print(lines[-1], flush=True)
+    target = ROOT if keep else ROOT.parent / "build" / "bench"
+    target.mkdir(parents=True, exist_ok=True)
+    version = f"Python {sys.version.split()[0]}, NumPy {np.__version__}, {os.cpu_count()} cores"
+    text = f"# Benchmark results\n\nMedians of one run of `make bench` ({version}); the ratios are what travels.\n\n"
+    (target / "RESULTS.md").write_text(text + "\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

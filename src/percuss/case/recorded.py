@@ -1,0 +1,90 @@
+"""A load from a recorded history that a case names, with every refusal translated to its key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from percuss.case.problems import from_parameter
+from percuss.case.schema import HistoryForce, HistoryLoad
+from percuss.case.suggest import did_you_mean
+from percuss.errors import CaseError, HistoryError, ParameterError
+from percuss.model import Load
+from percuss.units import si
+
+__all__ = ["history_load", "positive_area", "positive_frequency"]
+
+
+def positive_frequency(text: str, name: str) -> float:
+    """The frequency in Hz, greater than 0."""
+    frequency = si(text, "frequency", name)
+    if not frequency > 0.0:
+        raise ParameterError(name, text, "a frequency greater than 0")
+    return frequency
+
+
+def positive_area(text: str) -> float:
+    """The area in m², greater than 0."""
+    area = si(text, "area", "area")
+    if not area > 0.0:
+        raise ParameterError("area", text, "an area greater than 0")
+    return area
+
+
+def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tuple[str, ...]]:
+    """The load of a recorded history, and what was assumed in reading it.
+
+    Its file is looked for in `folder`, that of the case file.
+
+    Raises
+    ------
+    CaseError
+        When the recording cannot be read or used, or does not fit the case.
+    """
+    from percuss.model.recording import read_recording  # only histories need it
+
+    path = folder / table.file
+    try:
+        if not path.exists():
+            raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
+        if path.is_dir():
+            raise CaseError(file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x"))
+        frequency = None if table.frequency is None else positive_frequency(table.frequency, "frequency")
+        rate = None if table.sample_rate is None else positive_frequency(table.sample_rate, "sample_rate")
+        recording = read_recording(
+            path, column=table.column, unit=table.unit, time_column=table.time_column, sample_rate=rate
+        )
+        area = _history_area(table, recording.quantity, file)
+        load = Load.history(recording.time, recording.values, area=area, frequency=frequency, harmonics=table.harmonics)
+        if isinstance(table, HistoryLoad):
+            scale = si(table.force_scale, "force", "force_scale")
+            if not scale > 0.0:
+                raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
+            load = load.scaled(1.0 / scale)
+        return load, recording.notes
+    except ParameterError as error:
+        raise from_parameter(error, file, "load", table.model_dump()) from None
+    except HistoryError as error:
+        raise CaseError(file, "load.file", table.file, error.message, error.remedy) from error
+    except (OSError, ValueError) as error:  # a path too long, or with a null character
+        raise CaseError(file, "load.file", table.file, f"cannot be read: {error}") from None
+
+
+def _history_area(table: HistoryForce, quantity: str, file: str) -> float | None:
+    if quantity == "pressure":
+        if table.area is None:
+            remedy = 'give it as area = "6.5 cm^2"; or name another column or unit when the values are forces'
+            raise CaseError(file, "load.area", None, "a recorded pressure needs the area that it works on", remedy)
+        return positive_area(table.area)
+    if table.area is not None:
+        remedy = "leave area out, or name the column or unit of a pressure"
+        raise CaseError(file, "load.area", table.area, "the recorded values are forces, which take no area", remedy)
+    return None
+
+
+def _other_recordings(path: Path) -> str:
+    """A remedy that names the recordings lying where one was looked for."""
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.suffix.lower() != ".toml"]
+    except OSError:
+        return "the path is taken from the folder of the case file"
+    return did_you_mean(path.name, names) or "the path is taken from the folder of the case file"
