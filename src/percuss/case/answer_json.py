@@ -121,8 +121,16 @@ def _numbers(values: Iterable[Any]) -> list[float | int | None]:
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    """Numbers made finite or None; text, truth values and None as they are."""
-    return {k: v if isinstance(v, str | bool) else bool(v) if _is_bool(v) else _number(v) for k, v in values.items()}
+    """Numbers made finite or None; text, truth values, tuples of text and None as they are."""
+    return {key: _plain_value(value) for key, value in values.items()}
+
+
+def _plain_value(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [_plain_value(item) for item in value]
+    if isinstance(value, str):
+        return value
+    return bool(value) if _is_bool(value) else _number(value)
 
 
 def _is_bool(value: Any) -> bool:

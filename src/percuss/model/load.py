@@ -326,6 +326,9 @@ class Load:
     def __hash__(self) -> int:
         return hash((self._key, self.frequency, self.breaks, self.values))
 
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
     def __str__(self) -> str:
         unit = "" if self.frequency is None else " N"
         where = "" if self.frequency is None else f", {self.frequency:.4g} Hz"

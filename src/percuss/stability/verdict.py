@@ -44,6 +44,11 @@ class Stability:
     waveform: Waveform
     disagreement: str | None = None
 
+    def __str__(self) -> str:
+        first = "stable" if self.stable else "unstable"
+        also = f"; {self.disagreement}" if self.disagreement else ""
+        return f"Stability: {first}, margin {self.margin:.4g} ({self.reason}){also}"
+
 
 def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.

@@ -14,6 +14,7 @@ import numpy as np
 from percuss.model.checks import Array
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import mode_frequencies
+from percuss.steady.truncation import rigid_stroke
 
 if TYPE_CHECKING:
     from percuss.steady.orbit import Orbit
@@ -71,14 +72,14 @@ def flight_check(orbit: Orbit) -> Contactless:
     the modes left out may make; the answer is then not proven.
     """
     answer = _search(orbit)
-    doubt = orbit.error_bound * orbit.stroke if orbit.requested_modes is None else 0.0
+    doubt = orbit.error_bound * rigid_stroke(orbit) if orbit.requested_modes is None else 0.0
     if answer.violation is not None and answer.violation.depth <= doubt:
         return Contactless(None, False)
     return answer
 
 
 def _search(orbit: Orbit) -> Contactless:
-    few, touch = orbit._truncation.few, _TOUCH * max(orbit.stroke, 1e-300)
+    few, touch = orbit._truncation.few, _TOUCH * rigid_stroke(orbit)
     period, full = orbit.period, _bounds(orbit, orbit.modes)
     start, stop = _safe_ends(orbit, full)
     if start is None:

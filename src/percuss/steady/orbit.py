@@ -152,7 +152,8 @@ class Orbit:
     @cached_property
     def stroke(self) -> float:
         """Range of the striking end's position over the impact period."""
-        return self.highest[1] - self.lowest[1]
+        top = 0.0 if self.violation is None else self.highest[1]  # y ≤ 0 = y(0) unless it passes the wall
+        return top - self.lowest[1]
 
     @cached_property
     def highest(self) -> tuple[float, float]:
@@ -232,12 +233,17 @@ class Orbit:
     def rigid_motion(self, t: Array) -> tuple[Array, Array]:
         """Displacement since the impact and velocity of the mean of the bar; each of the shape of `t`."""
         d, mean, theta = self.system.d, self.system.load.mean, self.phase + t
-        v_phi = self.response.rigid_velocity(np.array([self.phase]))[0]
-        u_phi = self.response.rigid_displacement(np.array([self.phase]))[0]
+        u_phi, v_phi = self._rigid_start
         start = -self.system.restitution * self.rigid_velocity - v_phi
         fade = t * phi1(d * t)
         moved = self.response.rigid_displacement(theta) - u_phi + mean * t**2 * phi2(d * t) + start * fade
         return moved, self.response.rigid_velocity(theta) + mean * fade + start * np.exp(-d * t)
+
+    @cached_property
+    def _rigid_start(self) -> tuple[float, float]:
+        """Periodic displacement and velocity of the rigid motion at the impact phase."""
+        here = np.array([self.phase])
+        return float(self.response.rigid_displacement(here)[0]), float(self.response.rigid_velocity(here)[0])
 
     def _free_sum(self, t: Array, rows: Array) -> tuple[Array, Array]:
         state = self.state

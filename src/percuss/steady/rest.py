@@ -37,6 +37,9 @@ class Rest:
     phase: float | None
     quasi_static: float
 
+    def __str__(self) -> str:
+        return f"Rest: {'possible' if self.possible else 'not possible'}, least contact force {self.least_contact_force:.6g}"
+
 
 def rest_on_wall(system: System) -> Rest:
     """Is u(1, t) ≡ 0 a steady state, and how hard does the bar press?
