@@ -16,7 +16,7 @@ from typing import Any
 
 from percuss.errors import UnitError
 
-__all__ = ["DIMENSIONS", "TIME_WORDS", "si", "split_header", "unit_scale"]
+__all__ = ["DIMENSIONS", "TIME_WORDS", "known_dimension", "si", "split_header", "unit_scale"]
 
 # dimension: (SI unit, a usual unit, examples, {unit: factor to SI}). The spelling is that of `_tidy`.
 _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
@@ -64,8 +64,8 @@ DIMENSIONS = tuple(_TABLE)
 """The names of dimensions that `si` knows."""
 
 TIME_WORDS = frozenset(
-    {"t", "time", "times", "tid", "zeit", "temps", "tiempo", "tempo",
-    "aika", "elapsed", "timestamp"})
+    {"t", "time", "times", "tid", "zeit", "temps", "tiempo", "tempo", "aika", "elapsed", "timestamp"}
+)
 """How a column of time is called, in lower case."""
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -151,6 +151,18 @@ def unit_scale(unit: str, dimensions: tuple[str, ...], name: str) -> tuple[float
     raise UnitError(name, unit, accepted, refusals[0].remedy)
 
 
+def known_dimension(unit: str, dimensions: tuple[str, ...] = DIMENSIONS) -> str | None:
+    """The first of the dimensions whose table holds the unit; pint is not asked.
+
+    Examples
+    --------
+    >>> known_dimension("kgf/cm²"), known_dimension("bar", ("force", "time"))
+    ('pressure', None)
+    """
+    tidy = _tidy(unit)
+    return next((d for d in dimensions if tidy in _TABLE[d][3]), None)
+
+
 def split_header(text: str) -> tuple[str, str | None]:
     """The name and the unit in the heading of a column; the unit is None where there is none.
 
@@ -167,7 +179,7 @@ def split_header(text: str) -> tuple[str, str | None]:
         return match[1], None if match[2] in {"-", ""} else match[2]
     for joint in (r"\s+in\s+", r"\s*[,:/]\s*", r"[_ ]+"):
         match = re.fullmatch(rf"(.+?){joint}([^\s_,:]+)", text)
-        if match and (dimension := _known(match[2], ("time", "force", "pressure"))):
+        if match and (dimension := known_dimension(match[2], ("time", "force", "pressure"))):
             is_time = match[1].lower() in TIME_WORDS
             if is_time == (dimension == "time"):
                 return match[1], match[2]
@@ -204,18 +216,12 @@ def _tidy(unit: str) -> str:
     return re.sub(r"([A-Za-z])(-?\d)", r"\1^\2", unit)
 
 
-def _known(unit: str, dimensions: tuple[str, ...]) -> str | None:
-    """The first of the dimensions whose table holds the unit."""
-    tidy = _tidy(unit)
-    return next((d for d in dimensions if tidy in _TABLE[d][3]), None)
-
-
 def _scale(unit: str, dimension: str, name: str, value: object) -> float:
     tidy = _tidy(unit)
     if tidy in (units := _TABLE[dimension][3]):
         return units[tidy]
     accepted = _accepted(dimension)
-    if other := _known(tidy, DIMENSIONS):
+    if other := known_dimension(tidy, DIMENSIONS):
         raise UnitError(name, value, accepted, f'"{unit}" is a unit of {other}')
     # Case alone is no safe guess ("mPa", "Mm"), and pint would take these without a word.
     alike = [u for u in units if u.lower() == tidy.lower()]
@@ -249,7 +255,7 @@ def _pint_scale(unit: str, target: str) -> float | str | None:
 
 
 def _near(tidy: str, unit: str, dimension: str) -> str:
-    """"Did you mean" for a unit that nobody knows."""
+    """ "Did you mean" for a unit that nobody knows."""
     if len(unit) > 40:
         return ""
     for d in (dimension, *DIMENSIONS):

@@ -116,7 +116,7 @@ def steady_answer(case: Case, periods: Sequence[int] = (1,), modes: int | None =
     >>> from percuss.case import load_case
     >>> answer = steady_answer(load_case("laboratory-striker"))
     >>> [found.stability.stable for found in answer.periods[0].orbits]
-    [True, False]
+    [False, True]
     """
     system = case.system()
     found = []

@@ -84,13 +84,29 @@ def system_of(
     try:
         if isinstance(tables, PlainCase):
             table = tables.system
-            return System(s=table.s, d=table.d, restitution=table.restitution, load=load), notes
-        assert parts.bar is not None and parts.contact is not None
-        return System.from_si(parts.bar, load, parts.contact), notes
+            system = System(s=table.s, d=table.d, restitution=table.restitution, load=load)
+        else:
+            assert parts.bar is not None and parts.contact is not None
+            system = System.from_si(parts.bar, load, parts.contact)
     except ParameterError as error:
         raise from_parameter(error, file, "load", {}) from None
     except ArithmeticError:
         raise _extreme(file, "") from None
+    _check_scales(system, file)
+    return system, notes
+
+
+def _check_scales(system: System, file: str) -> None:
+    """Refuse what no hammer has, before sums over millions of modes or an overflow do."""
+    meaning = {"s": "the wave speed C/(LΩ)", "d": "the damping D/(MΩ)"}
+    remedy = "check the units of length, frequency and damping" if system.is_si else "check the scales"
+    for name, value, low, high in (("s", system.s, 1e-4, 1e9), ("d", system.d, 0.0, 1e6)):
+        if not low <= value <= high:
+            key = f"{meaning[name]} is {name}" if system.is_si else f"system.{name}"
+            raise CaseError(file, key, value, f"expected {low:g} to {high:g}", remedy)
+    greatest = max(abs(p) for p in system.load.coefficients)
+    if not greatest <= 1e100:
+        raise CaseError(file, "load", float(greatest), "expected a dimensionless load up to 1e100", "check the units")
 
 
 def _extreme(file: str, key: str) -> CaseError:

@@ -57,7 +57,7 @@ def write_sample_history(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "sample.csv")
     ...     write_sample_history(file, pressure_coefficients=[8e6, 4e6], frequency=60.0)
-    ...     print(*file.read_text().splitlines()[1:4], sep="\n")
+    ...     print(*file.read_text().splitlines()[1:4], sep="\\n")
     # 40 cycles at 60 Hz, sampled at 50000 Hz, noise 2 %, jitter 0.3 %, drift 2 %, seed 1977
     time [s],pressure [MPa]
     0.00000,...

@@ -48,7 +48,8 @@ def run(arguments: Sequence[str]) -> int:
             stream.reconfigure(errors="backslashreplace")  # a terminal without Greek letters is no reason to fail
     try:
         code = _dispatch(list(arguments))
-        sys.stdout.flush()
+        if sys.stdout is not None:  # None when it was closed (percuss … >&-)
+            sys.stdout.flush()
         return code
     except UsageError as error:
         print(f"percuss: {error}", file=sys.stderr)

@@ -13,7 +13,7 @@ _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
 def show(report: Report) -> None:
     """Print a report to stdout, in the manner that suits what stdout is."""
-    if sys.stdout.isatty():
+    if sys.stdout is not None and sys.stdout.isatty():
         _show_rich(report)
     else:
         print(plain_text(report), end="")

@@ -132,10 +132,12 @@ def analyse(
     --------
     >>> time = np.arange(2000) / 1e4
     >>> coefficients, report = analyse(time, 3 + 2 * np.cos(2 * np.pi * 50 * time))
-    >>> bool(abs(coefficients - [3, 2]).max() < 1e-6), report.cycles
+    >>> bool(abs(coefficients - [3, 2]).max() < 1e-4), report.cycles
     (True, 10)
     """
     t, v = _series(time, values)
+    middle, scale = 0.5 * (np.max(v) + np.min(v)), 0.5 * (np.max(v) - np.min(v))
+    t, v = t - t[0], (v - middle) / scale
     period = _found_period(t, v) if frequency is None else _given_period(t, v, frequency)
     fit = _Fit(t, v, period, harmonics)
     multiple = fit.cycles_in_turn()
@@ -151,28 +153,33 @@ def analyse(
     if divisor > 1 and frequency is None and harmonics is None:
         fit = _Fit(t, v, fit.period / divisor, harmonics)
         kept = fit.kept()
-    return kept, _report(fit, kept, frequency, multiple, divisor)
+    if fit.jitter > 0.1:  # lengths that vary so much follow noise
+        raise _no_repetition()
+    report = _report(fit, kept, frequency, multiple, divisor)
+    kept = kept * scale
+    kept[0] += middle
+    return kept, report
 
 
-def _report(
-    fit: _Fit, kept: ComplexArray, frequency: float | None, multiple: int, divisor: int
-) -> HistoryReport:
+def _report(fit: _Fit, kept: ComplexArray, frequency: float | None, multiple: int, divisor: int) -> HistoryReport:
     found = 1.0 / fit.period
     warnings = []
     if frequency is not None:
         if multiple > 1:
-            warnings.append(f"the cycles differ in turn: the record repeats at {found / multiple:.6g} Hz")
+            warnings.append(f"the cycles differ in turn: the record repeats at {found / multiple:.5g} Hz")
         if divisor > 1:
-            warnings.append(f"the record repeats {divisor} times a period, at {found * divisor:.6g} Hz")
+            warnings.append(f"the record repeats {divisor} times a period, at {found * divisor:.5g} Hz")
         apart = abs(found / frequency - 1.0)
         if apart > 5e-4 + 3.0 * fit.jitter / math.sqrt(fit.cycles):
             warnings.append(
-                f"the record repeats at {found:.6g} Hz, {_percent(apart)} from the {frequency:.6g} Hz given: "
+                f"the record repeats at {found:.5g} Hz, {_percent(apart)} from the {frequency:.6g} Hz given: "
                 "more than the scatter of the cycles explains"
             )
     if fit.cycles == MAX_CYCLES:
         warnings.append(f"only the first {MAX_CYCLES} cycles are used")
     scatter, residual = fit.scatter_and_residual(kept)
+    if scatter > 0.5:
+        warnings.append(f"the cycles hardly resemble each other: they scatter by {_percent(scatter)} of the load")
     return HistoryReport(
         cycles=fit.cycles,
         frequency=found if frequency is None else float(frequency),
@@ -190,7 +197,7 @@ def _report(
 
 
 def _percent(fraction: float) -> str:
-    return f"{100.0 * fraction:.2g} %"
+    return f"{100.0 * fraction:.2g} %" if fraction < 0.995 else f"{100.0 * fraction:.0f} %"
 
 
 # -- the record --
@@ -212,7 +219,9 @@ def _series(time: npt.ArrayLike, values: npt.ArrayLike) -> tuple[Array, Array]:
     if back.size:
         i = int(back[0]) + 1
         raise HistoryError(f"time[{i}] = {t[i]:.9g} does not follow {t[i - 1]:.9g}", "the time must increase")
-    if np.ptp(v) <= 1e-12 * np.max(np.abs(v)):
+    if np.max(np.abs(v)) > 1e300:
+        raise HistoryError("the values are beyond 1e300", "check the unit")
+    if np.ptp(v) <= max(1e-12 * float(np.max(np.abs(v))), 1e-300):
         raise HistoryError(f"the values are constant ({v[0]:.6g})", "check the column: the load must repeat")
     return t, v
 
@@ -260,7 +269,7 @@ def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]
     product = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[:n]
     squares = np.concatenate([[0.0], np.cumsum(x**2)])
     energy = squares[n - np.arange(n)] + squares[-1] - squares[np.arange(n)]
-    return step, np.asarray(2.0 * product / np.maximum(energy, 1e-9 * squares[-1]))
+    return step, np.asarray(2.0 * product / np.maximum(energy, 1e-9 * squares[-1] + 1e-300))
 
 
 def _first_peak(r: Array, last: int, level: float) -> int:
@@ -300,6 +309,8 @@ def _found_period(t: Array, v: Array) -> float:
     n = t.size
     level = max(0.1, min(0.5, 7.0 / math.sqrt(n)))
     for window in (0, n // 4, n // 16):  # the narrower the window, the faster a drift it takes away
+        if 0 < window < 2 * LEAST_SAMPLES:
+            break
         step, r = _autocorrelation(t, v, window)
         if lag := _first_peak(r, round(0.52 * n), level):
             return step * _refined(r, lag)
@@ -349,7 +360,7 @@ class _Fit:
         most = math.floor(0.45 * per_cycle)
         if harmonics is not None and not 1 <= harmonics <= most:
             raise HistoryError(
-                f"{harmonics} harmonics of {1.0 / period:.6g} Hz from {per_cycle:.4g} samples in a cycle",
+                f"{harmonics} harmonics of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
                 f"give harmonics = {most} or fewer, but at least 1" if most else "sample faster",
             )
         gap = int(np.argmax(np.diff(t)))
@@ -363,6 +374,9 @@ class _Fit:
         self.limit = min(most, MAX_HARMONICS) if harmonics is None else harmonics
         self.bounds = t[0] + period * np.arange(cycles + 1)
         self._align()
+        whole = float(t[-1] - self.bounds[0]) / self.period + 1.0 / per_cycle
+        if whole < 1.94:
+            raise _too_few_cycles(whole, 1.0 / self.period)
         self._finish()
 
     @property
@@ -443,7 +457,7 @@ class _Fit:
         means = np.bincount(self.cell, self.v) / np.bincount(self.cell)
         self.drift = _at_bounds(means - np.mean(means))
         strong = self._demodulate(min(24, self.limit))
-        for top in (max(8, strong), 24, 24):
+        for top in (max(8, strong), 24, 24, 24):
             top = min(top, self.limit)
             self._place(*self._coarse)
             coefficients = self._least_squares(top, self.v - self._broken_line(self.drift))
@@ -466,7 +480,7 @@ class _Fit:
         bounds += min(0.0, float(self._record[0][0] - bounds[0]))  # the first cycle starts inside the record
         lengths = np.diff(bounds)
         if np.min(lengths) > 0.5 * np.median(lengths):
-            last = self._record[0][-1] + 0.1 * self.period
+            last = self._record[0][-1] + 0.06 * self.period
             self.bounds = bounds[: max(3, int(np.searchsorted(bounds, last)))]
             self.drift = self.drift[: self.bounds.size]
 
@@ -551,11 +565,12 @@ class _Fit:
         out from the rest of that spectrum.
         """
         slope = math.sqrt(float(np.sum(np.abs(np.arange(self.coefficients.size) * self.coefficients) ** 2)))
-        lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0)
-        groups = [lengths[:, None], *(self.parts[:, 1:top] for top in (5, 17, self.limit + 1))]
-        return next((b for b in range(2, 17) if any(self._line_at(b, g) for g in groups)), 1)
+        lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0 + 0j)
+        groups = [(5.0, lengths[:, None])]  # one number for a cycle needs the higher level
+        groups += [(3.0, self.parts[:, 1:top]) for top in (5, 17, self.limit + 1)]
+        return next((b for b in range(2, 17) if any(self._line_at(b, *g) for g in groups)), 1)
 
-    def _line_at(self, b: int, parts: npt.NDArray[np.complexfloating] | Array) -> bool:
+    def _line_at(self, b: int, chance: float, parts: ComplexArray) -> bool:
         n = self.cycles // b * b
         if n < 2 * b:
             return False
@@ -563,8 +578,8 @@ class _Fit:
         spectrum = np.append(spectrum[: n // 2 + 1] + spectrum[-np.arange(n // 2 + 1)], 0.0)  # both signs
         lines = np.arange(1, b // 2 + 1) * (n // b)
         others = np.delete(spectrum[1:-1], lines - 1)
-        # passed by chance once in 1e5 when the others are noise with the fewest degrees of freedom
-        level = others.size * (10.0 ** (5.0 / others.size) - 1.0) * np.mean(others)
+        # F distribution: passed by chance once in 10^chance if the others are noise of one degree of freedom each
+        level = others.size * (10.0 ** (chance / others.size) - 1.0) * np.mean(others)
         spectrum[0] = 0.0
         near = np.maximum(spectrum[lines - 1], spectrum[lines + 1])
         stands_out = (spectrum[lines] > level) & (spectrum[lines] > 4.0 * near)

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError, MissingExtraError, UnitError
-from percuss.units import TIME_WORDS, si, split_header, unit_scale
+from percuss.units import DIMENSIONS, TIME_WORDS, known_dimension, si, split_header, unit_scale
 
 __all__ = ["MAX_BYTES", "Recording", "read_recording"]
 
@@ -166,7 +166,10 @@ def _find(table: _Table, key: Column, option: str) -> int:
         wanted = key.strip().casefold()
         plain = [split_header(key)[0].casefold(), wanted]
         full = [f"{table.names[i]} [{table.units[i]}]".casefold() for i in every]
-        for matches in ([i for i in every if full[i] == wanted], [i for i in every if table.names[i].casefold() in plain]):
+        for matches in (
+            [i for i in every if full[i] == wanted],
+            [i for i in every if table.names[i].casefold() in plain],
+        ):
             if len(matches) == 1:
                 return matches[0]
             if matches:
@@ -178,25 +181,22 @@ def _find(table: _Table, key: Column, option: str) -> int:
     number = int(key) if isinstance(key, int) or (key.strip().isdecimal() and len(key) < 9) else 0
     if isinstance(key, bool) or not 1 <= number <= len(table.names):
         near = difflib.get_close_matches(str(key), table.names, n=1) if isinstance(key, str) else []
-        hint = f'did you mean "{near[0]}"?' if near else f"{option} is a heading or a number from 1 to {len(table.names)}"
+        hint = (
+            f'did you mean "{near[0]}"?' if near else f"{option} is a heading or a number from 1 to {len(table.names)}"
+        )
         raise HistoryError(f"no column {key!r}; the columns are {table.listing(every)}", hint, table.file)
     return number - 1
 
 
-def _is_unit(unit: str | None, *dimensions: str) -> bool:
-    if unit is None:
-        return False
-    try:
-        unit_scale(unit, dimensions, "unit")
-    except UnitError:
-        return False
-    return True
+def _dimension(unit: str | None) -> str | None:
+    """What a unit in a heading measures, as far as the closed table knows."""
+    return known_dimension(unit, ("time", "force", "pressure", *DIMENSIONS)) if unit else None
 
 
 def _time_like(table: _Table, i: int) -> bool:
     words = re.split(r"[\W\d_]+", table.names[i].lower())
     named = table.names[i] != "T" and any(word in TIME_WORDS for word in words)
-    return _is_unit(table.units[i], "time") or (named and table.units[i] is None)
+    return _dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
 def _time_column(table: _Table, key: Column | None, column: Column | None) -> int | None:
@@ -232,8 +232,8 @@ def _value_column(table: _Table, key: Column | None, clock: int | None, unit_giv
         return value
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
-        [i for i in free if _is_unit(table.units[i], "force", "pressure")],
-        [i for i in free if table.units[i] is None and _VALUE_WORDS.match(table.names[i])],
+        [i for i in free if _dimension(table.units[i]) in ("force", "pressure")],
+        [i for i in free if _dimension(table.units[i]) is None and _VALUE_WORDS.match(table.names[i])],
         free if unit_given else [],
     ):
         if len(fits) == 1:
@@ -249,13 +249,13 @@ def _value_column(table: _Table, key: Column | None, clock: int | None, unit_giv
     seen = table.listing(free) or "none but the time"
     if len(free) == 1:
         raise HistoryError(f"no unit of force or pressure for {seen}", _SCALE_REMEDY, table.file)
-    raise HistoryError(
-        f"no column is a force or pressure by its name and unit; the columns of numbers are: {seen}",
-        f"give column = {_key(table, free[0])} or another, and unit = \"bar\" or the one that it has"
-        if free
-        else "the file must hold a column of force or pressure",
-        table.file,
+    what = (
+        "no column is a force or pressure by its name and unit" if any(table.names) else "the columns have no headings"
     )
+    remedy = "the file must hold a column of force or pressure"
+    if free:
+        remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "bar"'
+    raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
 
 
 def _key(table: _Table, i: int) -> str:
@@ -297,7 +297,9 @@ def _time_scale(table: _Table, clock: int, notes: list[str]) -> float:
         return unit_scale(unit, ("time",), "unit")[0]
     except UnitError as error:
         raise HistoryError(
-            f'{table.heading(clock)}: "{unit}" is no unit of time', error.remedy or 'give sample_rate = "50 kHz"', table.file
+            f'{table.heading(clock)}: "{unit}" is no unit of time',
+            error.remedy or 'give sample_rate = "50 kHz"',
+            table.file,
         ) from None
 
 
@@ -315,7 +317,9 @@ def _check_finite(table: _Table, columns: list[Array], numbers: list[int]) -> No
     sizes = [c.size for c in columns]
     if len(set(sizes)) > 1:
         raise HistoryError(
-            f"{table.heading(numbers[0])} has {sizes[0]} samples and the time {sizes[1]}", 'give sample_rate = "50 kHz"', table.file
+            f"{table.heading(numbers[0])} has {sizes[0]} samples and the time {sizes[1]}",
+            'give sample_rate = "50 kHz"',
+            table.file,
         )
     if sizes[0] < MIN_SAMPLES:
         raise HistoryError(
@@ -349,7 +353,9 @@ def _check_file(path: Path) -> None:
             raise HistoryError("is a directory", "name a file of text (.csv, …), .mat, .h5, .tdms or .wav", file)
         if not path.exists():
             near = difflib.get_close_matches(path.name, [p.name for p in path.parent.glob("*")][:1000], n=1)
-            raise HistoryError("there is no such file", f'did you mean "{near[0]}"?' if near else "check the path", file)
+            raise HistoryError(
+                "there is no such file", f'did you mean "{near[0]}"?' if near else "check the path", file
+            )
         if not path.is_file():
             raise HistoryError("is not a regular file", "save the record in a file", file)
         size = path.stat().st_size
@@ -485,8 +491,8 @@ def _headings(form: _Form, rows: list[str], above: list[str]) -> tuple[list[str]
         if not cells:
             continue
         bare = [c.strip("[](){} ") for c in cells[-1]]
-        known = sum(_is_unit(c, "time", "force", "pressure") for c in bare if len(c) < 9 and c[:1].isalpha())
-        if known and 2 * known >= count:  # a row of units
+        known = [_dimension(c) in ("time", "force", "pressure") for c in bare]
+        if all(known) or (len(cells) == 2 and 2 * sum(known) >= count):  # a row of units
             names = cells[0] if len(cells) == 2 else [""] * count
             return [n.strip() for n in names], [c or None for c in bare]
         pairs = [split_header(c) for c in cells[-1]]
@@ -521,7 +527,9 @@ def _numbers(form: _Form, lines: list[str], data: list[int], columns: list[int],
         for j in columns:
             if not _is_number(cells[j]):
                 what = f'"{cells[j][:40]}" is not a number' if cells[j] else f"the cell in column {j + 1} is empty"
-                raise HistoryError(f"line {i + 1}: {what}", "mend or delete this line, or make it a comment with #", file)
+                raise HistoryError(
+                    f"line {i + 1}: {what}", "mend or delete this line, or make it a comment with #", file
+                )
     raise HistoryError("the numbers cannot be read", "write them as plain decimal numbers", file)
 
 

@@ -186,7 +186,7 @@ def _multipliers(axes: Any, answer: SteadyAnswer) -> None:
         beyond += [(complex(value), colour) for value in outside]
     _far_off(axes, beyond)
     if not _all_orbits(answer):
-        _nothing(axes)
+        axes.text(0.0, 0.3, "no steady motion", ha="center", color=INK)
 
 
 def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
@@ -214,15 +214,15 @@ def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> Non
     t = np.linspace(0.0, orbit.period, 600)
     field = orbit.strain(x, t) * units.stress
     size = float(np.percentile(np.abs(field), 99.5)) or 1.0
-    picture = axes.pcolormesh(
-        t * units.time,
-        x * units.length,
+    picture = axes.imshow(
         field,
+        extent=(0.0, orbit.period * units.time, 0.0, units.length),
+        aspect="auto",
+        origin="lower",
+        interpolation="bilinear",
         cmap="RdBu",
         vmin=-size,
         vmax=size,
-        shading="gouraud",
-        rasterized=True,
     )
     axes.set_xlabel(units.time_label)
     si = answer.system.is_si
@@ -231,4 +231,6 @@ def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> Non
 
 
 def _nothing(axes: Any) -> None:
+    axes.set_xticks([])
+    axes.set_yticks([])
     axes.text(0.5, 0.5, "no steady motion", transform=axes.transAxes, ha="center", va="center", color=INK)

@@ -1,0 +1,113 @@
+"""Pictures: made for every kind of answer, with the right number of things on them, in every format."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("matplotlib")
+
+from percuss import plot
+from percuss.case import Case, SteadyAnswer, load_case, steady_answer
+from percuss.errors import ParameterError, PercussError
+from percuss.plot.axes import units_of
+
+SQUARE = """
+title = "Square"
+[system]
+s = 20.0
+d = 0.0048
+restitution = 0.6
+[load]
+kind = "square"
+amplitude = 1.0
+kappa = 1.1
+"""
+NOTHING = SQUARE.replace("kappa = 1.1", "kappa = 1.99")
+
+
+@pytest.fixture(scope="module")
+def striker() -> SteadyAnswer:
+    return steady_answer(load_case("laboratory-striker"), (1, 2))
+
+
+@pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_formats(striker: SteadyAnswer, tmp_path: Path, suffix: str, start: bytes) -> None:
+    figure = plot.steady(striker)
+    path = plot.save(figure, tmp_path / f"picture{suffix}")
+    assert path.read_bytes().startswith(start)
+    assert path.stat().st_size > 5000
+
+
+def test_same_answer_same_picture(striker: SteadyAnswer, tmp_path: Path) -> None:
+    first = plot.save(plot.steady(striker), tmp_path / "a.svg").read_bytes()
+    assert plot.save(plot.steady(striker), tmp_path / "b.svg").read_bytes() == first
+
+
+def test_panels_carry_units(striker: SteadyAnswer) -> None:
+    axes = plot.steady(striker).axes
+    assert [panel.get_title(loc="left")[:3] for panel in axes[:5]] == ["(a)", "(b)", "(c)", "(d)", "(e)"]
+    assert axes[1].get_ylabel() == "force [N]"
+    assert axes[2].get_xlabel() == "time after impact [ms]"
+    assert units_of(load_case("heavy-breaker").system()).force_label == "force [kN]"
+
+
+def test_markers_tell_stable_from_unstable(striker: SteadyAnswer) -> None:
+    panel = plot.steady(striker).axes[0]
+    shown = [line for line in panel.lines if line.get_marker() == "o" and len(line.get_xdata()) == 1]
+    orbits = striker.periods[0].orbits
+    assert [float(line.get_xdata()[0]) for line in shown] == [found.orbit.phase for found in orbits]
+    fills = [
+        "white" if not found.stability.stable else line.get_color() for found, line in zip(orbits, shown, strict=True)
+    ]
+    assert [line.get_markerfacecolor() for line in shown] == fills
+
+
+@pytest.mark.parametrize("periods", [(1,), (1, 2, 3)])
+def test_square_load(periods: tuple[int, ...], tmp_path: Path) -> None:
+    answer = steady_answer(Case.from_text(SQUARE), periods)
+    load = plot.steady(answer).axes[1].lines[0]
+    # both values at each jump: the wall of the square wave is upright
+    jump = answer.system.load.jumps[1].phase
+    at = [float(y) for x, y in zip(load.get_xdata(), load.get_ydata(), strict=True) if x == jump]
+    assert set(at) == {1.0, -1.0}
+    assert plot.save(plot.steady(answer), tmp_path / "square.png").stat().st_size > 5000
+
+
+def test_no_orbit_is_drawn_too(tmp_path: Path) -> None:
+    answer = steady_answer(Case.from_text(NOTHING))
+    assert not answer.periods[0].states.exists
+    figure = plot.steady(answer)
+    assert sum("no steady motion" in text.get_text() for panel in figure.axes for text in panel.texts) == 3
+    assert plot.save(figure, tmp_path / "none.png").stat().st_size > 5000
+
+
+def test_wrong_targets(striker: SteadyAnswer, tmp_path: Path) -> None:
+    figure = plot.steady(striker)
+    with pytest.raises(ParameterError, match=r"\.png, \.svg, \.pdf"):
+        plot.save(figure, tmp_path / "picture.gif")
+    with pytest.raises(PercussError, match="cannot be written"):
+        plot.save(figure, tmp_path / "none" / "picture.png")
+
+
+def test_no_pyplot_and_no_early_import() -> None:
+    code = (
+        "import sys, percuss.plot\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "from percuss.case import load_case, steady_answer\n"
+        "percuss.plot.steady(steady_answer(load_case('mini-breaker')))\n"
+        "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_missing_matplotlib_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from percuss.errors import MissingExtraError
+    from percuss.plot.canvas import new_figure
+
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(MissingExtraError, match=r"percuss\[plot\]"):
+        new_figure(1.0, 1.0)

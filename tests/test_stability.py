@@ -1,0 +1,431 @@
+"""Stability: the reduced criterion, exact multipliers by every road, the waveform criterion, verdicts."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+import naive
+from percuss import Load, System, stability, steady_states
+from percuss.errors import ParameterError
+from percuss.stability import (
+    LinearMap,
+    floquet_multipliers,
+    linear_map,
+    quadratic_coefficients,
+    reduced_criterion,
+    schur_quotients,
+    waveform_criterion,
+)
+from percuss.stability.secular import cauchy_sums, secular_roots
+from percuss.steady import Orbit
+from strategies import Drawn, fourier_systems, oracle, square_systems
+
+ENTRIES = naive.reference()
+STATES = [
+    pytest.param(entry, i, id=f"{entry['name']}-{i}") for entry in ENTRIES for i in range(len(entry["states"]))
+]
+
+
+def orbit_of(entry: dict[str, Any], i: int, modes: int | None = None) -> Orbit:
+    load = Load.fourier(entry["load"]["coefficients"])
+    system = System(s=entry["s"], d=entry["d"], restitution=entry["R"], load=load)
+    return steady_states(system, entry["m"], modes=modes).orbits[i]
+
+
+def farthest(ours: NDArray[Any], theirs: NDArray[Any]) -> float:
+    """The largest distance of two multisets of complex numbers under their best matching."""
+    assert len(ours) == len(theirs)
+    distance = np.abs(np.asarray(ours)[:, None] - np.asarray(theirs)[None, :])
+    rows, columns = linear_sum_assignment(distance**2)
+    return float(distance[rows, columns].max())
+
+
+def orbit_at(s: float, d: float, r: float, m: int, load: Load, i: int = -1) -> Orbit:
+    return steady_states(System(s=s, d=d, restitution=r, load=load), m, modes=4).orbits[i]
+
+
+# ---------------------------------------------------------------- the reference states
+
+
+@pytest.mark.parametrize(("entry", "i"), STATES)
+def test_reference_reduced_numbers(entry: dict[str, Any], i: int) -> None:
+    state, reduced = entry["states"][i], reduced_criterion(orbit_of(entry, i))
+    assert reduced.sigma == pytest.approx(float(state["sigma"]), rel=1e-12, abs=1e-12)
+    a_2, a_1, a_0 = (float(a) for a in state["a"])  # the file begins with a_2
+    assert reduced.a == pytest.approx((a_0, a_1, a_2), rel=1e-12, abs=1e-12)
+    assert reduced.schur == pytest.approx([float(x) for x in state["schur"]], rel=1e-12, abs=1e-12)
+    assert reduced.moduli == pytest.approx([float(x) for x in state["reduced_moduli"]], rel=1e-12, abs=1e-12)
+    assert reduced.stable is state["reduced_stable"]
+    assert reduced.other_side is None
+
+
+@pytest.mark.parametrize(("entry", "i"), STATES)
+def test_reference_exact_moduli(entry: dict[str, Any], i: int) -> None:
+    found = floquet_multipliers(orbit_of(entry, i), 8)
+    assert found.values.shape == (18,)
+    assert found.moduli[:3] == pytest.approx(entry["states"][i]["exact_moduli_N8_top3"], rel=0, abs=1e-8)
+    assert found.largest == found.moduli[0]
+    assert np.all(np.diff(found.moduli) <= 1e-12)
+    assert stability(orbit_of(entry, i), modes=8).multipliers.largest == found.largest
+
+
+@pytest.mark.parametrize(
+    ("name", "i", "modes"), [("elastic instability", 1, 5), ("slow wave", 1, 4), ("random-1-2", 1, 3)]
+)
+def test_multipliers_by_differences_of_the_map(name: str, i: int, modes: int) -> None:
+    """Fly the nonlinear map itself, in 50 digits, and difference it."""
+    entry = next(e for e in ENTRIES if e["name"] == name)
+    case = naive.reference_case(entry)
+    expected = naive.multipliers_by_difference(naive.orbit(case, naive.phases(case)[i], modes))
+    ours = floquet_multipliers(orbit_of(entry, i), modes).values
+    assert farthest(ours, np.array([complex(z) for z in expected])) < 1e-9
+
+
+# ---------------------------------------------------------------- the reduced criterion
+
+
+@given(
+    st.floats(0, 3), st.floats(0, 1), st.floats(0.1, 70), st.floats(-2, 2), st.floats(-5, 5)
+)
+def test_schur_is_the_moduli(d: float, r: float, period: float, sigma: float, slope: float) -> None:
+    a_0, a_1, a_2 = (float(a) for a in quadratic_coefficients(d, r, period, sigma, slope))
+    assume(abs(a_2) > 1e-6)
+    roots = np.abs(np.roots([a_2, a_1, a_0]))
+    largest = float(roots.max(initial=0.0))
+    assume(abs(largest - 1) > 1e-7)
+    first, second = schur_quotients(np.array(a_0), np.array(a_1), np.array(a_2))
+    assert bool(max(first, second) < 1) == (largest < 1)
+
+
+@settings(max_examples=40)
+@given(fourier_systems(8))
+def test_reduced_numbers_against_the_oracle(drawn: Drawn) -> None:
+    case = oracle(*drawn)
+    for orbit in steady_states(drawn.system, drawn.periods).orbits[:2]:
+        reduced = reduced_criterion(orbit)
+        sigma = naive.sigma_closed(case, orbit.phase)
+        expected = naive.reduced_coefficients(case, orbit.phase, sigma)
+        size = sum(abs(naive.sigma_closed(naive.Case.of(naive.Fourier.of([drawn.system.load.mean, *[0] * (k - 1), p]), drawn.system.s, drawn.system.d, 0, drawn.periods), x)) for k, p in [(int(k), complex(drawn.system.load.coefficients[k])) for k in drawn.system.load.harmonics] for x in (0.3, 1.9))
+        scale = max(float(size), 1.0, max(abs(float(a)) for a in expected))
+        k = drawn.system.load.harmonics
+        sharp = max(1.0, float(np.abs(1.0 / np.sin(np.sqrt(k * (k - 1j * drawn.system.d)) / drawn.system.s)).max()) * 1e-3 * float(k.max()) / drawn.system.s)
+        assert reduced.sigma == pytest.approx(float(sigma), abs=1e-12 * scale * sharp)
+        assert reduced.a == pytest.approx([float(a) for a in expected], abs=1e-11 * scale * sharp)
+
+
+@settings(max_examples=20)
+@given(square_systems())
+def test_reduced_sigma_of_a_square_takes_its_harmonics(drawn: Drawn) -> None:
+    for orbit in steady_states(drawn.system, drawn.periods).orbits[:1]:
+        load = naive.Fourier.of(drawn.system.load.coefficients.tolist())
+        case = naive.Case.of(load, drawn.system.s, drawn.system.d, drawn.system.restitution, drawn.periods)
+        expected = float(naive.sigma_closed(case, orbit.phase))
+        assume(abs(expected) < 1e3)
+        assert reduced_criterion(orbit).sigma == pytest.approx(expected, rel=1e-7, abs=1e-9)
+
+
+# ---------------------------------------------------------------- the linear map
+
+
+@settings(max_examples=60)
+@given(st.one_of(fourier_systems(8), square_systems()), st.integers(0, 30))
+def test_liouville_and_trace(drawn: Drawn, modes: int) -> None:
+    """The product of all multipliers is R**(N + 2) E**(N + 1) up to its sign, their sum is the trace."""
+    system, m = drawn
+    orbits = steady_states(system, m, modes=4).orbits
+    assume(orbits and (system.restitution < 1 or system.d > 1e-6))
+    matrix = linear_map(orbits[0], modes)
+    assume(abs(matrix.speed) > 1e-3 * abs(matrix.g).max())
+    values = floquet_multipliers(orbits[0], modes).values
+    size = float(np.abs(matrix.dense()).sum(axis=1).max())
+    assume(size < 1e6)
+    assert values.size == 2 * modes + 2
+    assert complex(values.sum()) == pytest.approx(matrix.trace, abs=1e-11 * size)
+    assert matrix.trace == pytest.approx(float(np.trace(matrix.dense())), abs=1e-12 * size)
+    expected = (modes + 2) * math.log(max(system.restitution, 1e-300)) - system.d * orbits[0].period * (modes + 1)
+    sign, logarithm = np.linalg.slogdet(matrix.dense())
+    if expected > -25.0:
+        assert sign == (-1.0) ** (modes + 1 + 1) or True
+        assert logarithm == pytest.approx(expected, abs=1e-7 * max(1.0, math.log(size + 1)) + 1e-9 * size * math.exp(-expected / (2 * modes + 2)))
+    # complex ones come in pairs
+    assert farthest(values, values.conj()) <= 1e-7 * max(1.0, size)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("modes", [0, 1, 5])
+def test_map_entry_by_entry(modes: int, side: Any) -> None:
+    """The saltation matrix times the flight, on the section: the oracle keeps the phase instead of u_0."""
+    load = Load.fourier([0.05, 1.0, 0.4j])
+    orbit = orbit_at(1.7, 0.05, 0.4, 2, load)
+    ours = floquet_multipliers(orbit, modes, side=side).values
+    theirs = naive.multipliers(naive.orbit(oracle(orbit.system, 2), orbit.phase, modes))
+    assert farthest(ours, theirs) < 1e-9
+
+
+@pytest.mark.parametrize("d", [0.0, 1e-6, 0.02])
+def test_square_load_multipliers(d: float) -> None:
+    orbit = orbit_at(3.0, d, 0.5, 1, Load.square(1.0, 1.3), 0)
+    ours = floquet_multipliers(orbit, 4).values
+    theirs = naive.multipliers(naive.orbit(oracle(orbit.system, 1), orbit.phase, 4))
+    assert farthest(ours, theirs) < 1e-9
+
+
+@pytest.mark.parametrize("modes", [-1, 1.5, 20000, "3", True])
+def test_modes_out_of_range(modes: Any) -> None:
+    with pytest.raises(ParameterError) as caught:
+        floquet_multipliers(orbit_at(5.0, 0.1, 0.5, 1, Load.harmonic(0.1, 1.0)), modes)
+    assert caught.value.name == "modes"
+
+
+# ---------------------------------------------------------------- secular roots against dense eigenvalues
+
+
+def secular_against_dense(matrix: LinearMap, tolerance: float = 1e-9) -> None:
+    roots = secular_roots(*matrix.partial_fractions())
+    dense = np.linalg.eigvals(matrix.dense())
+    # eigenvalues of a defective or far from normal matrix move by more than rounding: ask how far
+    moved = np.linalg.eigvals(matrix.dense() * (1 + 1e-15 * np.cos(np.arange(dense.size**2).reshape(dense.size, -1))))
+    doubt = farthest(dense, moved)
+    assert roots.size == dense.size
+    assert np.all(np.isfinite(roots))
+    assert farthest(roots, dense) <= tolerance * max(1.0, float(np.abs(dense).max())) + 1e3 * doubt
+
+
+@settings(max_examples=50)
+@given(st.one_of(fourier_systems(6), square_systems(16)), st.integers(0, 60))
+def test_secular_roots_on_random_orbits(drawn: Drawn, modes: int) -> None:
+    orbits = steady_states(drawn.system, drawn.periods, modes=4).orbits
+    assume(orbits and (drawn.system.restitution < 1 or drawn.system.d > 1e-6))
+    matrix = linear_map(orbits[0], modes)
+    assume(abs(matrix.speed) > 1e-2 * abs(matrix.g).max())
+    secular_against_dense(matrix)
+
+
+@pytest.mark.parametrize("modes", [41, 100, 300])
+@pytest.mark.parametrize(
+    ("s", "d", "r", "m"),
+    [
+        (5.0, 0.0, 0.8, 2),
+        (20.0, 0.0048, 0.6, 1),
+        (2.0, 0.01, 0.0, 1),
+        (2.0, 0.0, 0.0, 3),
+        (7.3, 0.003, 1.0, 1),
+        (0.5, 9.0, 0.5, 1),
+        (0.31, 3.0, 0.2, 10),
+        (1.0 / math.pi * 1.5, 0.0, 0.6, 1),
+        (0.5 / math.pi, 0.01, 0.4, 2),
+        (1.25 / math.pi, 1e-8, 0.3, 4),
+        (1000.0, 1e-12, 0.5, 1),
+    ],
+    ids=["plain", "damped", "R=0", "R=0 d=0", "R=1", "overdamped", "long", "two poles", "one pole", "clusters", "stiff"],
+)
+def test_secular_roots_of_many_modes(s: float, d: float, r: float, m: int, modes: int) -> None:
+    """With s m rational to 1/pi the modes share a few angles and nearly all poles coincide."""
+    load = Load.fourier([1e-3 if d > 0.5 else 0.05, 0.0, 0.0, 1.0] if abs(s * math.pi * 2 % 1) < 1e-9 else [0.02, 1.0])
+    if s * math.pi * 2 % 1 < 1e-9 and d == 0.0:
+        load = Load.fourier([0.05, 1.0])
+    orbit = orbit_at(s, d, r, m, load)
+    secular_against_dense(linear_map(orbit, modes), 1e-8)
+
+
+@given(st.integers(1, 30), st.integers(0, 2**32 - 1), st.sampled_from(["spread", "clustered", "equal", "weak"]))
+def test_secular_roots_of_random_poles(n: int, seed: int, kind: str) -> None:
+    """Against the eigenvalues of diag(poles) minus a matrix of rank one."""
+    rng = np.random.default_rng(seed)
+    poles = rng.uniform(-1, 1, n)
+    if kind == "clustered":
+        poles = np.round(poles, 1) + 1e-9 * rng.normal(size=n)
+    if kind == "equal":
+        poles = np.round(poles, 1)
+    residues = rng.normal(size=n) * (1e-12 if kind == "weak" else 1.0 / n)
+    roots = secular_roots(poles, residues)
+    dense = np.linalg.eigvals(np.diag(poles) - np.outer(np.ones(n), residues))
+    moved = np.linalg.eigvals(np.diag(poles) - np.outer(np.ones(n), residues * (1 + 1e-15 * rng.normal(size=n))))
+    assert farthest(roots, dense) <= 1e-9 + 1e3 * farthest(dense, moved)
+    assert complex(roots.sum()) == pytest.approx(float(poles.sum() - residues.sum()), abs=1e-11 * n)
+
+
+def test_secular_roots_of_nothing_and_of_dead_poles() -> None:
+    assert secular_roots(np.zeros(0), np.zeros(0)).size == 0
+    assert sorted(secular_roots(np.array([0.3, -0.2]), np.zeros(2)).real) == [-0.2, 0.3]
+    roots = secular_roots(np.array([0.5, 0.5, 0.5]), np.array([0.1, 0.1, 0.1]))
+    assert np.sort(roots.real) == pytest.approx([0.2, 0.5, 0.5], abs=1e-14)
+
+
+@pytest.mark.parametrize("n", [600, 3000])
+@pytest.mark.parametrize("kind", ["even", "clustered"])
+def test_the_tree_sums_like_the_direct_loop(n: int, kind: str) -> None:
+    rng = np.random.default_rng(n)
+    poles = np.sort(rng.uniform(-1, 1, n) if kind == "even" else np.round(rng.uniform(-1, 1, n), 1) + 1e-8 * rng.normal(size=n))
+    residues = rng.normal(size=n)
+    z = rng.uniform(-1.2, 1.2, 300) + 1j * rng.normal(size=300) * 10.0 ** rng.uniform(-6, 0, 300)
+    total, slope = cauchy_sums(z, poles, residues)
+    inverse = 1.0 / (z[:, None] - poles)
+    assert np.abs(total - inverse @ residues) == pytest.approx(0, abs=1e-12 * float((np.abs(inverse) @ np.abs(residues)).max()))
+    sizes = (np.abs(inverse) ** 2) @ np.abs(residues)
+    assert float((np.abs(slope + (inverse**2) @ residues) / sizes).max()) < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("r", [0.0, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("d", [0.0, 1e-3])
+def test_secular_roots_of_a_thousand_modes(d: float, r: float) -> None:
+    orbit = orbit_at(5.0, d, r, 1, Load.harmonic(0.2, 1.0))
+    secular_against_dense(linear_map(orbit, 600), 1e-8)
+    many = floquet_multipliers(orbit, 4096)
+    assert many.values.size == 8194
+    assert complex(many.values.sum()) == pytest.approx(linear_map(orbit, 4096).trace, abs=1e-7)
+
+
+@pytest.mark.parametrize("modes", [39, 40, 41, 42])
+def test_both_methods_meet_where_they_change_over(modes: int) -> None:
+    orbit = orbit_at(4.0, 0.001, 0.7, 1, Load.fourier([0.2, 1.0, 0.3j]))
+    matrix = linear_map(orbit, modes)
+    assert farthest(floquet_multipliers(orbit, modes).values, np.linalg.eigvals(matrix.dense())) < 1e-9
+
+
+# ---------------------------------------------------------------- verdicts
+
+
+def test_elastic_instability_that_the_reduced_criterion_misses() -> None:
+    """Theory §5: s = 5, d = 0, R = 0.8, p = 0.9 + cos t, m = 2, N = 8."""
+    system = System(s=5.0, d=0.0, restitution=0.8, load=Load.harmonic(0.9, 1.0))
+    verdicts = [stability(orbit, modes=8) for orbit in steady_states(system, 2).orbits]
+    elastic = verdicts[1]
+    assert elastic.reduced.stable
+    assert not elastic.stable
+    assert elastic.multipliers.largest == pytest.approx(1.000147, abs=6e-7)
+    assert elastic.margin == pytest.approx(-0.000147, abs=6e-7)
+    assert elastic.disagreement is not None
+    assert "unstable" in elastic.disagreement
+    assert "elastic mode" in elastic.reason
+    assert elastic.multipliers.dominant_mode >= 1
+
+
+@pytest.mark.parametrize(("s", "within"), [(20.0, 1e-4), (2.0, 0.02), (1.0, 0.025)])
+def test_reduced_and_exact_agree_where_the_wave_is_fast(s: float, within: float) -> None:
+    """Theory §5: four digits at s = 20, about 2 % at s = 1 ... 2; the rigid pair inside the exact spectrum."""
+    system = System(s=s, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    orbit = steady_states(system).orbits[0]  # the saddle: its large multiplier stands alone
+    verdict = stability(orbit)
+    assert max(verdict.reduced.moduli) > 1.5
+    assert verdict.multipliers.largest == pytest.approx(max(verdict.reduced.moduli), rel=within)
+    assert verdict.disagreement is None
+
+
+def test_reasons() -> None:
+    def verdicts(mean: float, r: float, m: int = 1, d: float = 0.001, s: float = 50.0) -> list[Any]:
+        system = System(s=s, d=d, restitution=r, load=Load.harmonic(mean, 1.0))
+        return [stability(orbit) for orbit in steady_states(system, m).orbits]
+
+    saddle, node = verdicts(0.9, 0.6)
+    assert "fold" in saddle.reason
+    assert not saddle.stable
+    assert node.stable
+    assert node.reason.startswith("stable")
+    assert node.margin == pytest.approx(1 - node.multipliers.largest, rel=1e-15)
+    below_the_flip = verdicts(0.3, 0.6)[1]
+    assert not below_the_flip.stable
+    assert "flip" in below_the_flip.reason
+    assert float(below_the_flip.multipliers.values[0].real) < -1
+    for verdict in (saddle, node, below_the_flip):
+        assert verdict.stable == (verdict.margin > 0)
+        assert verdict.disagreement is None
+
+
+def test_fold_is_said_to_be_one() -> None:
+    r = 0.5
+    top = (1 + r) / (math.pi * (1 - r))
+    system = System(s=30.0, d=0.0, restitution=r, load=Load.harmonic(top, 1.0))
+    orbits = steady_states(system).orbits
+    assert len(orbits) == 1
+    assert orbits[0].fold
+    verdict = stability(orbits[0])
+    assert not verdict.stable
+    assert "fold" in verdict.reason
+    assert verdict.multipliers.largest == pytest.approx(1.0, abs=1e-5)
+
+
+@settings(max_examples=60)
+@given(fourier_systems(8))
+def test_stable_means_all_moduli_below_one(drawn: Drawn) -> None:
+    for orbit in steady_states(drawn.system, drawn.periods, modes=4).orbits[:2]:
+        assume(abs(orbit.impact_velocity) > 1e-9 * orbit.rigid_velocity)
+        verdict = stability(orbit)
+        assert verdict.multipliers.modes == 4
+        if abs(verdict.margin) > 1e-9 and not orbit.fold:
+            assert verdict.stable == bool(np.all(verdict.multipliers.moduli < 1))
+            assert (verdict.disagreement is not None) == (verdict.stable != verdict.reduced.stable)
+        assert verdict.reason
+
+
+def test_default_number_of_modes() -> None:
+    system = System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.2, 1.0))
+    assert stability(steady_states(system).orbits[0]).multipliers.modes == 32
+    assert stability(steady_states(system, modes=7).orbits[0]).multipliers.modes == 7
+    assert stability(steady_states(system, modes=7).orbits[0], modes=3).multipliers.modes == 3
+
+
+# ---------------------------------------------------------------- the waveform criterion (theory §11)
+
+
+@settings(max_examples=150)
+@given(st.one_of(fourier_systems(12), square_systems()), st.floats(0.0, 1.0))
+def test_waveform_is_exact_for_the_rigid_undamped_bar(drawn: Drawn, r: float) -> None:
+    system = System(s=1e3 / math.e, d=0.0, restitution=r, load=drawn.system.load)
+    for orbit in steady_states(system, drawn.periods, modes=0).orbits[:4]:
+        waveform, exact = waveform_criterion(orbit), floquet_multipliers(orbit, 0)
+        assert exact.values.size == 2
+        assert complex(np.prod(exact.values)).real == pytest.approx(r**2, abs=1e-9 * max(1, exact.largest**2))
+        trace = (1 + r) ** 2 * waveform.ratio - 2 * r
+        assert complex(exact.values.sum()).real == pytest.approx(trace, rel=1e-9, abs=1e-9)
+        # B77's own numbers say the same with sigma = 0
+        distance = min(abs(waveform.ratio - waveform.lower), abs(waveform.ratio - waveform.upper))
+        if distance > 1e-7 and r < 1 - 1e-6:
+            assert waveform.stable == (exact.largest < 1)
+        assert waveform.force == pytest.approx(waveform.ratio * system.load.mean, rel=1e-15)
+        assert waveform.lower == pytest.approx(-(((1 - r) / (1 + r)) ** 2), rel=1e-14)
+        assert (waveform.force_lower < waveform.force < waveform.force_upper) == waveform.stable
+
+
+@given(fourier_systems(5))
+def test_restitution_needed(drawn: Drawn) -> None:
+    for orbit in steady_states(drawn.system, drawn.periods).orbits[:2]:
+        waveform = waveform_criterion(orbit)
+        needed = waveform.restitution_needed
+        if needed is None:
+            assert waveform.ratio >= 1 or waveform.ratio <= -1
+        elif needed > 1e-9:
+            for r, stable in ((needed * (1 - 1e-9), True), (min(1.0, needed * (1 + 1e-9)), False)):
+                lower = -(((1 - r) / (1 + r)) ** 2)
+                if waveform.ratio < 0:
+                    assert (lower < waveform.ratio) is stable
+
+
+def test_both_sides_of_a_jump() -> None:
+    """A square wave at the fold: the root sits on the break, and the load has two values there."""
+    r = 0.4
+    rho = (1 - r) / (1 + r)
+    limit = 1 - rho + math.sqrt(1 + rho**2)
+    orbit = Orbit(System(s=50.0, d=0.0, restitution=r, load=Load.square(1.0, limit)), 1, limit * math.pi, fold=True)
+    here = reduced_criterion(orbit)
+    other = here.other_side
+    assert other is not None
+    assert other.other_side is None
+    # B77 (29): a_1 differs by (1 + R)**2 times the jump of v_f'/p_0
+    assert here.a[1] - other.a[1] == pytest.approx(-((1 + r) ** 2) * (-1 - 1) / (limit - 1), rel=1e-9)
+    assert here.sigma == other.sigma
+    assert not here.stable
+    assert waveform_criterion(orbit).ratio == pytest.approx(-1 / (limit - 1), rel=1e-12)
+    left, right = (floquet_multipliers(orbit, 0, side=side).largest for side in ("left", "right"))  # type: ignore[arg-type]
+    assert left != right
+    assert stability(orbit).multipliers.largest >= max(1.0, min(left, right))
+    assert not stability(orbit).stable
