@@ -68,7 +68,7 @@ def fourier_systems(draw: st.DrawFn, most: int = 20, *, shares: st.SearchStrateg
     """A smooth load whose mean is a drawn share of the greatest at which a steady motion exists."""
     s, d, r, m = draw(wave_speeds), draw(dampings), draw(restitutions), draw(periods)
     alternating = draw(coefficients(most))
-    share = draw(shares or st.floats(1e-3, 0.999))
+    share = draw(st.floats(1e-3, 0.999) if shares is None else shares)
     unit = level_of_one(d, r, m)
     mean = share * (highest_velocity(alternating, d) / unit if unit > 1e-3 else 1.0)
     load = Load.fourier(np.array([mean, *alternating]))

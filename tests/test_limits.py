@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from percuss import Load, System, stability, steady_states
+from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, reduced_criterion, waveform_criterion
 from percuss.steady import Orbit
 from strategies import Drawn, fourier_systems, square_systems
@@ -272,7 +272,7 @@ def test_a_stronger_load_is_the_same_motion_enlarged(drawn: Drawn, factor: float
         assert two.error_bound == pytest.approx(one.error_bound, rel=1e-9)
         if one.violation and two.violation:
             assert two.violation.time == pytest.approx(one.violation.time, abs=1e-9)
-        ours, theirs = stability(two), stability(one)
+        ours, theirs = stability_of(two), stability_of(one)
         assert ours.reduced.schur == pytest.approx(theirs.reduced.schur, rel=1e-9, abs=1e-12)
         assert ours.multipliers.moduli == pytest.approx(theirs.multipliers.moduli, rel=1e-9, abs=1e-9)
         assert (ours.stable, ours.reason) == (theirs.stable, theirs.reason)

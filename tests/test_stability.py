@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import naive
-from percuss import Load, System, stability, steady_states
+from percuss import Load, System, stability_of, steady_states
 from percuss.errors import ParameterError
 from percuss.stability import (
     LinearMap,
     floquet_multipliers,
     linear_map,
-    quadratic_coefficients,
     reduced_criterion,
-    schur_quotients,
     waveform_criterion,
 )
+from percuss.stability.reduced import quadratic_coefficients, schur_quotients
 from percuss.stability.secular import cauchy_sums, secular_roots
 from percuss.steady import Orbit
 from strategies import Drawn, fourier_systems, oracle, square_systems
@@ -74,7 +73,7 @@ def test_reference_exact_moduli(entry: dict[str, Any], i: int) -> None:
     assert found.moduli[:3] == pytest.approx(entry["states"][i]["exact_moduli_N8_top3"], rel=0, abs=1e-8)
     assert found.largest == found.moduli[0]
     assert np.all(np.diff(found.moduli) <= 1e-12)
-    assert stability(orbit_of(entry, i), modes=8).multipliers.largest == found.largest
+    assert stability_of(orbit_of(entry, i), modes=8).multipliers.largest == found.largest
 
 
 @pytest.mark.parametrize(
@@ -298,7 +297,7 @@ def test_both_methods_meet_where_they_change_over(modes: int) -> None:
 def test_elastic_instability_that_the_reduced_criterion_misses() -> None:
     """Theory §5: s = 5, d = 0, R = 0.8, p = 0.9 + cos t, m = 2, N = 8."""
     system = System(s=5.0, d=0.0, restitution=0.8, load=Load.harmonic(0.9, 1.0))
-    verdicts = [stability(orbit, modes=8) for orbit in steady_states(system, 2).orbits]
+    verdicts = [stability_of(orbit, modes=8) for orbit in steady_states(system, 2).orbits]
     elastic = verdicts[1]
     assert elastic.reduced.stable
     assert not elastic.stable
@@ -315,7 +314,7 @@ def test_reduced_and_exact_agree_where_the_wave_is_fast(s: float, within: float)
     """Theory §5: four digits at s = 20, about 2 % at s = 1 ... 2; the rigid pair inside the exact spectrum."""
     system = System(s=s, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     orbit = steady_states(system).orbits[0]  # the saddle: its large multiplier stands alone
-    verdict = stability(orbit)
+    verdict = stability_of(orbit)
     assert max(verdict.reduced.moduli) > 1.5
     assert verdict.multipliers.largest == pytest.approx(max(verdict.reduced.moduli), rel=within)
     assert verdict.disagreement is None
@@ -324,7 +323,7 @@ def test_reduced_and_exact_agree_where_the_wave_is_fast(s: float, within: float)
 def test_reasons() -> None:
     def verdicts(mean: float, r: float, m: int = 1, d: float = 0.001, s: float = 50.0) -> list[Any]:
         system = System(s=s, d=d, restitution=r, load=Load.harmonic(mean, 1.0))
-        return [stability(orbit) for orbit in steady_states(system, m).orbits]
+        return [stability_of(orbit) for orbit in steady_states(system, m).orbits]
 
     saddle, node = verdicts(0.9, 0.6)
     assert "fold" in saddle.reason
@@ -348,7 +347,7 @@ def test_fold_is_said_to_be_one() -> None:
     orbits = steady_states(system).orbits
     assert len(orbits) == 1
     assert orbits[0].fold
-    verdict = stability(orbits[0])
+    verdict = stability_of(orbits[0])
     assert not verdict.stable
     assert "fold" in verdict.reason
     assert verdict.multipliers.largest == pytest.approx(1.0, abs=1e-5)
@@ -359,7 +358,7 @@ def test_fold_is_said_to_be_one() -> None:
 def test_stable_means_all_moduli_below_one(drawn: Drawn) -> None:
     for orbit in steady_states(drawn.system, drawn.periods, modes=4).orbits[:2]:
         assume(abs(orbit.impact_velocity) > 1e-9 * orbit.rigid_velocity)
-        verdict = stability(orbit)
+        verdict = stability_of(orbit)
         assert verdict.multipliers.modes == 4
         if abs(verdict.margin) > 1e-9 and not orbit.fold:
             assert verdict.stable == bool(np.all(verdict.multipliers.moduli < 1))
@@ -369,9 +368,9 @@ def test_stable_means_all_moduli_below_one(drawn: Drawn) -> None:
 
 def test_default_number_of_modes() -> None:
     system = System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.2, 1.0))
-    assert stability(steady_states(system).orbits[0]).multipliers.modes == 32
-    assert stability(steady_states(system, modes=7).orbits[0]).multipliers.modes == 7
-    assert stability(steady_states(system, modes=7).orbits[0], modes=3).multipliers.modes == 3
+    assert stability_of(steady_states(system).orbits[0]).multipliers.modes == 32
+    assert stability_of(steady_states(system, modes=7).orbits[0]).multipliers.modes == 7
+    assert stability_of(steady_states(system, modes=7).orbits[0], modes=3).multipliers.modes == 3
 
 
 # ---------------------------------------------------------------- the waveform criterion (theory §11)
@@ -427,5 +426,5 @@ def test_both_sides_of_a_jump() -> None:
     assert waveform_criterion(orbit).ratio == pytest.approx(-1 / (limit - 1), rel=1e-12)
     left, right = (floquet_multipliers(orbit, 0, side=side).largest for side in ("left", "right"))  # type: ignore[arg-type]
     assert left != right
-    assert stability(orbit).multipliers.largest >= max(1.0, min(left, right))
-    assert not stability(orbit).stable
+    assert stability_of(orbit).multipliers.largest >= max(1.0, min(left, right))
+    assert not stability_of(orbit).stable
