@@ -76,8 +76,8 @@ def one_case() -> list[Row]:
             _ = orbit.admissible, orbit.energy, orbit.stroke
 
     seconds = median(closed_form, 21)
-    integrated, impacts = settle_by_integration(pneumatic(), modes=8)
-    beside = f"{integrated / seconds:.0f} times faster than scipy's DOP853 to a settled orbit with 8 modes ({impacts} impacts)"
+    integrated, impacts = settle_by_integration(pneumatic(), modes=2)
+    beside = f"{integrated / seconds:.0f} times faster than scipy's DOP853 to a settled orbit with 2 modes ({impacts} impacts)"
     return [("one case, 32-mode multipliers, both orbits", f"{1e3 * seconds:.1f} ms", "10 ms", beside)]
 
 
@@ -97,8 +97,8 @@ def settle_by_integration(system: System, modes: int) -> tuple[float, int]:
 
     gap.terminal, gap.direction = True, 1.0  # type: ignore[attr-defined]
     start = time.perf_counter()
-    state, now, last, impacts = np.zeros(2 * modes + 2), 2.33, 0.0, 0
-    state[modes + 1] = -1.0
+    state, now, last, impacts = np.zeros(2 * modes + 2), 2.3, 0.0, 0
+    state[modes + 1] = -2.1  # near the stable orbit, so that no blow is weak
     while impacts < 60:
         flight = solve_ivp(rate, (now, now + 60.0), state, "DOP853", events=gap, rtol=1e-9, atol=1e-12)
         now, state = float(flight.t_events[0][0]), flight.y_events[0][0].copy()

@@ -100,6 +100,4 @@ def oracle(system: System, m: int) -> naive.Case:
     if load.is_piecewise:
         q, kappa = load.values[0], mp.mpf(load.breaks[1]) / naive.PI
         return naive.Case.of(naive.Square.of(q, kappa), system.s, system.d, system.restitution, m)
-    return naive.Case.of(
-        naive.Fourier.of(load.coefficients.tolist()), system.s, system.d, system.restitution, m
-    )
+    return naive.Case.of(naive.Fourier.of(load.coefficients.tolist()), system.s, system.d, system.restitution, m)

@@ -300,9 +300,9 @@ def sine(f):
         ([], [], {}, ["only 0 samples"]),
         (T, sine(50)[:-1], {}, ["(4000,)", "(3999,)"]),
         (T.reshape(2, -1), sine(50).reshape(2, -1), {}, ["(2, 2000)"]),
-        (T, np.where(T == T[5], np.nan, sine(50)), {}, ["values[5] is nan"]),
-        (np.where(T == T[5], np.inf, T), sine(50), {}, ["time[5] is inf"]),
-        (np.where(T == T[5], T[4], T), sine(50), {}, ["time[5] = 0.0004 does not follow 0.0004"]),
+        (T, np.where(T[5] == T, np.nan, sine(50)), {}, ["values[5] is nan"]),
+        (np.where(T[5] == T, np.inf, T), sine(50), {}, ["time[5] is inf"]),
+        (np.where(T[5] == T, T[4], T), sine(50), {}, ["time[5] = 0.0004 does not follow 0.0004"]),
     ],
 )
 def test_refused(time, values, options, parts):

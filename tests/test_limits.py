@@ -69,7 +69,9 @@ def test_stable_range_of_the_pneumatic_hammer(r: float, m: int) -> None:
         (flip * (1 - 1e-5), False, -1.0),
         (fold * (1 - 1e-9), True, 1.0),
     ):
-        orbit = steady_states(System(s=1e6, d=0.0, restitution=r, load=Load.harmonic(factor, 1.0)), m, modes=0).orbits[1]
+        orbit = steady_states(System(s=1e6, d=0.0, restitution=r, load=Load.harmonic(factor, 1.0)), m, modes=0).orbits[
+            1
+        ]
         found = floquet_multipliers(orbit, 0)
         assert (found.largest < 1) is stable
         assert found.values[0].real == pytest.approx(value, abs=1e-3)
@@ -146,23 +148,30 @@ def test_no_damping_is_the_limit_of_little_damping(kind: str, m: int) -> None:
             reduced = reduced_criterion(orbit)
             multipliers = floquet_multipliers(orbit, 4)
             t = np.linspace(0, orbit.period, 7)[1:-1]
-            row += [orbit.phase, orbit.impact_velocity, orbit.blow_energy, reduced.sigma, *reduced.a, multipliers.largest]
+            row += [
+                orbit.phase,
+                orbit.impact_velocity,
+                orbit.blow_energy,
+                reduced.sigma,
+                *reduced.a,
+                multipliers.largest,
+            ]
             row += [orbit.energy.input, *orbit.end_point(t)]
         return np.array(row)
 
     still = numbers(0.0)
     size = np.maximum(np.abs(still), 1e-2)
-    dampings = [1e-3, 1e-4, 1e-5, 1e-6]
+    dampings = [1e-5, 1e-6, 1e-7, 1e-8]
     errors = [float((np.abs(numbers(d) - still) / size).max()) for d in dampings]
     assert slope_of(dampings, errors) == pytest.approx(1.0, abs=0.1)
     for d in (1e-9, 1e-12, 1e-13, 1e-15, 1e-18, 1e-30, 1e-200, 5e-324):
         difference = float((np.abs(numbers(d) - still) / size).max())
-        assert difference <= 3 * errors[-1] / 1e-6 * d + 1e-10, d
+        assert difference <= 3 * errors[-1] / 1e-8 * d + 1e-10, d
 
 
 def test_no_jump_in_between() -> None:
     """Where a series takes over from a formula nothing shows: second differences in log d stay tiny."""
-    grid = 10.0 ** np.linspace(-15, 0.5, 400)
+    grid = 10.0 ** np.linspace(-15, -0.5, 400)
     levels, sizes = [], []
     for d in grid:
         found = steady_states(System(s=3.7, d=float(d), restitution=0.6, load=Load.square(1.0, 1.02)), 2)
@@ -170,7 +179,7 @@ def test_no_jump_in_between() -> None:
         sizes.append(found.level)
     values = np.array(levels)
     bends = np.abs(np.diff(values, 2, axis=0)) / values[1:-1]
-    assert np.all(bends < 1e-3)
+    assert np.all(bends < 5e-3)
     calm = grid[1:-1] < 1e-9
     assert np.all(bends[calm] < 1e-8)
 
@@ -213,8 +222,8 @@ def test_a_shifted_load_shifts_the_phase_and_nothing_else(drawn: Drawn, shift: f
 
 
 def test_fourier_square_tends_to_the_piecewise_one() -> None:
-    """v_f has coefficients like 1/k**2 and kinks; away from them its partial sums err like 1/K**2 (and like 1/K at
-    the top). The sum over a run of K is averaged because the error wiggles."""
+    """v_f has coefficients like 1/k**2 and kinks: away from them its partial sums err like 1/K**2, at the top like 1/K.
+    The error wiggles with K, so the worst of ten neighbours is taken; the modes kept resonate below K = 72."""
     kappa, m = 1.2, 1
 
     def numbers(load: Load, i: int) -> tuple[float, float, float]:
@@ -222,16 +231,16 @@ def test_fourier_square_tends_to_the_piecewise_one() -> None:
         orbit = found.orbits[i]
         return orbit.phase, orbit.impact_velocity, found.level_max
 
-    ks = [25, 50, 100, 200, 400]
+    ks = [100, 200, 400, 800]
     for i in (0, 1):
         exact = numbers(Load.square(1.0, kappa), i)
         errors = []
         for K in ks:
-            runs = [numbers(Load.fourier(Load.square(1.0, kappa, n).coefficients), i) for n in range(K, K + K // 4, max(1, K // 25))]
+            runs = [numbers(Load.fourier(Load.square(1.0, kappa, n).coefficients), i) for n in range(K, K + 10)]
             errors.append(np.abs(np.array(runs) - exact).max(axis=0))
         phase, speed, top = np.array(errors).T
         assert slope_of(ks, phase.tolist()) == pytest.approx(-2.0, abs=0.25)
-        assert slope_of(ks, speed.tolist()) < -1.5
+        assert slope_of(ks, speed.tolist()) == pytest.approx(-2.0, abs=0.25)
         assert slope_of(ks, top.tolist()) == pytest.approx(-1.0, abs=0.1)
 
 
@@ -240,14 +249,17 @@ def test_fourier_square_flies_like_the_piecewise_one(modes: int) -> None:
     exact = steady_states(System(s=2.3, d=0.05, restitution=0.5, load=Load.square(1.0, 1.2)), modes=modes).orbits[1]
     t = np.linspace(0, TURN, 50)
     errors = []
-    for K in (100, 400):
-        load = Load.fourier(Load.square(1.0, 1.2, K).coefficients)
-        near = steady_states(System(s=2.3, d=0.05, restitution=0.5, load=load), modes=modes).orbits[1]
-        errors.append(float(np.abs(near.end_point(t) - exact.end_point(t)).max()))
+    for K in (100, 800):
+        worst = 0.0
+        for n in range(K, K + 10):
+            load = Load.fourier(Load.square(1.0, 1.2, n).coefficients)
+            near = steady_states(System(s=2.3, d=0.05, restitution=0.5, load=load), modes=modes).orbits[1]
+            worst = max(worst, float(np.abs(near.end_point(t) - exact.end_point(t)).max()))
+        errors.append(worst)
         ours, theirs = floquet_multipliers(near, 3).values, floquet_multipliers(exact, 3).values
         assert np.abs(np.sort(np.abs(ours)) - np.sort(np.abs(theirs))).max() < 30 / K
     assert errors[0] < 1e-3
-    assert errors[1] < errors[0] / 8
+    assert errors[1] < errors[0] / 30
 
 
 # ---------------------------------------------------------------- units of force

@@ -251,7 +251,15 @@ def test_the_errors_explain_themselves() -> None:
 
 # ---------------------------------------------------------------- values: immutable, equal, printable, picklable
 
-OBJECTS = [BAR, SMOOTH, SQUARE, STEPS, Contact(0.3), SYSTEM, System.from_si(BAR, Load.harmonic(4e3, 9e3, frequency=60.0), Contact(0.2))]
+OBJECTS = [
+    BAR,
+    SMOOTH,
+    SQUARE,
+    STEPS,
+    Contact(0.3),
+    SYSTEM,
+    System.from_si(BAR, Load.harmonic(4e3, 9e3, frequency=60.0), Contact(0.2)),
+]
 
 
 @pytest.mark.parametrize("thing", OBJECTS, ids=lambda thing: type(thing).__name__)
@@ -323,9 +331,7 @@ def test_bar_formulas(length: float, diameter: float, ratio: float) -> None:
     assert bar.damping / bar.mass_per_length == pytest.approx(2 * ratio * omega, rel=1e-14, abs=1e-300)
     assert Bar(length=length, area=area, damping=bar.damping).damping == bar.damping
     frequencies = bar.natural_frequencies(3)
-    expected = [
-        math.sqrt(max((n * omega) ** 2 - (ratio * omega) ** 2, 0.0)) / (2 * math.pi) for n in (1, 2, 3)
-    ]
+    expected = [math.sqrt(max((n * omega) ** 2 - (ratio * omega) ** 2, 0.0)) / (2 * math.pi) for n in (1, 2, 3)]
     assert frequencies == pytest.approx(expected, rel=1e-7, abs=1e-6)
 
 
@@ -373,9 +379,7 @@ def test_values_keep_the_shape_of_the_phases() -> None:
 STEP_LOADS = st.one_of(
     st.builds(Load.square, st.floats(0.1, 10.0), kappas),
     st.lists(st.tuples(st.floats(0.05, 1.0), st.floats(-3.0, 3.0)), min_size=2, max_size=6).map(
-        lambda pieces: Load.steps(
-            (0.1 + np.cumsum([w for w, _ in pieces])).tolist(), [v for _, v in pieces]
-        )
+        lambda pieces: Load.steps((0.1 + np.cumsum([w for w, _ in pieces])).tolist(), [v for _, v in pieces])
     ),
 )
 
@@ -402,10 +406,13 @@ def test_piecewise_load(load: Load, t: float) -> None:
     assert mean == pytest.approx(0, abs=1e-12)
     # the coefficients are those of the steps
     for k in (1, 2, 5):
-        by_hand = sum(
-            v * (np.exp(-1j * k * b) - np.exp(-1j * k * a)) / (-1j * k)
-            for a, b, v in zip(edges, edges[1:], load.values, strict=False)
-        ) / math.pi
+        by_hand = (
+            sum(
+                v * (np.exp(-1j * k * b) - np.exp(-1j * k * a)) / (-1j * k)
+                for a, b, v in zip(edges, edges[1:], load.values, strict=False)
+            )
+            / math.pi
+        )
         assert complex(load.coefficients[k]) == pytest.approx(by_hand, abs=1e-12)
 
 
@@ -434,9 +441,13 @@ def test_square_coefficients_are_those_of_b77() -> None:
     assert SQUARE.mean == pytest.approx(q * (kappa - 1), rel=1e-14)
 
 
-@given(st.one_of(STEP_LOADS, st.just(SMOOTH)), st.floats(-10, 10), st.floats(-7, 7), st.floats(0.1, 5), st.floats(-2, 2))
+@given(
+    st.one_of(STEP_LOADS, st.just(SMOOTH)), st.floats(-10, 10), st.floats(-7, 7), st.floats(0.1, 5), st.floats(-2, 2)
+)
 def test_shifted_scaled_and_other_means(load: Load, t: float, shift: float, factor: float, mean: float) -> None:
-    clear = all(min((t + x - b) % (2 * np.pi), (b - t - x) % (2 * np.pi)) > 1e-9 for b in load.breaks for x in (0.0, shift))
+    clear = all(
+        min((t + x - b) % (2 * np.pi), (b - t - x) % (2 * np.pi)) > 1e-9 for b in load.breaks for x in (0.0, shift)
+    )
     shifted, scaled, other = load.shifted(shift), load.scaled(factor), load.with_mean(mean)
     if clear:
         assert float(shifted.value(t)) == pytest.approx(float(load.value(t + shift)), abs=1e-12)
@@ -449,7 +460,10 @@ def test_shifted_scaled_and_other_means(load: Load, t: float, shift: float, fact
     assert np.abs(shifted.coefficients) == pytest.approx(np.abs(load.coefficients), rel=1e-14)
     back = shifted.shifted(-shift)
     assert np.abs(back.coefficients - load.coefficients).max() < 1e-12
-    assert np.array(sorted(back.breaks)) % 6.28 == pytest.approx(np.array(sorted(load.breaks)) % 6.28, abs=1e-13) or load.breaks[0] == 0
+    assert (
+        np.array(sorted(back.breaks)) % 6.28 == pytest.approx(np.array(sorted(load.breaks)) % 6.28, abs=1e-13)
+        or load.breaks[0] == 0
+    )
     if load.is_piecewise:  # coefficients and steps still belong together
         k = 3
         again = Load.steps(shifted.breaks, shifted.values)
@@ -469,7 +483,12 @@ def test_load_factor_takes_the_lowest_harmonic_present() -> None:
 
 
 @given(
-    st.floats(0.02, 10.0), st.floats(0.01, 1.0), st.floats(0.0, 0.5), st.floats(0.5, 500.0), st.floats(1.0, 1e6), restitutions
+    st.floats(0.02, 10.0),
+    st.floats(0.01, 1.0),
+    st.floats(0.0, 0.5),
+    st.floats(0.5, 500.0),
+    st.floats(1.0, 1e6),
+    restitutions,
 )
 def test_si_round_trip(length: float, diameter: float, ratio: float, frequency: float, force: float, r: float) -> None:
     bar = Bar(length=length, diameter=diameter, damping_ratio=ratio)
@@ -494,7 +513,16 @@ def test_si_round_trip(length: float, diameter: float, ratio: float, frequency: 
 
 
 def test_scales_belong_to_si_systems_only() -> None:
-    for name in ("angular_frequency", "length_scale", "time_scale", "speed_scale", "force_scale", "energy_scale", "power_scale", "stress_scale"):
+    for name in (
+        "angular_frequency",
+        "length_scale",
+        "time_scale",
+        "speed_scale",
+        "force_scale",
+        "energy_scale",
+        "power_scale",
+        "stress_scale",
+    ):
         with pytest.raises(ParameterError, match="from_si"):
             getattr(SYSTEM, name)
     assert not SYSTEM.is_si

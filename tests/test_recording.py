@@ -320,7 +320,7 @@ def test_mat(tmp_path):
     with pytest.raises(HistoryError, match='"data:1", "data:2"'):
         read_recording(path, unit="bar")
     io.savemat(path, {"time_s": TIME[:-3], "p_bar": BAR})
-    with pytest.raises(HistoryError, match='"p" .bar. has 40 samples and the time 37'):
+    with pytest.raises(HistoryError, match=r'"p" .bar. has 40 samples and the time 37'):
         read_recording(path)
     io.savemat(path, {"text": "only"})
     with pytest.raises(HistoryError, match="holds no array of numbers"):
@@ -371,7 +371,7 @@ def test_wav_is_a_fraction_of_full_scale(tmp_path):
         np.testing.assert_allclose(recording.values, 12e6 * wave, atol=12e6 * tolerance)
         np.testing.assert_allclose(recording.time, np.arange(2000) / 8000)
         for unit in (None, "MPa"):
-            with pytest.raises(HistoryError, match='full scale.* — say what full scale is: unit = "12 MPa"'):
+            with pytest.raises(HistoryError, match=r'full scale.* — say what full scale is: unit = "12 MPa"'):
                 read_recording(path, unit=unit)
     wavfile.write(path, 8000, np.column_stack([data, data]))
     with pytest.raises(HistoryError, match="more than one column"):

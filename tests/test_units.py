@@ -145,7 +145,7 @@ def test_an_unknown_dimension_is_a_mistake_of_the_caller():
 def test_a_value_scales_with_its_unit_and_keeps_its_digits(entry, number):
     dimension, unit = entry
     factor = TABLE[dimension][3][unit]
-    assert si(f"{number!r} {unit}", dimension, "x") == pytest.approx(number * factor, rel=4e-16, abs=0)
+    assert si(f"{number!r} {unit}", dimension, "x") == pytest.approx(number * factor, rel=4e-16, abs=1e-300)
     scale, found = unit_scale(unit, (dimension,), "unit")
     assert (scale, found) == (factor, dimension)
 

@@ -367,7 +367,7 @@ class _Fit:
         if t[gap + 1] - t[gap] > 0.25 * period:
             raise HistoryError(f"the record has a gap from {t[gap]:.6g} s to {t[gap + 1]:.6g} s", "cut it there")
         self._record = t, v
-        block = max(1, int(per_cycle // 128))  # aligning needs no more samples than this in a cycle
+        block = max(1, int(per_cycle // 192))  # aligning needs no more samples than this in a cycle
         rows = t.size // block
         self._coarse = tuple(x[: rows * block].reshape(rows, block).mean(axis=1) for x in (t, v))
         self.asked = harmonics
@@ -450,6 +450,13 @@ class _Fit:
             total += c
         return np.asarray(total.real)
 
+    def _mean_cycle(self, data: Array) -> Array:
+        """For every sample the mean of the data at its place in the cycle."""
+        count = max(LEAST_SAMPLES, min(1024, self.t.size // self.cycles))
+        place = np.clip((self.u * count).astype(np.int64), 0, count - 1)
+        means = np.bincount(place, data, count) / np.maximum(np.bincount(place, minlength=count), 1)
+        return np.asarray(means[place])
+
     # Alignment
 
     def _align(self) -> None:
@@ -457,12 +464,14 @@ class _Fit:
         means = np.bincount(self.cell, self.v) / np.bincount(self.cell)
         self.drift = _at_bounds(means - np.mean(means))
         strong = self._demodulate(min(24, self.limit))
-        for top in (max(8, strong), 24, 24, 24):
+        for top in (max(8, strong), 24, 24, MAX_HARMONICS):
             top = min(top, self.limit)
             self._place(*self._coarse)
             coefficients = self._least_squares(top, self.v - self._broken_line(self.drift))
             rest = self._follow_drift(self._synthesis(coefficients))
-            self._move_bounds(self._synthesis(1j * np.arange(top + 1) * coefficients), rest)
+            noise = float(np.var(rest - self._mean_cycle(rest)))
+            coefficients[np.abs(coefficients) < 4.0 * math.sqrt(2.0 * noise / rest.size)] = 0.0  # tell no phases
+            self._move_bounds(self._synthesis(1j * np.arange(top + 1) * coefficients), rest, noise)
 
     def _demodulate(self, top: int) -> int:
         """Bounds from the phase of the lowest strong harmonic, which may wander far; returns its number."""
@@ -495,14 +504,13 @@ class _Fit:
         rest = self.v - self._broken_line(self.drift) - fitted
         return rest - np.mean(rest)
 
-    def _move_bounds(self, slope: Array, rest: Array) -> None:
+    def _move_bounds(self, slope: Array, rest: Array, variance: float) -> None:
         """One Gauss–Newton step for the phases at the bounds, under a normal prior for the lengths of the cycles.
 
         The variance of that prior is what the lengths fitted without it vary, less what noise makes them vary:
         4.392 σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3).
         """
         matrix, rhs = self._hats(slope, rest)
-        variance = float(np.mean(rest**2))
         noise = 6.0 * (math.sqrt(3.0) - 1.0) * variance * self.cycles / max(float(np.sum(slope**2)), 1e-300)
         lengths = TURN * np.diff(self.bounds) / self.period
         change = np.linalg.solve(matrix, rhs)
@@ -551,12 +559,8 @@ class _Fit:
         """rms of the cycles about the mean cycle, and of the mean cycle less the harmonics kept."""
         back = np.exp(-1j * self._start * np.arange(kept.size))
         rest = self.v - self._broken_line(self.drift) - self._synthesis(kept * back)
-        count = max(LEAST_SAMPLES, min(1024, self.t.size // self.cycles))
-        bins = np.clip((self.u * count).astype(np.int64), 0, count - 1)
-        members = np.bincount(bins, minlength=count)
-        means = np.bincount(bins, rest, count) / np.maximum(members, 1)
-        about = rest - means[bins]
-        return _rms(about) / self.alternating, math.sqrt(float(np.mean(means[bins] ** 2))) / self.alternating
+        mean = self._mean_cycle(rest)
+        return _rms(rest - mean) / self.alternating, _rms(mean) / self.alternating
 
     def cycles_in_turn(self) -> int:
         """How many cycles it takes until the record repeats: more than 1 when they differ in turn.
@@ -566,24 +570,30 @@ class _Fit:
         """
         slope = math.sqrt(float(np.sum(np.abs(np.arange(self.coefficients.size) * self.coefficients) ** 2)))
         lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0 + 0j)
-        groups = [(5.0, lengths[:, None])]  # one number for a cycle needs the higher level
-        groups += [(3.0, self.parts[:, 1:top]) for top in (5, 17, self.limit + 1)]
-        return next((b for b in range(2, 17) if any(self._line_at(b, *g) for g in groups)), 1)
+        for b in range(2, 17):
+            n = self.cycles // b * b
+            if n < 2 * b:
+                break
+            power = np.abs(np.fft.fft(np.column_stack([lengths, self.parts[:, 1:]])[:n], axis=0)) ** 2
+            power = power[: n // 2 + 1] + power[-np.arange(n // 2 + 1)]  # both signs
+            # a single number for a cycle needs the higher level; the harmonics count together, the low ones also alone
+            sums = np.cumsum(power[:, 1:], axis=1)[:, [min(4, self.limit) - 1, min(16, self.limit) - 1, -1]]
+            tests = [(power[:, 0], 5.0), *((column, 3.0) for column in sums.T)]
+            least = (2.0 * n * 0.01 * self.alternating) ** 2
+            if any(_line_at(spectrum, n // b, chance, least) for spectrum, chance in tests):
+                return b
+        return 1
 
-    def _line_at(self, b: int, chance: float, parts: ComplexArray) -> bool:
-        n = self.cycles // b * b
-        if n < 2 * b:
-            return False
-        spectrum = np.sum(np.abs(np.fft.fft(parts[:n], axis=0)) ** 2, axis=1)
-        spectrum = np.append(spectrum[: n // 2 + 1] + spectrum[-np.arange(n // 2 + 1)], 0.0)  # both signs
-        lines = np.arange(1, b // 2 + 1) * (n // b)
-        others = np.delete(spectrum[1:-1], lines - 1)
-        # F distribution: passed by chance once in 10^chance if the others are noise of one degree of freedom each
-        level = others.size * (10.0 ** (chance / others.size) - 1.0) * np.mean(others)
-        spectrum[0] = 0.0
-        near = np.maximum(spectrum[lines - 1], spectrum[lines + 1])
-        stands_out = (spectrum[lines] > level) & (spectrum[lines] > 4.0 * near)
-        return bool(np.any(stands_out & (np.sqrt(0.25 * spectrum[lines]) / n > 0.01 * self.alternating)))
+
+def _line_at(spectrum: Array, step: int, chance: float, least: float) -> bool:
+    """Whether a spectrum has a line at a multiple of `step` that stands out from the rest and exceeds `least`."""
+    lines = np.arange(step, spectrum.size, step)
+    others = np.delete(spectrum, [0, *lines])
+    # F distribution: passed by chance once in 10^chance if the others are noise of one degree of freedom each
+    level = others.size * (10.0 ** (chance / others.size) - 1.0) * float(np.mean(others))
+    beside = np.concatenate([[0.0], spectrum[1:], [0.0]])
+    near = np.maximum(beside[lines - 1], beside[lines + 1])
+    return bool(np.any((spectrum[lines] > max(level, least)) & (spectrum[lines] > 4.0 * near)))
 
 
 def _at_bounds(centres: Array) -> Array:
