@@ -14,7 +14,6 @@ import numpy as np
 from percuss.model.checks import Array
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import mode_frequencies
-from percuss.steady.truncation import rigid_stroke
 
 if TYPE_CHECKING:
     from percuss.steady.orbit import Orbit
@@ -72,14 +71,14 @@ def flight_check(orbit: Orbit) -> Contactless:
     the modes left out may make; the answer is then not proven.
     """
     answer = _search(orbit)
-    doubt = orbit.error_bound * rigid_stroke(orbit) if orbit.requested_modes is None else 0.0
+    doubt = orbit.error_bound * orbit.rigid_stroke if orbit.requested_modes is None else 0.0
     if answer.violation is not None and answer.violation.depth <= doubt:
         return Contactless(None, False)
     return answer
 
 
 def _search(orbit: Orbit) -> Contactless:
-    few, touch = orbit._truncation.few, _TOUCH * rigid_stroke(orbit)
+    few, touch = orbit._truncation.few, _TOUCH * orbit.rigid_stroke
     period, full = orbit.period, _bounds(orbit, orbit.modes)
     start, stop = _safe_ends(orbit, full)
     if start is None:

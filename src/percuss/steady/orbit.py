@@ -156,6 +156,12 @@ class Orbit:
         return top - self.lowest[1]
 
     @cached_property
+    def rigid_stroke(self) -> float:
+        """Range of the mean motion over the impact period: the scale of all relative errors."""
+        moved, _ = self.rigid_motion(np.linspace(0.0, self.period, 64 * self.periods + 1))
+        return float(np.ptp(moved)) or 1.0
+
+    @cached_property
     def highest(self) -> tuple[float, float]:
         """Time and value of the greatest y over the period; 0 at the impact when the orbit is admissible."""
         return self._extreme(1.0)

@@ -38,7 +38,8 @@ class Rest:
     quasi_static: float
 
     def __str__(self) -> str:
-        return f"Rest: {'possible' if self.possible else 'not possible'}, least contact force {self.least_contact_force:.6g}"
+        word = "possible" if self.possible else "not possible"
+        return f"Rest: {word}, least contact force {self.least_contact_force:.6g}"
 
 
 def rest_on_wall(system: System) -> Rest:

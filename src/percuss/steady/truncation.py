@@ -17,7 +17,7 @@ from percuss.steady.oscillator import mode_frequencies
 if TYPE_CHECKING:
     from percuss.steady.orbit import Orbit
 
-__all__ = ["Truncation", "rigid_stroke", "truncation"]
+__all__ = ["Truncation", "truncation"]
 
 _PROBES = (256, 2048, 16384, 65536)
 _LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
@@ -63,7 +63,7 @@ class Truncation:
             force = abs(orbit.system.load.mean) + orbit.response.rigid_bounds()[1]
             cut = 2.0 * force / ((math.pi * orbit.system.s) ** 2 * max(self.modes, 1))
             lost = cut + float(_left_out(orbit, max(4 * self.modes, 2048))[self.modes])
-        return lost / rigid_stroke(orbit)
+        return lost / orbit.rigid_stroke
 
 
 def truncation(orbit: Orbit) -> Truncation:
@@ -71,7 +71,7 @@ def truncation(orbit: Orbit) -> Truncation:
     if orbit.requested_modes is not None:
         n = orbit.requested_modes
         return Truncation(orbit, n, n, n, orbit.modal_state(n))
-    scale = rigid_stroke(orbit)
+    scale = orbit.rigid_stroke
     largest = _largest_probe(orbit)
     for probe in [p for p in _PROBES if p < largest] + [largest]:
         left_out = _left_out(orbit, probe)
@@ -123,8 +123,3 @@ def _beyond(orbit: Orbit, amplitude: Array) -> float:
     seen = 2.0 * float(np.max(amplitude[top] * numbers**2)) / n  # small divisors grow no faster than they did
     return bound if math.isfinite(bound) else seen
 
-
-def rigid_stroke(orbit: Orbit) -> float:
-    """Range of the mean motion over the impact period: the scale of all relative errors."""
-    u, _ = orbit.rigid_motion(np.linspace(0.0, orbit.period, 64 * orbit.periods + 1))
-    return float(np.ptp(u)) or 1.0
