@@ -464,3 +464,22 @@ def test_both_sides_of_a_jump() -> None:
     assert left != right
     assert stability_of(orbit).multipliers.largest >= max(1.0, min(left, right))
     assert not stability_of(orbit).stable
+
+
+def test_secular_roots_that_converge_slowly() -> None:
+    """R = 1 and little damping: poles close to +-sqrt(E) in two crowds, strong residues."""
+    load = Load.fourier([0.014238350175330051, 1.0, -0.5224413639190784 - 1.6061770608253054j])
+    orbit = orbit_at(1.3884068775361385, 0.016765193869253035, 1.0, 3, load, 0)
+    matrix = linear_map(orbit, 80)
+    dense = np.linalg.eigvals(matrix.dense())
+    assert farthest(floquet_multipliers(orbit, 80).values, dense) < 1e-6
+    square = orbit_at(1.0, 0.01, 1.0, 1, Load.square(1.0, 1.4995, 16), 0)
+    for modes in (15, 60):
+        secular_against_dense(linear_map(square, modes))
+
+
+@pytest.mark.parametrize("modes", [300, 500, 1000])
+def test_many_modes_of_a_bar_that_rebounds_fully(modes: int) -> None:
+    square = orbit_at(1.0, 0.01, 1.0, 1, Load.square(1.0, 1.4995, 16), 0)
+    values = floquet_multipliers(square, modes).values
+    assert complex(values.sum()) == pytest.approx(linear_map(square, modes).trace, abs=1e-8)

@@ -353,7 +353,7 @@ def energy_scale(orbit: Orbit) -> float:
     load, d = orbit.system.load, orbit.system.d
     k = load.harmonics
     gross = orbit.period * float(np.sum(np.abs(load.coefficients[k]) ** 2 / np.abs(d + 1j * k)))
-    return abs(orbit.energy.input) + 1e-4 * (orbit.blow_energy + gross)
+    return abs(orbit.energy.input) + 1e-3 * (orbit.blow_energy + gross)
 
 
 def closes(drawn: Drawn, modes: int | None) -> None:
@@ -573,7 +573,7 @@ def test_flight_by_plain_integration(load: Load, s: float, d: float, r: float, m
 # ---------------------------------------------------------------- admissibility (theory §4)
 
 
-def looked(orbit: Orbit, samples: int = 8_001) -> tuple[float | None, float]:
+def looked(orbit: Orbit, samples: int = 4_001) -> tuple[float | None, float]:
     """First time and greatest depth of a passage through the wall, by a dense look at plain sums and bisection."""
     n = np.arange(1, orbit.modes + 1)
     signs, state = 2.0 * (-1.0) ** n, orbit.state
@@ -608,7 +608,7 @@ def looked(orbit: Orbit, samples: int = 8_001) -> tuple[float | None, float]:
 def agrees_with_a_look(drawn: Drawn, modes: int | None) -> None:
     for orbit in steady_states(drawn.system, drawn.periods, modes=modes).orbits[:3]:
         time, depth = looked(orbit)
-        step = orbit.period / 8_000
+        step = orbit.period / 4_000
         violation = orbit.violation
         assert orbit.admissible == (violation is None and orbit.impact_velocity > 0.0)
         if violation is None:
@@ -624,19 +624,19 @@ def agrees_with_a_look(drawn: Drawn, modes: int | None) -> None:
             assert violation.time <= step or violation.depth < 1e-3 * orbit.stroke
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(fourier_systems(6), st.sampled_from([0, 3, 12]))
 def test_admissibility_against_a_dense_look(drawn: Drawn, modes: int) -> None:
     agrees_with_a_look(drawn, modes)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(square_systems(), st.sampled_from([3, 12]))
 def test_admissibility_under_square_loads(drawn: Drawn, modes: int) -> None:
     agrees_with_a_look(drawn, modes)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(fourier_systems(4, shares=st.floats(0.3, 0.999)))
 def test_admissibility_when_the_bar_starts_from_rest(drawn: Drawn) -> None:
     """R = 0: velocity and displacement both start from 0, the acceleration decides."""
