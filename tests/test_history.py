@@ -90,7 +90,8 @@ def test_random_loads_are_recovered_within_their_scatter(rest, mean, frequency, 
     true = np.array([mean, 1.0, *rest])
     time, values = record(true, frequency, cycles, per_cycle, noise, jitter, 0.02, seed)
     found, report = analyse(time, values)
-    assert report.frequency == pytest.approx(frequency, rel=1e-3 + 5 * jitter / math.sqrt(cycles))
+    several = 5.0 * (jitter / math.sqrt(cycles) + noise / (cycles * math.sqrt(time.size)))
+    assert report.frequency == pytest.approx(frequency, rel=1e-3 + several)
     # noise leaves 2K/N of its variance in K harmonics; a harmonic below 3.5 standard errors or 1/1000 is left out
     several = 6.0 * noise * math.sqrt(2 * len(true) / time.size)
     assert distance(found, true) < 0.006 + several + 0.5 * jitter
@@ -157,11 +158,11 @@ def test_drift_is_reported_and_stays_out_of_the_harmonics():
 
 
 def test_a_long_wander_of_the_phase_is_followed():
-    time = np.arange(60000) / 1e4
+    time = np.arange(40000) / 1e4
     turns = 100 * time + 0.8 * np.sin(3 * time) + 0.3 * np.sin(9 * time)
     found, report = analyse(time, wave([1.0, 1.0, 0.0, 0.4j], turns))
     assert np.abs(found) == pytest.approx([1.0, 1.0, 0.0, 0.4], abs=0.003)
-    assert report.cycles == 599
+    assert report.cycles == 399
 
 
 # -- which period --
@@ -209,7 +210,7 @@ def test_few_samples_in_a_cycle():
 def test_more_cycles_than_are_needed():
     found, report = analyse(*record(DECAYING[:4], cycles=1500, per_cycle=30, jitter=0.003, noise=0.02))
     assert report.cycles == MAX_CYCLES
-    assert "only the first 1000 cycles are used" in str(report)
+    assert "only the first 400 cycles are used" in str(report)
     assert distance(found, DECAYING[:4]) < 0.01
 
 

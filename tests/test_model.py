@@ -24,7 +24,7 @@ SMOOTH = Load.fourier([0.9, 1.0, 0.2 - 0.3j])
 SQUARE = Load.square(1.5, 1.3)
 STEPS = Load.steps([0.3, 1.0, 4.0], [1.0, -0.5, 2.0])
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=SMOOTH)
-NONSENSE = [math.nan, math.inf, -math.inf, "1", None, [1.0, 2.0], 1j, True, object()]
+NONSENSE = [math.nan, math.inf, -math.inf, "1", None, [1.0, 2.0], 1j, True, {"no": "number"}]
 
 
 # ---------------------------------------------------------------- nonsense is refused, by name
@@ -52,7 +52,7 @@ def test_bar_sizes_are_positive_numbers(name: str, value: Any) -> None:
 @pytest.mark.parametrize("value", [*NONSENSE, -1e-9], ids=repr)
 @pytest.mark.parametrize("name", ["damping", "damping_ratio", "diameter"])
 def test_bar_damping_and_diameter(name: str, value: Any) -> None:
-    if value is None and name != "damping":
+    if value is None:
         pytest.skip("None means not given")
     good = {"length": 0.3} if name == "diameter" else BAR_GOOD
     with pytest.raises(ParameterError) as caught:

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 import naive
 from percuss import Load, System, stability_of, steady_states
-from percuss.errors import ParameterError
+from percuss.errors import ConvergenceError, ParameterError
 from percuss.stability import (
     LinearMap,
     floquet_multipliers,
@@ -169,7 +169,7 @@ def test_liouville_and_trace(drawn: Drawn, modes: int) -> None:
     expected = (modes + 2) * math.log(max(system.restitution, 1e-300)) - system.d * orbits[0].period * (modes + 1)
     sign, logarithm = np.linalg.slogdet(matrix.dense())
     if expected > -25.0:
-        assert sign == (-1.0) ** (modes + 1 + 1) or True
+        assert sign == (-1.0) ** modes
         assert logarithm == pytest.approx(
             expected, abs=1e-7 * max(1.0, math.log(size + 1)) + 1e-9 * size * math.exp(-expected / (2 * modes + 2))
         )
@@ -207,7 +207,8 @@ def test_modes_out_of_range(modes: Any) -> None:
 
 
 def secular_against_dense(matrix: LinearMap, tolerance: float = 1e-9) -> None:
-    roots = secular_roots(*matrix.partial_fractions())
+    roots, converged = secular_roots(*matrix.partial_fractions())
+    assert converged
     dense = np.linalg.eigvals(matrix.dense())
     # eigenvalues of a matrix far from normal move by more than rounding: ask how far
     noise = np.random.default_rng(0).normal(size=(dense.size, dense.size)) / math.sqrt(dense.size)
@@ -228,7 +229,7 @@ def test_secular_roots_on_random_orbits(drawn: Drawn, modes: int) -> None:
     secular_against_dense(matrix)
 
 
-@pytest.mark.parametrize("modes", [41, 100, 300])
+@pytest.mark.parametrize("modes", [41, 120])
 @pytest.mark.parametrize(
     ("s", "d", "r", "m"),
     [
@@ -277,7 +278,7 @@ def test_secular_roots_of_random_poles(n: int, seed: int, kind: str) -> None:
     if kind == "equal":
         poles = np.round(poles, 1)
     residues = rng.normal(size=n) * (1e-12 if kind == "weak" else 1.0 / n)
-    roots = secular_roots(poles, residues)
+    roots, _ = secular_roots(poles, residues)
     dense = np.linalg.eigvals(np.diag(poles) - np.outer(np.ones(n), residues))
     moved = np.linalg.eigvals(np.diag(poles) - np.outer(np.ones(n), residues * (1 + 1e-15 * rng.normal(size=n))))
     assert farthest(roots, dense) <= 1e-9 + 1e3 * farthest(dense, moved)
@@ -285,9 +286,9 @@ def test_secular_roots_of_random_poles(n: int, seed: int, kind: str) -> None:
 
 
 def test_secular_roots_of_nothing_and_of_dead_poles() -> None:
-    assert secular_roots(np.zeros(0), np.zeros(0)).size == 0
-    assert sorted(secular_roots(np.array([0.3, -0.2]), np.zeros(2)).real) == [-0.2, 0.3]
-    roots = secular_roots(np.array([0.5, 0.5, 0.5]), np.array([0.1, 0.1, 0.1]))
+    assert secular_roots(np.zeros(0), np.zeros(0))[0].size == 0
+    assert sorted(secular_roots(np.array([0.3, -0.2]), np.zeros(2))[0].real) == [-0.2, 0.3]
+    roots, _ = secular_roots(np.array([0.5, 0.5, 0.5]), np.array([0.1, 0.1, 0.1]))
     assert np.sort(roots.real) == pytest.approx([0.2, 0.5, 0.5], abs=1e-14)
 
 
@@ -300,7 +301,7 @@ def test_the_tree_sums_like_the_direct_loop(n: int, kind: str) -> None:
     )
     residues = rng.normal(size=n)
     z = rng.uniform(-1.2, 1.2, 300) + 1j * rng.normal(size=300) * 10.0 ** rng.uniform(-6, 0, 300)
-    total, slope = cauchy_sums(z, poles, residues)
+    total, slope = (sums[:, 0] for sums in cauchy_sums(z, poles.astype(complex), residues[:, None]))
     inverse = 1.0 / (z[:, None] - poles)
     assert np.abs(total - inverse @ residues) == pytest.approx(
         0, abs=1e-12 * float((np.abs(inverse) @ np.abs(residues)).max())
@@ -314,10 +315,10 @@ def test_the_tree_sums_like_the_direct_loop(n: int, kind: str) -> None:
 @pytest.mark.parametrize("d", [0.0, 1e-3])
 def test_secular_roots_of_a_thousand_modes(d: float, r: float) -> None:
     orbit = orbit_at(5.0, d, r, 1, Load.harmonic(0.2, 1.0))
-    secular_against_dense(linear_map(orbit, 600), 1e-8)
-    many = floquet_multipliers(orbit, 4096)
-    assert many.values.size == 8194
-    assert complex(many.values.sum()) == pytest.approx(linear_map(orbit, 4096).trace, abs=1e-7)
+    secular_against_dense(linear_map(orbit, 260), 1e-8)  # 522 poles: the tree is in use
+    many = floquet_multipliers(orbit, 1024)
+    assert many.values.size == 2050
+    assert complex(many.values.sum()) == pytest.approx(linear_map(orbit, 1024).trace, abs=1e-7)
 
 
 @pytest.mark.parametrize("modes", [39, 40, 41, 42])
@@ -478,8 +479,13 @@ def test_secular_roots_that_converge_slowly() -> None:
         secular_against_dense(linear_map(square, modes))
 
 
-@pytest.mark.parametrize("modes", [300, 500, 1000])
+@pytest.mark.parametrize("modes", [120, 1000])
 def test_many_modes_of_a_bar_that_rebounds_fully(modes: int) -> None:
     square = orbit_at(1.0, 0.01, 1.0, 1, Load.square(1.0, 1.4995, 16), 0)
-    values = floquet_multipliers(square, modes).values
+    try:
+        values = floquet_multipliers(square, modes).values
+    except ConvergenceError as error:  # crowds of poles 1e-13 apart: refused beyond the reach of dense eigenvalues
+        assert modes > 300
+        assert "modes" in error.remedy
+        return
     assert complex(values.sum()) == pytest.approx(linear_map(square, modes).trace, abs=1e-8)

@@ -50,6 +50,10 @@ class PercussError(Exception):
     def __str__(self) -> str:
         return f"{self.message} — {self.remedy}" if self.remedy else self.message
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Errors travel between processes with all their attributes, whatever their constructors take."""
+        return (_remade, (type(self), self.args, self.__dict__.copy()))
+
 
 class ParameterError(PercussError, ValueError):
     """A value that an object cannot have.
@@ -125,6 +129,13 @@ class MissingExtraError(PercussError):
         self.package = package
         self.extra = extra
         super().__init__(f"the package '{package}' is needed for this", f"pip install 'percuss[{extra}]'")
+
+
+def _remade(kind: type[PercussError], args: tuple[object, ...], state: dict[str, object]) -> PercussError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(state)
+    return error
 
 
 def _short(value: object, limit: int = 80) -> str:

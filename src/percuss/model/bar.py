@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import InitVar, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from percuss.model.checks import Array, count, non_negative, positive
 __all__ = ["Bar"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Bar:
     """A uniform elastic bar in SI units; steel unless told otherwise.
 
@@ -48,31 +48,38 @@ class Bar:
     """
 
     length: float
-    area: float = 0.0
-    youngs_modulus: float = 210e9
-    density: float = 7850.0
-    damping: float = 0.0
-    diameter: InitVar[float | None] = None
-    damping_ratio: InitVar[float | None] = None
+    area: float
+    youngs_modulus: float
+    density: float
+    damping: float
 
-    def __post_init__(self, diameter: float | None, damping_ratio: float | None) -> None:
+    def __init__(
+        self,
+        length: float,
+        area: float | None = None,
+        youngs_modulus: float = 210e9,
+        density: float = 7850.0,
+        damping: float | None = None,
+        *,
+        diameter: float | None = None,
+        damping_ratio: float | None = None,
+    ) -> None:
         set_ = object.__setattr__
-        set_(self, "length", positive("length", self.length))
-        set_(self, "youngs_modulus", positive("youngs_modulus", self.youngs_modulus))
-        set_(self, "density", positive("density", self.density))
-        if diameter is not None:
-            if self.area != 0.0:
-                raise ParameterError("diameter", diameter, "either area or diameter, not both")
-            set_(self, "area", math.pi / 4.0 * positive("diameter", diameter) ** 2)
-        elif self.area == 0.0:
-            raise ParameterError("area", self.area, "an area (m²) or a diameter (m) greater than 0")
-        set_(self, "area", positive("area", self.area))
+        set_(self, "length", positive("length", length))
+        set_(self, "youngs_modulus", positive("youngs_modulus", youngs_modulus))
+        set_(self, "density", positive("density", density))
+        if area is not None and diameter is not None:
+            raise ParameterError("diameter", diameter, "either area or diameter, not both")
+        if area is None and diameter is None:
+            raise ParameterError("area", None, "an area (m²) or a diameter (m) greater than 0")
+        round_area = None if diameter is None else math.pi / 4.0 * positive("diameter", diameter) ** 2
+        set_(self, "area", positive("area", area if round_area is None else round_area))
+        if damping is not None and damping_ratio is not None:
+            raise ParameterError("damping_ratio", damping_ratio, "either damping or damping_ratio, not both")
         if damping_ratio is not None:
-            if self.damping != 0.0:
-                raise ParameterError("damping_ratio", damping_ratio, "either damping or damping_ratio, not both")
             ratio = non_negative("damping_ratio", damping_ratio)
-            set_(self, "damping", 2.0 * ratio * math.pi * self.wave_speed * self.mass_per_length / self.length)
-        set_(self, "damping", non_negative("damping", self.damping))
+            damping = 2.0 * ratio * math.pi * self.wave_speed * self.mass_per_length / self.length
+        set_(self, "damping", non_negative("damping", 0.0 if damping is None else damping))
 
     @property
     def mass_per_length(self) -> float:
@@ -118,8 +125,3 @@ class Bar:
             f"C = {self.wave_speed:.4g} m/s, impedance {self.impedance:.3g} N·s/m, "
             f"first mode {self.natural_frequencies(1)[0]:.4g} Hz"
         )
-
-
-# The sizes given only to make the bar are not kept as class attributes, where they would read as None.
-for _name in ("diameter", "damping_ratio"):
-    delattr(Bar, _name)

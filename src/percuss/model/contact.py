@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import InitVar, dataclass
+from dataclasses import dataclass
 
 from percuss.errors import ParameterError
 from percuss.model.checks import positive, unit_interval
@@ -10,7 +10,7 @@ from percuss.model.checks import positive, unit_interval
 __all__ = ["Contact"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Contact:
     """Impact with restitution: the whole velocity field turns over, u_t → −R u_t.
 
@@ -33,27 +33,22 @@ class Contact:
     Contact: restitution R = 0.3581
     """
 
-    restitution: float = -1.0
-    receiving_area: InitVar[float | None] = None
-    area: InitVar[float | None] = None
+    restitution: float
 
-    def __post_init__(self, receiving_area: float | None, area: float | None) -> None:
-        restitution: object = self.restitution
+    def __init__(
+        self,
+        restitution: float | None = None,
+        *,
+        receiving_area: float | None = None,
+        area: float | None = None,
+    ) -> None:
+        if restitution is not None and receiving_area is not None:
+            raise ParameterError("receiving_area", receiving_area, "either restitution or receiving_area, not both")
         if receiving_area is not None:
-            if restitution != -1.0:
-                raise ParameterError("receiving_area", receiving_area, "either restitution or receiving_area, not both")
             if area is None:
                 raise ParameterError("area", area, "the bar's own area beside receiving_area")
-            receiving, own = positive("receiving_area", receiving_area), positive("area", area)
-            if receiving < own:
-                raise ParameterError(
-                    "receiving_area",
-                    receiving_area,
-                    f"at least the bar's own area, {own:.4g}",
-                    "a thinner receiving rod does not throw the bar back; give a restitution instead",
-                )
-            restitution = (receiving - own) / (receiving + own)
-        elif restitution == -1.0:
+            restitution = _of_areas(positive("receiving_area", receiving_area), positive("area", area))
+        elif restitution is None:
             raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
         object.__setattr__(self, "restitution", unit_interval("restitution", restitution))
 
@@ -61,6 +56,12 @@ class Contact:
         return f"Contact: restitution R = {self.restitution:.4g}"
 
 
-# The areas given only to make the contact are not kept as class attributes, where they would read as None.
-for _name in ("receiving_area", "area"):
-    delattr(Contact, _name)
+def _of_areas(receiving: float, own: float) -> float:
+    if receiving < own:
+        raise ParameterError(
+            "receiving_area",
+            receiving,
+            f"at least the bar's own area, {own:.4g}",
+            "a thinner receiving rod does not throw the bar back; give a restitution instead",
+        )
+    return (receiving - own) / (receiving + own)

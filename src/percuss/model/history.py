@@ -26,7 +26,7 @@ __all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
-MAX_CYCLES = 1000
+MAX_CYCLES = 400
 """Cycles beyond these add nothing and are left out (the report says so)."""
 MAX_HARMONICS = 64
 LEAST_SAMPLES = 8  # per cycle
@@ -357,7 +357,7 @@ class _Fit:
         cycles = min(math.floor(whole + 0.05), MAX_CYCLES)
         if cycles < 2:
             raise _too_few_cycles(whole, 1.0 / period)
-        most = math.floor(0.45 * per_cycle)
+        most = min(math.floor(0.45 * per_cycle), 1024)
         if harmonics is not None and not 1 <= harmonics <= most:
             raise HistoryError(
                 f"{harmonics} harmonics of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
@@ -404,35 +404,31 @@ class _Fit:
     def _broken_line(self, knots: Array) -> Array:
         return np.asarray(knots[self.cell] * (1.0 - self.u) + knots[self.cell + 1] * self.u)
 
-    def _hats(self, weight: Array | float, data: Array) -> tuple[Array, Array]:
-        """Normal equations for the knots b of a broken line: minimise Σ (data − weight · line)²."""
-        left, right, n = weight * (1.0 - self.u), weight * self.u, self.cycles
+    def _hats(self, weight: Array) -> Array:
+        """Σ weight · h_i h_j over the samples; h_i is the broken line that is 1 at bound i, 0 at the others."""
+        n = self.cycles
         i, j = np.arange(n), np.arange(1, n + 1)  # the bounds before and after every cycle
-        matrix, rhs = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
-        matrix[i, i] += np.bincount(self.cell, left * left)
-        matrix[j, j] += np.bincount(self.cell, right * right)
-        matrix[i, j] = matrix[j, i] = np.bincount(self.cell, left * right)
-        matrix += (1e-12 * np.max(matrix) + 1e-300) * np.eye(n + 1)
-        rhs[:-1] += np.bincount(self.cell, left * data)
-        rhs[1:] += np.bincount(self.cell, right * data)
-        return matrix, rhs
+        left, right = (1.0 - self.u) * weight, self.u * weight
+        matrix = np.zeros((n + 1, n + 1))
+        matrix[i, i] += np.bincount(self.cell, left * (1.0 - self.u))
+        matrix[j, j] += np.bincount(self.cell, right * self.u)
+        matrix[i, j] = matrix[j, i] = np.bincount(self.cell, left * self.u)
+        return matrix
+
+    def _onto_hats(self, data: Array) -> Array:
+        """Σ data · h_i over the samples."""
+        before, after = np.bincount(self.cell, (1.0 - self.u) * data), np.bincount(self.cell, self.u * data)
+        return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
 
     def _least_squares(self, top: int, data: Array) -> ComplexArray:
         """Coefficients 0 … top of the data; a Toeplitz system, as its columns are exp(ikθ).
 
-        The matrix is computed with phases rounded to 1/8192 turn, which a second call with what is left corrects.
+        Phases are rounded to 1/8192 turn, so that FFTs do it; a second call with what is left corrects for that.
         """
-        fine = np.bincount(np.rint(8192.0 * self.u).astype(np.int64) % 8192, minlength=8192)
-        sums = np.resize(np.fft.fft(fine).conj(), 2 * top + 1)
-        rhs = np.empty(top + 1, complex)
-        power, signal = np.ones_like(self.turn), data.astype(complex)
-        for k in range(top + 1):
-            rhs[k] = np.vdot(power, signal)
-            power *= self.turn
-        both = np.concatenate([sums[:0:-1].conj(), sums])
-        index = np.arange(2 * top + 1)
-        matrix = both[index[None, :] - index[:, None] + 2 * top]
-        both = np.linalg.solve(matrix, np.concatenate([rhs[:0:-1].conj(), rhs]))
+        place = np.rint(8192.0 * self.u).astype(np.int64) % 8192
+        rhs = np.fft.fft(np.bincount(place, data, 8192))[: top + 1]
+        sums = np.resize(np.fft.fft(np.bincount(place, minlength=8192)).conj(), 2 * top + 1)
+        both = _toeplitz_solve(sums.conj(), np.concatenate([rhs[:0:-1].conj(), rhs]))
         return np.concatenate([both[top : top + 1].real, 2.0 * both[top + 1 :]])
 
     def _by_cycle(self, data: Array, top: int) -> ComplexArray:
@@ -493,37 +489,46 @@ class _Fit:
             self.bounds = bounds[: max(3, int(np.searchsorted(bounds, last)))]
             self.drift = self.drift[: self.bounds.size]
 
+    def _drift_basis(self) -> Array:
+        """The knots that a drift may have: any, but in line where there are too few to tell a curve."""
+        n = self.cycles
+        return np.eye(n + 1) if n >= 4 else np.column_stack([np.ones(n + 1), np.linspace(-1.0, 1.0, n + 1)])
+
     def _follow_drift(self, fitted: Array) -> Array:
         """Fit the drift to what the harmonics leave, and return what both leave."""
-        rest = self.v - self._broken_line(self.drift) - fitted
-        self.drift = self.drift + np.linalg.solve(*self._hats(1.0, rest))
-        if self.cycles < 4:  # too few to tell a curve
-            knots = np.arange(self.drift.size)
-            self.drift = np.polynomial.Polynomial.fit(knots, self.drift, 1)(knots)
+        basis, data = self._drift_basis(), self.v - fitted
+        matrix = basis.T @ self._hats(np.ones_like(self.u)) @ basis
+        self.drift = basis @ np.linalg.solve(matrix, basis.T @ self._onto_hats(data))
         self.drift -= np.mean(self._broken_line(self.drift))
-        rest = self.v - self._broken_line(self.drift) - fitted
-        return rest - np.mean(rest)
+        rest = data - self._broken_line(self.drift)
+        return np.asarray(rest - np.mean(rest))
 
     def _move_bounds(self, slope: Array, rest: Array, variance: float) -> None:
         """One Gauss–Newton step for the phases at the bounds, under a normal prior for the lengths of the cycles.
 
         The variance of that prior is what the lengths fitted without it vary, less what noise makes them vary:
-        4.392 σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3).
+        4.392 σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3). The drift is free
+        to move along, as the two are much alike in the half cycles at the ends.
         """
-        matrix, rhs = self._hats(slope, rest)
-        noise = 6.0 * (math.sqrt(3.0) - 1.0) * variance * self.cycles / max(float(np.sum(slope**2)), 1e-300)
+        n, basis = self.cycles, self._drift_basis()
+        both = self._hats(slope) @ basis
+        matrix = np.block([[self._hats(slope**2), both], [both.T, basis.T @ self._hats(np.ones_like(slope)) @ basis]])
+        matrix += 1e-12 * np.diag(np.diag(matrix)) + 1e-300 * np.eye(matrix.shape[0])
+        rhs = np.concatenate([self._onto_hats(slope * rest), basis.T @ self._onto_hats(rest)])
+        noise = 6.0 * (math.sqrt(3.0) - 1.0) * variance * n / max(float(np.sum(slope**2)), 1e-300)
         lengths = TURN * np.diff(self.bounds) / self.period
         change = np.linalg.solve(matrix, rhs)
-        spread = max(float(np.var(lengths - np.diff(change), ddof=1)) - noise, 0.0)
+        spread = max(float(np.var(lengths - np.diff(change[: n + 1]), ddof=1)) - noise, 0.0)
         self.jitter = math.sqrt(spread) / TURN
         if variance > 0.0:
-            n = self.cycles
             difference = np.diff(np.eye(n + 1), axis=0)
             difference -= difference.mean(axis=0)
             weight = variance / max(spread, 1e-3 * noise, 1e-300)
-            matrix = matrix + weight * difference.T @ difference
-            change = np.linalg.solve(matrix, rhs + weight * difference.T @ (lengths - lengths.mean()))
-        self._shift_bounds(np.clip(change, -1.0, 1.0))
+            matrix[: n + 1, : n + 1] += weight * difference.T @ difference
+            rhs[: n + 1] += weight * difference.T @ (lengths - lengths.mean())
+            change = np.linalg.solve(matrix, rhs)
+        self.drift = self.drift + basis @ change[n + 1 :]
+        self._shift_bounds(np.clip(change[: n + 1], -1.0, 1.0))
 
     # Results
 
@@ -572,13 +577,13 @@ class _Fit:
         lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0 + 0j)
         for b in range(2, 17):
             n = self.cycles // b * b
-            if n < 2 * b:
+            if n < min(3, b) * b:  # two turns of two cycles, three of more
                 break
             power = np.abs(np.fft.fft(np.column_stack([lengths, self.parts[:, 1:]])[:n], axis=0)) ** 2
             power = power[: n // 2 + 1] + power[-np.arange(n // 2 + 1)]  # both signs
             # a single number for a cycle needs the higher level; the harmonics count together, the low ones also alone
             sums = np.cumsum(power[:, 1:], axis=1)[:, [min(4, self.limit) - 1, min(16, self.limit) - 1, -1]]
-            tests = [(power[:, 0], 5.0), *((column, 3.0) for column in sums.T)]
+            tests = [(power[:, 0], 8.0), *((column, 4.0) for column in sums.T)]
             least = (2.0 * n * 0.01 * self.alternating) ** 2
             if any(_line_at(spectrum, n // b, chance, least) for spectrum, chance in tests):
                 return b
@@ -594,6 +599,30 @@ def _line_at(spectrum: Array, step: int, chance: float, least: float) -> bool:
     beside = np.concatenate([[0.0], spectrum[1:], [0.0]])
     near = np.maximum(beside[lines - 1], beside[lines + 1])
     return bool(np.any((spectrum[lines] > max(level, least)) & (spectrum[lines] > 4.0 * near)))
+
+
+def _toeplitz_solve(column: ComplexArray, rhs: ComplexArray) -> ComplexArray:
+    """Solve a Hermitian Toeplitz system that is nearly diagonal, by conjugate gradients with products by FFT.
+
+    A threaded BLAS takes 50 ms for such a small system when the machine is busy; this takes one.
+    """
+    n = rhs.size
+    length = 1 << (2 * n).bit_length()
+    circulant = np.zeros(length, complex)
+    circulant[:n], circulant[length - n + 1 :] = column, column[:0:-1].conj()
+    kernel = np.fft.fft(circulant).real
+    x, rest = np.zeros_like(rhs), rhs.copy()
+    step, size = rest, float(np.sum(np.abs(rest) ** 2))
+    least = 1e-28 * size
+    for _ in range(300):
+        if size <= least:
+            break
+        image = np.fft.ifft(kernel * np.fft.fft(step, length))[:n]
+        move = size / float(np.sum(step.conj() * image).real)
+        x, rest = x + move * step, rest - move * image
+        size, before = float(np.sum(np.abs(rest) ** 2)), size
+        step = rest + (size / before) * step
+    return x
 
 
 def _at_bounds(centres: Array) -> Array:

@@ -177,6 +177,8 @@ class Load:
             array = np.array(coefficients)
             if array.ndim == 2 and array.shape[1] == 2 and not np.iscomplexobj(array):
                 array = array.astype(float) @ np.array([1.0, 1.0j])
+            if array.ndim != 1:
+                raise ParameterError("coefficients", coefficients, "complex numbers or [re, im] pairs")
             return cls(array.astype(complex), frequency)
         except (TypeError, ValueError) as error:
             if isinstance(error, ParameterError):
@@ -322,6 +324,11 @@ class Load:
         coefficients[0] = finite("mean", mean)
         values = tuple(v + (mean - self.mean) for v in self.values)
         return replace(self, coefficients=coefficients, values=values)
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Copies and unpickled loads are as read-only as their originals."""
+        self.__dict__.update(state)
+        self.coefficients.setflags(write=False)
 
     def __hash__(self) -> int:
         return hash((self._key, self.frequency, self.breaks, self.values))

@@ -13,6 +13,9 @@ from percuss.model.load import Load
 
 __all__ = ["System"]
 
+# Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
+LEAST_S, MOST_S, MOST_D = 1e-4, 1e9, 1e6
+
 
 @dataclass(frozen=True)
 class System:
@@ -56,6 +59,10 @@ class System:
         set_ = object.__setattr__
         set_(self, "s", positive("s", self.s))
         set_(self, "d", non_negative("d", self.d))
+        if not LEAST_S <= self.s <= MOST_S:
+            raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
+        if self.d > MOST_D:
+            raise ParameterError("d", self.d, f"a damping of at most {MOST_D:g}")
         set_(self, "restitution", unit_interval("restitution", self.restitution))
         if not isinstance(self.load, Load):
             raise ParameterError("load", self.load, "a Load")

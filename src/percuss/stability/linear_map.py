@@ -68,6 +68,16 @@ class LinearMap:
         blocks = self.a - self.restitution * self.e
         return float(blocks.sum() - (self.sign * (self.a * self.g + self.b * self.g_velocity)).sum() / self.speed)
 
+    @property
+    def trace_of_square(self) -> float:
+        """Sum of the squares of the multipliers: tr B² − 2 fᵀBg/W + (fᵀg/W)² with M = B − g fᵀ/W."""
+        r = self.restitution
+        blocks = self.a**2 - 2.0 * r * self.b * self.c + (r * self.e) ** 2
+        carried = self.a * self.g + self.b * self.g_velocity  # the upper half of Bg, and fᵀg mode by mode
+        turned = -r * (self.c * self.g + self.e * self.g_velocity)  # the lower half of Bg
+        mixed = float((self.sign * (self.a * carried + self.b * turned)).sum()) / self.speed
+        return float(blocks.sum()) - 2.0 * mixed + (float((self.sign * carried).sum()) / self.speed) ** 2
+
     def partial_fractions(self) -> tuple[Array, Array]:
         """Poles ξ_j and residues r_j with det(M − μ)/det(DΦ − μ) = 1 + Σ r_j/(μ − ξ_j).
 

@@ -17,7 +17,8 @@ __all__ = ["Multipliers", "floquet_multipliers"]
 
 MAX_MODES = 16384
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
-_DENSE_CHECK = 400  # up to this many it may stand in for roots that failed their check
+_TRACE = 1e-11  # relative error of the sums of the roots and of their squares
+_DENSE_CHECK = 300  # up to this many it may stand in for roots that failed their check
 
 
 @dataclass(frozen=True)
@@ -79,14 +80,18 @@ def floquet_multipliers(orbit: Orbit, modes: int = 32, *, side: Side = "right") 
 
 
 def _secular(matrix: LinearMap) -> ComplexArray:
-    values = secular_roots(*matrix.partial_fractions())
+    """Roots of the secular function, believed only when all converged and both power sums agree with the map's traces."""
+    values, converged = secular_roots(*matrix.partial_fractions())
     scale = max(1.0, float(np.abs(values).max()))
-    error = abs(complex(values.sum()) - matrix.trace)
-    if np.isfinite(error) and error <= 1e-9 * scale * np.sqrt(values.size):
+    room = _TRACE * np.sqrt(values.size)
+    first = abs(complex(values.sum()) - matrix.trace) / scale
+    second = abs(complex((values**2).sum()) - matrix.trace_of_square) / scale**2
+    if converged and first <= room and second <= room:
         return values
     if matrix.a.size <= _DENSE_CHECK:
         return np.asarray(np.linalg.eigvals(matrix.dense()).astype(complex))
     raise ConvergenceError(
-        f"the multipliers of {matrix.a.size - 1} modes miss the trace of their map by {error:.1e}",
-        "ask for fewer modes",
+        f"the multipliers of {matrix.a.size - 1} modes crowd too closely (R = {matrix.restitution:g}): they miss the "
+        f"trace of their map by {first:.1e}",
+        f"ask for at most {_DENSE_CHECK - 1} modes",
     )

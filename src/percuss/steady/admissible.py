@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Contactless", "Violation", "flight_check"]
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
+_DEPTH = 1e-9  # relative accuracy of the greatest depth
 _NARROWEST = 1e-14  # share of the period below which a cell is not split further
 _MOST_WORK = 20_000_000  # modes × times
 
@@ -82,16 +83,16 @@ def _search(orbit: Orbit) -> Contactless:
     period, full = orbit.period, _bounds(orbit, orbit.modes)
     start, stop = _safe_ends(orbit, full)
     if start is None:
-        return Contactless(_deepest(orbit, 0.0, 0.0, period))
+        return _violated(orbit, 0.0, True)
     rest, rest_speed = _left_out(orbit, few)
     acceleration = _bounds(orbit, few).acceleration
     cells = 64 * orbit.periods
     half = 0.5 * (stop - start) / cells
     centres: Array = np.asarray(start + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
-    first, highest, peak, work = np.inf, 0.0, 0.0, 0
+    first, work = np.inf, 0
     while centres.size and half > _NARROWEST * period:
         exact = few == orbit.modes or 0.5 * acceleration * half**2 < rest
-        work += centres.size * (orbit.modes if exact else few)
+        work += centres.size * max(orbit.modes if exact else few, 1)
         if work > _MOST_WORK:
             break
         y, speed = orbit.end_motion(centres, orbit.modes if exact else few)
@@ -100,40 +101,60 @@ def _search(orbit: Orbit) -> Contactless:
         through = y - margin > touch
         if through.any():
             first = min(first, float(centres[through].min()))
-        if float(y.max()) > highest:
-            highest, peak = float(y.max()), float(centres[np.argmax(y)])
         curvature = full.acceleration if exact else acceleration
         safe = y + np.abs(speed) * half + 0.5 * curvature * half**2 + margin < 0.0
         left = centres[~safe & (centres - half < first)]
         half *= 0.5
         centres = np.sort(np.concatenate([left - half, left + half]))
     proven = not centres.size or half <= _NARROWEST * period
-    if not np.isfinite(first):
-        return Contactless(None, proven)
-    width = max(half, 0.5 * (stop - start) / cells)
-    return Contactless(_deepest(orbit, first, max(peak - width, 0.0), min(peak + width, period)), proven)
+    return _violated(orbit, first, proven) if np.isfinite(first) else Contactless(None, proven)
 
 
-def _deepest(orbit: Orbit, first: float, low: float, high: float) -> Violation:
-    """The violation at `first` with the greatest depth, found anywhere or between `low` and `high`."""
-    near, _ = orbit.end_motion(np.linspace(low, high, 129), orbit.modes)
-    best = low + (high - low) * np.array([max(int(near.argmax()) - 1, 0), min(int(near.argmax()) + 1, 128)]) / 128.0
-    fine, _ = orbit.end_motion(np.linspace(best[0], best[1], 65), orbit.modes)
-    return Violation(first, max(orbit.highest[1], float(near.max()), float(fine.max())))
+def _violated(orbit: Orbit, first: float, proven: bool) -> Contactless:
+    """The violation that starts at `first`; at 0 when the rebound already goes into the wall."""
+    time = 0.0 if orbit.rebound_velocity > 0.0 else first
+    return Contactless(Violation(time, _depth(orbit)), proven)
+
+
+def _depth(orbit: Orbit) -> float:
+    """Greatest y of the flight, by branch and bound: cells that cannot beat the best value found are dropped."""
+    modes = orbit._truncation.some
+    acceleration = _bounds(orbit, modes).acceleration
+    cells = 64 * orbit.periods
+    half = 0.5 * orbit.period / cells
+    centres: Array = np.asarray(half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    best, when, work = 0.0, 0.0, 0
+    while centres.size and half > _NARROWEST * orbit.period and work < _MOST_WORK:
+        work += centres.size * max(modes, 1)
+        y, speed = orbit.end_motion(centres, modes)
+        if float(y.max()) > best:
+            best, when = float(y.max()), float(centres[np.argmax(y)])
+        reach = y + np.abs(speed) * half + 0.5 * acceleration * half**2
+        left = centres[reach > best + _DEPTH * best + _TOUCH * orbit.rigid_stroke]
+        half *= 0.5
+        centres = np.sort(np.concatenate([left - half, left + half]))
+    return float(orbit.end_motion(np.array([when]), orbit.modes)[0][0]) if when > 0.0 else best
 
 
 def _safe_ends(orbit: Orbit, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
     speed = orbit.impact_velocity
     rebound = orbit.system.restitution * speed
-    start = max(2.0 * rebound / bounds.acceleration, 0.0)
+    start = _quotient(2.0 * rebound, bounds.acceleration)
     if orbit.system.restitution == 0.0:  # it starts from rest: its acceleration decides
         begin = _start_acceleration(orbit)
         if begin >= 0.0:
             return None, orbit.period
-        start = max(start, min(3.0 * -begin / bounds.jerk, _next_break(orbit)))
-    stop = orbit.period - max(2.0 * speed / bounds.acceleration, 0.0)
+        start = max(start, min(_quotient(-3.0 * begin, bounds.jerk), _next_break(orbit)))
+    stop = orbit.period - _quotient(2.0 * speed, bounds.acceleration)
     return min(start, 0.5 * orbit.period), max(stop, 0.5 * orbit.period)
+
+
+def _quotient(speed: float, rate: float) -> float:
+    """How long a positive speed lasts against a rate of change that bounds its loss; 0 for none."""
+    if speed <= 0.0:
+        return 0.0
+    return speed / rate if rate > 0.0 else np.inf
 
 
 def _start_acceleration(orbit: Orbit) -> float:

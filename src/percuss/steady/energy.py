@@ -1,4 +1,4 @@
-"""Energy over one impact period, every term from its own closed form, so that the balance is a real check (theory §4).
+"""Energy over one impact period, term by term in closed form, so that the balance checks the orbit (theory §4).
 
 Input ∮ p u_t(0, t) dt, damping d ∮∫ u_t² dx dt, impact ½(1 − R²) ∫ u_t(x, 0⁻)² dx. The velocity is split into the
 forced part f' and the free part z' (for the mean motion: v_f and r); δ = z(T) − z(0).
@@ -14,7 +14,7 @@ import numpy as np
 
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import mode_frequencies, phi1, phi2
+from percuss.steady.oscillator import dissipated, mode_frequencies, phi1, phi2
 from percuss.steady.piecewise import PiecewiseResponse
 
 if TYPE_CHECKING:
@@ -114,16 +114,17 @@ def _piecewise(orbit: Orbit, response: PiecewiseResponse) -> tuple[float, float]
     knots = np.unique(np.concatenate([[0.0], ahead, [orbit.period]]))
     knots = knots[np.append(True, np.diff(knots) > 1e-13)]
     knots[-1] = orbit.period
+    d, lengths = orbit.system.d, np.diff(knots)
     force = orbit.system.load.value(orbit.phase + 0.5 * (knots[1:] + knots[:-1]))
     u, v = orbit.rigid_motion(knots)
     put_in = float(force @ np.diff(u))
-    damped = put_in - 0.5 * float(v[-1] ** 2 - v[0] ** 2)
+    damped = put_in - 0.5 * float(v[-1] ** 2 - v[0] ** 2) if d > 0.0 else 0.0
     f, f_velocity = response.modal(orbit.modes, orbit.phase + knots)
+    f[:, -1], f_velocity[:, -1] = f[:, 0], f_velocity[:, 0]  # a whole number of turns, to the last digit
     z, z_velocity = orbit.transient(knots)
     w, w_velocity = f + z, f_velocity + z_velocity
-    work = force[None, :] * np.diff(w, axis=1)
-    omega = mode_frequencies(orbit.system.s, orbit.modes)
-    stored = 0.5 * (w_velocity**2 + (omega[:, None] * w) ** 2)
-    put_in += 2.0 * float(work.sum())
-    damped += 2.0 * float((work.sum(axis=1) - (stored[:, -1] - stored[:, 0])).sum())
+    omega = mode_frequencies(orbit.system.s, orbit.modes)[:, None]
+    put_in += 2.0 * float((force[None, :] * np.diff(w, axis=1)).sum())
+    away = w[:, :-1] - force[None, :] / omega**2
+    damped += 2.0 * float(dissipated(omega, d, (away, w_velocity[:, :-1]), lengths[None, :]).sum())
     return put_in, damped

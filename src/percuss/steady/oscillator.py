@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.model.checks import Array
 
-__all__ = ["Propagator", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
+__all__ = ["Propagator", "dissipated", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
 
 _CHUNK = 1 << 20  # modes × times handled at once
 _SMALL = 0.3  # below this the differences in phi2 would lose digits and the series takes over
@@ -127,3 +127,28 @@ def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows:
         total += rows[:, ~ringing] @ (step.a * slow + step.b * slow_v)
         speed += rows[:, ~ringing] @ (step.c * slow + step.e * slow_v)
     return total, speed
+
+
+def dissipated(omega: Array, d: float, start: tuple[Array, Array], t: Array) -> Array:
+    """d ∫₀ᵗ z'² of free oscillators, from z' = Re Z exp((−d/2 + iλ)t); overdamped ones by their loss of energy.
+
+    Parameters
+    ----------
+    omega, t
+        Undamped frequencies and times; broadcast with the arrays of `start`.
+    start
+        z and z' at t = 0.
+    """
+    if d == 0.0:
+        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(start[0]), np.shape(t)))
+    z, v = start
+    ringing = omega > 0.5 * d * (1.0 + 1e-3)
+    rate = np.sqrt(np.where(ringing, omega**2 - 0.25 * d**2, 1.0))
+    exponent = -0.5 * d + 1j * rate
+    amplitude = exponent * (z - 1j * (v + 0.5 * d * z) / rate)
+    swing = (amplitude**2 * np.expm1(2.0 * exponent * t) / (2.0 * exponent)).real
+    lost = 0.5 * (np.abs(amplitude) ** 2 * -np.expm1(-d * t) + d * swing)
+    step = propagator(omega, d, t)
+    end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
+    fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
+    return np.asarray(np.where(ringing, lost, fallen))

@@ -26,7 +26,7 @@ TURN = 2.0 * math.pi
 _EPS = np.finfo(float).eps
 _LAST_STEP = 1e-8
 _NODES = 129  # of the table that starts Newton's method on an arc
-_NARROWEST = 1e-9  # half-width of a cell below which a multiple root is taken as one point
+_LEVELS = 26  # of bisection: a multiple root is then taken as one point
 
 Response: TypeAlias = HarmonicResponse | PiecewiseResponse
 Curve: TypeAlias = Callable[[Array], tuple[Array, Array]]
@@ -55,24 +55,30 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
         g, slope = harmonic_sums(theta, k, coefficients, 1j * k * coefficients)
         return g, slope
 
-    cells = max(32, 8 * int(k.max(initial=1.0)))
-    half = math.pi / cells
-    centres: Array = np.asarray(half * (2.0 * np.arange(cells) + 1.0), dtype=float)
-    brackets: list[Array] = []
-    while centres.size:
-        g, slope = value(centres)
+    count = max(32, 8 * int(k.max(initial=1.0)))
+    cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
+    brackets: list[np.typing.NDArray[np.int64]] = []  # in units of the finest grid
+    for level in range(_LEVELS + 1):
+        half = math.pi / count
+        g, slope = value(half * (2.0 * cells + 1.0))
         empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
         monotone = ~empty & (np.abs(slope) > curvature * half + noise)
-        if half < _NARROWEST:
+        if level == _LEVELS:
             monotone = ~empty
-        brackets.append(np.stack([centres[monotone] - half, centres[monotone] + half], axis=1))
-        left = centres[~empty & ~monotone]
-        half *= 0.5
-        centres = np.concatenate([left - half, left + half])
-    pairs = np.concatenate(brackets)
-    low, high = value(pairs[:, 0])[0], value(pairs[:, 1])[0]
-    pairs = pairs[(low < 0.0) != (high < 0.0)]
-    roots = _polished(pairs[:, 0], pairs[:, 1], value, np.zeros(len(pairs)))
+        brackets.append(cells[monotone] << (_LEVELS - level))
+        brackets.append((cells[monotone] + 1) << (_LEVELS - level))
+        left = cells[~empty & ~monotone]
+        cells, count = np.concatenate([2 * left, 2 * left + 1]), 2 * count
+        if not cells.size:
+            break
+    finest = (count >> (level + 1)) << _LEVELS
+    low, high = np.concatenate(brackets[::2]), np.concatenate(brackets[1::2])
+    # every edge is looked at once, so that a root on an edge belongs to one of its two cells and not to both or none
+    edges, where = np.unique(np.concatenate([low, high]) % finest, return_inverse=True)
+    below = (value(TURN * edges / finest)[0] < 0.0)[where]
+    crossed = below[: low.size] != below[low.size :]
+    starts, stops = TURN * low[crossed] / finest, TURN * high[crossed] / finest
+    roots = _polished(starts, stops, value, np.zeros(starts.size))
     return np.sort(np.mod(roots, TURN))
 
 
@@ -116,10 +122,12 @@ def _polished(low: Array, high: Array, value: Curve, level: Array, start: Array 
         high[active] = np.where(left, high[active], here)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = here - g / slope
-        inside = (step >= low[active]) & (step <= high[active])
+        slack = 4.0 * _EPS * (1.0 + np.abs(here))  # a root on the bracket's edge must stay in reach
+        inside = (step >= low[active] - slack) & (step <= high[active] + slack)
         new = np.where(g == 0.0, here, np.where(inside, step, 0.5 * (low[active] + high[active])))
         theta[active] = new
-        active = active[np.abs(new - here) > _LAST_STEP]  # the step after this one would be below rounding
+        # after a Newton step this small the next would be below rounding; a bisection says no such thing
+        active = active[np.abs(new - here) > np.where(inside, _LAST_STEP, slack)]
         if not active.size:
             break
     return theta
