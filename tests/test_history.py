@@ -96,7 +96,7 @@ def test_random_loads_are_recovered_within_their_scatter(rest, mean, frequency, 
     several = 6.0 * noise * math.sqrt(2 * len(true) / time.size)
     assert distance(found, true) < 0.006 + several + 0.5 * jitter
     assert abs(found[0] - mean) < rms(true) * (0.01 + several)
-    assert report.scatter == pytest.approx(noise, rel=0.15, abs=0.02)
+    assert report.scatter == pytest.approx(noise, rel=0.25, abs=0.02)
 
 
 @given(st.floats(-9, 9).map(lambda x: 10**x), st.floats(-1e3, 1e3), st.floats(-4, 4).map(lambda x: 10**x))

@@ -565,7 +565,8 @@ class _Fit:
         back = np.exp(-1j * self._start * np.arange(kept.size))
         rest = self.v - self._broken_line(self.drift) - self._synthesis(kept * back)
         mean = self._mean_cycle(rest)
-        return _rms(rest - mean) / self.alternating, _rms(mean) / self.alternating
+        freedom = math.sqrt(self.cycles / (self.cycles - 1))  # the mean cycle has taken its part
+        return freedom * _rms(rest - mean) / self.alternating, _rms(mean) / self.alternating
 
     def cycles_in_turn(self) -> int:
         """How many cycles it takes until the record repeats: more than 1 when they differ in turn.
