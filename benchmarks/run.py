@@ -1,7 +1,7 @@
 """Benchmarks: what the package promises about speed, beside what a user would take instead, in one run.
 
-Run with `make bench`. Prints a table and writes it to build/bench/RESULTS.md; `--keep` updates benchmarks/RESULTS.md. Times
-are medians of several runs; machines differ and are noisy, so look at the ratios.
+Run with `make bench`. Prints a table and writes it to build/bench/RESULTS.md; `--keep` updates benchmarks/RESULTS.md.
+Times are medians of several runs; machines differ and are noisy, so look at the ratios.
 """
 
 from __future__ import annotations
@@ -77,7 +77,8 @@ def one_case() -> list[Row]:
 
     seconds = median(closed_form, 21)
     integrated, impacts = settle_by_integration(pneumatic(), modes=2)
-    beside = f"{integrated / seconds:.0f} times faster than scipy's DOP853 to a settled orbit with 2 modes ({impacts} impacts)"
+    times = f"{integrated / seconds:.0f}"
+    beside = f"{times} times faster than scipy's DOP853 to one settled orbit with 2 modes ({impacts} impacts)"
     return [("one case, 32-mode multipliers, both orbits", f"{1e3 * seconds:.1f} ms", "10 ms", beside)]
 
 
@@ -116,9 +117,7 @@ def planes() -> list[Row]:
     r, factor = np.linspace(0.0, 0.9, 1000)[:, None], np.linspace(0.001, 1.0, 1000)
     whole = median(lambda: stability_plane(pneumatic(), r, factor), 3)
     grid = [(float(a), float(b)) for a in r[::250, 0] for b in factor[::250]]
-    single = median(
-        lambda: [stability_plane(pneumatic(), a, b) for a, b in grid], 3
-    ) / len(grid)
+    single = median(lambda: [stability_plane(pneumatic(), a, b) for a, b in grid], 3) / len(grid)
     rows = [
         (
             "pneumatic plane, 10⁶ points, phases + reduced criterion",

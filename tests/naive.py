@@ -174,8 +174,7 @@ class Square:
         """The truncated series, B77 (34)."""
         angle = [k * self.kappa * PI for k in range(harmonics + 1)]
         terms = [
-            2 * self.q / (PI * k) * mp.mpc(mp.sin(angle[k]), mp.cos(angle[k]) - 1)
-            for k in range(1, harmonics + 1)
+            2 * self.q / (PI * k) * mp.mpc(mp.sin(angle[k]), mp.cos(angle[k]) - 1) for k in range(1, harmonics + 1)
         ]
         return Fourier((mp.mpc(self.mean), *terms))
 
@@ -303,9 +302,7 @@ def sign_changes(case: Case, samples: int = 4000) -> int:
     t = np.arange(samples) * 2 * np.pi / samples
     if isinstance(case.load, Fourier):
         weights = [complex(p / (case.d + 1j * k)) for k, p in case.load.harmonics()]
-        values = sum(
-            (np.real(w * np.exp(1j * (k + 1) * t)) for k, w in enumerate(weights)), np.zeros(samples)
-        )
+        values = sum((np.real(w * np.exp(1j * (k + 1) * t)) for k, w in enumerate(weights)), np.zeros(samples))
     else:
         values = np.array([float(v_f(case, x)) for x in t])
     above = values > float(level(case))
@@ -376,9 +373,7 @@ def orbit(case: Case, phase: Num, modes: int) -> Orbit:
 
 def return_error(o: Orbit) -> Num:
     """How far the state just after the next impact is from the one at the start; 0 for a steady state."""
-    changes = (
-        max(abs(b[0] - a[0]), abs(-o.case.R * b[1] - a[1])) for a, b in zip(o.after, o.before, strict=True)
-    )
+    changes = (max(abs(b[0] - a[0]), abs(-o.case.R * b[1] - a[1])) for a, b in zip(o.after, o.before, strict=True))
     return max(changes)
 
 
@@ -395,8 +390,7 @@ def forced_end_speed(case: Case, phase: Num) -> Num:
 def striking_speed_closed_forced(o: Orbit) -> Num:
     """As `striking_speed`, but only the transient is cut off after mode N; the forced part has all modes."""
     cut = mp.fsum(
-        end_weight(n) * o.case.load.response(o.case.stiffness(n), o.case.d, o.phase)[1]
-        for n in range(1, o.modes + 1)
+        end_weight(n) * o.case.load.response(o.case.stiffness(n), o.case.d, o.phase)[1] for n in range(1, o.modes + 1)
     )
     return striking_speed(o) - cut + forced_end_speed(o.case, o.phase)
 
@@ -413,15 +407,10 @@ def field(o: Orbit, x: Num, t: Num) -> tuple[Num, Num, Num]:
     states = [flight(o.case, n, o.phase, a, mp.mpf(t)) for n, a in enumerate(o.after)]
     weights = [1 if n == 0 else 2 for n in range(len(states))]
     return (
+        mp.fsum(w * u * mp.cos(n * PI * x) for n, (w, (u, _)) in enumerate(zip(weights, states, strict=True))),
+        mp.fsum(w * v * mp.cos(n * PI * x) for n, (w, (_, v)) in enumerate(zip(weights, states, strict=True))),
         mp.fsum(
-            w * u * mp.cos(n * PI * x) for n, (w, (u, _)) in enumerate(zip(weights, states, strict=True))
-        ),
-        mp.fsum(
-            w * v * mp.cos(n * PI * x) for n, (w, (_, v)) in enumerate(zip(weights, states, strict=True))
-        ),
-        mp.fsum(
-            -w * u * n * PI * mp.sin(n * PI * x)
-            for n, (w, (u, _)) in enumerate(zip(weights, states, strict=True))
+            -w * u * n * PI * mp.sin(n * PI * x) for n, (w, (u, _)) in enumerate(zip(weights, states, strict=True))
         ),
     )
 
@@ -518,9 +507,7 @@ def sigma_closed(case: Case, phase: Num) -> Num:
 
 def sigma_modes(case: Case, phase: Num, modes: int) -> Num:
     """sigma with the sum over n cut off: sum (-1)**n times the forced velocity of mode n; any load."""
-    speeds = (
-        (-1) ** n * case.load.response(case.stiffness(n), case.d, phase)[1] for n in range(1, modes + 1)
-    )
+    speeds = ((-1) ** n * case.load.response(case.stiffness(n), case.d, phase)[1] for n in range(1, modes + 1))
     return 2 / (case.load.mean * case.period) * mp.fsum(speeds)
 
 
@@ -697,9 +684,7 @@ def contact_transfer(case: Case, k: int) -> Num:
         return 2 * a * case.s**2 / ((a * case.s) ** 2 + 1j * k * case.d - k * k)
 
     head = 40
-    return mp.fsum((-1) ** n * term(n) for n in range(head)) + (-1) ** head * alternating(
-        lambda j: term(head + j)
-    )
+    return mp.fsum((-1) ** n * term(n) for n in range(head)) + (-1) ** head * alternating(lambda j: term(head + j))
 
 
 def contact_force(case: Case, t: Num) -> Num:
@@ -713,9 +698,7 @@ def least_contact_force(case: Case) -> tuple[Num, Num]:
     """(the least f, its phase): f at every root of f', a trigonometric polynomial; Fourier loads."""
     load = case.load
     assert isinstance(load, Fourier)
-    half = [
-        1j * k * p / mp.cos(mp.sqrt(mp.mpc(k * k, -k * case.d)) / case.s) / 2 for k, p in load.harmonics()
-    ]
+    half = [1j * k * p / mp.cos(mp.sqrt(mp.mpc(k * k, -k * case.d)) / case.s) / 2 for k, p in load.harmonics()]
     while half and half[-1] == 0:
         half.pop()
     places = on_the_circle([*reversed(half), mp.zero, *(mp.conj(h) for h in half)]) if half else [mp.zero]
@@ -742,9 +725,7 @@ def sampled(o: Orbit, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDAr
     for n, (u0, v0) in enumerate(o.after):
         w2 = float(o.case.stiffness(n))
 
-        def forced(
-            time: NDArray[np.float64], w2: float = w2
-        ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        def forced(time: NDArray[np.float64], w2: float = w2) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             f, g = np.zeros_like(time), np.zeros_like(time)
             for k, p in load.harmonics():
                 h = complex(p) * np.exp(1j * k * (time + phi)) / (w2 + 1j * k * d - k * k)
@@ -788,9 +769,7 @@ def energy(o: Orbit) -> Energy:
     t, w = gauss_points(o)
     _, v = sampled(o, t)
     weights = np.array([1.0] + [2.0] * o.modes)
-    p = sum(
-        np.real(complex(c) * np.exp(1j * k * (t + float(o.phase)))) for k, c in enumerate(load.coefficients)
-    )
+    p = sum(np.real(complex(c) * np.exp(1j * k * (t + float(o.phase)))) for k, c in enumerate(load.coefficients))
     return Energy(
         input=float(np.sum(w * p * (weights @ v))),
         damping=float(o.case.d) * float(np.sum(w * (weights @ v**2))),

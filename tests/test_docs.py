@@ -28,9 +28,7 @@ PAGES = [
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 FENCE = re.compile(r"^(`{3,})(\S*)[^\n]*\n(.*?)^\1[ \t]*$", re.MULTILINE | re.DOTALL)
-LINK = re.compile(
-    r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)|<(?:img|source)\b[^>]*?\b(?:src|srcset)=\"([^\"]+)\""
-)
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)|<(?:img|source)\b[^>]*?\b(?:src|srcset)=\"([^\"]+)\"")
 
 
 def name(path: Path) -> str:

@@ -15,11 +15,7 @@ from naive import Case, Fourier, Square, mp
 
 ENTRIES = naive.reference()
 BY_NAME = {entry["name"]: entry for entry in ENTRIES}
-STATES = [
-    pytest.param(entry, i, id=f"{entry['name']}-{i}")
-    for entry in ENTRIES
-    for i in range(len(entry["states"]))
-]
+STATES = [pytest.param(entry, i, id=f"{entry['name']}-{i}") for entry in ENTRIES for i in range(len(entry["states"]))]
 
 
 def harmonic(mean: float, *, s: float, d: float, R: float, m: int = 1) -> Case:
@@ -253,9 +249,7 @@ def test_elastic_instability() -> None:
     case = Case.of(Fourier.of([mp.mpf("0.9"), 1]), 5, 0, "0.8", 2)
     phase = naive.phases(case)[1]
     assert abs(float(abs(naive.multipliers(naive.orbit(case, phase, 8))[0])) - 1.000147) < 1e-6
-    assert (
-        naive.reduced_moduli(naive.reduced_coefficients(case, phase, naive.sigma_closed(case, phase)))[0] < 1
-    )
+    assert naive.reduced_moduli(naive.reduced_coefficients(case, phase, naive.sigma_closed(case, phase)))[0] < 1
 
 
 def test_product_of_the_multipliers() -> None:

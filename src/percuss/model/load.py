@@ -111,9 +111,7 @@ class Load:
     # -- ways to make one --
 
     @classmethod
-    def harmonic(
-        cls, mean: float, amplitude: float, harmonic: int = 1, *, frequency: float | None = None
-    ) -> Load:
+    def harmonic(cls, mean: float, amplitude: float, harmonic: int = 1, *, frequency: float | None = None) -> Load:
         """p(t) = mean + amplitude · cos(harmonic · t).
 
         Parameters
@@ -131,9 +129,7 @@ class Load:
         return cls(coefficients, frequency)
 
     @classmethod
-    def square(
-        cls, amplitude: float, kappa: float, harmonics: int = 64, *, frequency: float | None = None
-    ) -> Load:
+    def square(cls, amplitude: float, kappa: float, harmonics: int = 64, *, frequency: float | None = None) -> Load:
         """Square wave: +amplitude for 0 < t < κπ and −amplitude for κπ < t < 2π (B77 34).
 
         The exact piecewise form is kept beside the first `harmonics` coefficients.

@@ -80,7 +80,7 @@ def floquet_multipliers(orbit: Orbit, modes: int = 32, *, side: Side = "right") 
 
 
 def _secular(matrix: LinearMap) -> ComplexArray:
-    """Roots of the secular function, believed only when all converged and both power sums agree with the map's traces."""
+    """Roots of the secular function, believed only when all converged and two power sums fit the map."""
     values, converged = secular_roots(*matrix.partial_fractions())
     scale = max(1.0, float(np.abs(values).max()))
     room = _TRACE * np.sqrt(values.size)

@@ -61,9 +61,7 @@ class Plane:
         return np.asarray(np.count_nonzero(~np.isnan(self.phase), axis=0))
 
 
-def stability_plane(
-    system: System, restitution: npt.ArrayLike, load_factor: npt.ArrayLike, periods: int = 1
-) -> Plane:
+def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt.ArrayLike, periods: int = 1) -> Plane:
     """Phases and B77's reduced criterion of a system for arrays of R and p_0/p_k, its alternating load kept.
 
     v_f does not depend on R or on the mean load, so that its arcs are cut once and every cell only asks where the arcs
@@ -143,9 +141,7 @@ def _fill(
             continue
         phase = arcs.invert(np.full(index.size, branch), target[index])
         k = elastic.k
-        ringing, slope = harmonic_sums(
-            phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor
-        )
+        ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
         if not isinstance(arcs.response, HarmonicResponse):
             slope = arcs.response.rigid_acceleration(phase)  # exact where the series would ring
         sigma, slope = ringing / (mean[index] * period), slope / mean[index]
@@ -154,4 +150,3 @@ def _fill(
         rows = (np.mod(phase, 2.0 * math.pi), slope, sigma, a_0, a_1, a_2, first, second)
         for row, values in zip(out[:, branch], rows, strict=True):
             row[index] = values
-

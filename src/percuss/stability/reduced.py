@@ -96,9 +96,7 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
     sigma = elastic_feedback(orbit)
-    a_0, a_1, a_2 = (
-        float(a) for a in quadratic_coefficients(system.d, system.restitution, orbit.period, sigma, slope)
-    )
+    a_0, a_1, a_2 = (float(a) for a in quadratic_coefficients(system.d, system.restitution, orbit.period, sigma, slope))
     first, second = (float(q) for q in schur_quotients(np.array(a_0), np.array(a_1), np.array(a_2)))
     return Reduced(sigma, (a_0, a_1, a_2), (first, second), _moduli(a_0, a_1, a_2), other)
 

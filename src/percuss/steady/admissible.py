@@ -194,9 +194,9 @@ def _bounds(orbit: Orbit, modes: int) -> _Bounds:
         if orbit.requested_modes is None:
             shapes = np.abs(response.shapes(np.array([1.0]))[0][:, 0])
         else:
-            shapes = 2.0 * np.abs(
-                1.0 / (omega[:, None] ** 2 - (response.k * (response.k - 1j * d))[None, :])
-            ).sum(axis=0)
+            shapes = 2.0 * np.abs(1.0 / (omega[:, None] ** 2 - (response.k * (response.k - 1j * d))[None, :])).sum(
+                axis=0
+            )
         forced = response.k**2 * np.abs(response.p)
         acceleration += float(forced @ shapes)
         jerk += float((response.k * forced) @ shapes) + float((response.k * np.abs(response.p)).sum())

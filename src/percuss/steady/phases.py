@@ -60,7 +60,7 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
     brackets: list[np.typing.NDArray[np.int64]] = []  # in units of the finest grid
     for level in range(_LEVELS + 1):
         half = math.pi / count
-        g, slope = value(half * (2.0 * cells + 1.0))
+        g, slope = value(np.asarray(half * (2.0 * cells + 1.0), dtype=float))
         empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
         monotone = ~empty & (np.abs(slope) > curvature * half + noise)
         if level == _LEVELS:

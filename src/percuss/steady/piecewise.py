@@ -72,9 +72,7 @@ class PiecewiseResponse:
         """v_f(θ); shape of `theta`."""
         piece, since = self.locate(theta)
         d = self.system.d
-        return np.asarray(
-            self.knot_velocity[piece] * np.exp(-d * since) + self.pull[piece] * since * phi1(d * since)
-        )
+        return np.asarray(self.knot_velocity[piece] * np.exp(-d * since) + self.pull[piece] * since * phi1(d * since))
 
     def rigid_acceleration(self, theta: Array, side: str = "right") -> Array:
         """v_f'(θ), one-sided at a jump."""

@@ -122,4 +122,3 @@ def _beyond(orbit: Orbit, amplitude: Array) -> float:
     bound = load * resolvent_bound(orbit.system, orbit.period, base * n) / (base**3 * n**2)
     seen = 2.0 * float(np.max(amplitude[top] * numbers**2)) / n  # small divisors grow no faster than they did
     return bound if math.isfinite(bound) else seen
-

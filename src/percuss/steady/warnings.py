@@ -68,5 +68,3 @@ def _impact_resonances(orbit: Orbit) -> list[tuple[float, str]]:
         text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is open"
         found.append((np.inf, text))
     return found
-
-
