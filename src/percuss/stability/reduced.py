@@ -53,7 +53,9 @@ def elastic_feedback(orbit: Orbit) -> float:
     That is the forced elastic velocity of the striking end at the impact, in units of p_0 T. A piecewise load enters
     with the harmonics that it keeps: the sum over all k does not converge without damping.
     """
-    velocity = HarmonicResponse(orbit.system).elastic(np.array([1.0]), np.array([orbit.phase])).velocity[0, 0]
+    known = orbit.response
+    response = known if isinstance(known, HarmonicResponse) else HarmonicResponse(orbit.system)
+    velocity = response.elastic(np.array([1.0]), np.array([orbit.phase])).velocity[0, 0]
     return float(velocity) / (orbit.system.load.mean * orbit.period)
 
 

@@ -191,12 +191,8 @@ def _bounds(orbit: Orbit, modes: int) -> _Bounds:
     acceleration, jerk = rigid + float(ringing.sum()), d * rigid + float((ringing * (omega + d)).sum())
     response = orbit.response
     if isinstance(response, HarmonicResponse):
-        if orbit.requested_modes is None:
-            shapes = np.abs(response.shapes(np.array([1.0]))[0][:, 0])
-        else:
-            shapes = 2.0 * np.abs(1.0 / (omega[:, None] ** 2 - (response.k * (response.k - 1j * d))[None, :])).sum(
-                axis=0
-            )
+        kept = None if orbit.requested_modes is None else modes
+        shapes = np.abs(response.shapes(np.array([1.0]), kept)[0][:, 0])
         forced = response.k**2 * np.abs(response.p)
         acceleration += float(forced @ shapes)
         jerk += float((response.k * forced) @ shapes) + float((response.k * np.abs(response.p)).sum())

@@ -80,7 +80,7 @@ def _elastic_harmonic(orbit: Orbit, response: HarmonicResponse) -> tuple[float, 
     square = state.omega**2
     end, end_velocity = (a[:, 0] for a in orbit.transient(np.array([orbit.period])))
     jump, jump_velocity = end - state.z, end_velocity - state.z_velocity
-    gain = 1.0 / (square[:, None] - (k * (k - 1j * d))[None, :])
+    gain = response.gains(state.omega.size)
     turned = p * np.exp(1j * k * orbit.phase)
     work = np.conj(gain) * (square[:, None] * jump[:, None] + 1j * k * jump_velocity[:, None])  # ∮ exp(ikt) z'(t) dt
     put_in = 2.0 * (float((work @ turned).real.sum()) + orbit.system.load.mean * float(jump.sum()))

@@ -12,7 +12,7 @@ from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.oscillator import mode_frequencies
 
-__all__ = ["Field", "HarmonicResponse", "static_shape"]
+__all__ = ["Field", "HarmonicResponse", "mode_shapes", "static_shape"]
 
 _SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
 _RESONANT = 64.0 * np.finfo(float).eps
@@ -26,10 +26,21 @@ class Field(NamedTuple):
     strain: Array
 
 
-def static_shape(system: System, x: Array) -> tuple[Array, Array]:
-    """Displacement and strain of the elastic modes under a constant unit force, (1/s²)(1/3 − x + x²/2)."""
+def static_shape(system: System, x: Array, modes: int | None = None) -> tuple[Array, Array]:
+    """Displacement and strain of the elastic modes under a constant unit force; all: (1/s²)(1/3 − x + x²/2)."""
     scale = 1.0 / system.s**2
+    if modes is not None:
+        cosines, slopes = mode_shapes(x, modes)
+        flexibility = 1.0 / mode_frequencies(system.s, modes) ** 2
+        return cosines @ flexibility, slopes @ flexibility
     return scale * (1.0 / 3.0 - x + 0.5 * x**2), scale * (x - 1.0)
+
+
+def mode_shapes(x: Array, modes: int) -> tuple[Array, Array]:
+    """2 cos nπx and its slope for n = 1 … `modes`; each of shape (len(x), modes)."""
+    n = np.pi * np.arange(1, modes + 1)
+    angles = np.outer(x, n)
+    return np.asarray(2.0 * np.cos(angles), dtype=float), np.asarray(-2.0 * n * np.sin(angles), dtype=float)
 
 
 class HarmonicResponse:
@@ -52,6 +63,7 @@ class HarmonicResponse:
         self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
         self.q: ComplexArray = np.asarray(np.sqrt(self.k * (self.k - 1j * system.d)) / system.s, dtype=complex)
         self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
+        self._end: dict[int | None, ComplexArray] = {}
         if system.d == 0.0:
             _refuse_resonance(system.load.harmonics, self.q.real)
 
@@ -79,11 +91,16 @@ class HarmonicResponse:
 
     # -- elastic part, all modes --
 
-    def shapes(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """g_k(x) = 2 Σ_{n≥1} H_nk cos nπx in closed form, and its slope; shapes (K, len(x)).
+    def shapes(self, x: Array, modes: int | None = None) -> tuple[ComplexArray, ComplexArray]:
+        """g_k(x) = 2 Σ_{n≥1} H_nk cos nπx, and its slope; shapes (K, len(x)).
 
-        With G_k of theory §4, g_k = G_k − H_0k = (1/s²)[1/q² − cos q(1 − x)/(q sin q)].
+        All modes in closed form: with G_k of theory §4, g_k = G_k − H_0k = (1/s²)[1/q² − cos q(1 − x)/(q sin q)].
+        Or the first `modes` of them.
         """
+        if modes is not None:
+            cosines, slopes = mode_shapes(x, modes)
+            gain = self.gains(modes)
+            return (cosines @ gain).T, (slopes @ gain).T
         q, y = self.q[:, None], (1.0 - np.asarray(x, dtype=float))[None, :]
         scale = 1.0 / self.system.s**2
         small = np.abs(q) < _SERIES_BELOW
@@ -100,11 +117,19 @@ class HarmonicResponse:
         shape = np.asarray(scale * np.where(small, near, far), dtype=complex)
         return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
 
-    def elastic(self, x: Array, theta: Array) -> Field:
-        """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ))."""
-        shape, slope = self.shapes(x)
+    def gains(self, modes: int) -> ComplexArray:
+        """H_nk of the modes n = 1 … `modes`; shape (modes, K)."""
+        square = mode_frequencies(self.system.s, modes) ** 2
+        return np.asarray(1.0 / (square[:, None] - (self.k * (self.k - 1j * self.system.d))[None, :]), dtype=complex)
+
+    def elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
+        """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ)).
+
+        All modes, or the first `modes`.
+        """
+        shape, slope = self.shapes(x, modes)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
-        rise, bend = static_shape(self.system, np.asarray(x, dtype=float))
+        rise, bend = static_shape(self.system, np.asarray(x, dtype=float), modes)
         mean = self.system.load.mean
         return Field(
             (shape.T @ waves).real + mean * rise[:, None],
@@ -112,14 +137,21 @@ class HarmonicResponse:
             (slope.T @ waves).real + mean * bend[:, None],
         )
 
+    def end_motion(self, theta: Array, modes: int | None = None) -> tuple[Array, Array]:
+        """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
+        if modes not in self._end:
+            whole = self.p * self.shapes(np.array([1.0]), modes)[0][:, 0] + self.rigid_factor / (1j * self.k)
+            self._end[modes] = np.stack([whole, 1j * self.k * whole], axis=1)
+        both = (np.exp(1j * np.outer(theta, self.k)) @ self._end[modes]).real
+        return both[:, 0], both[:, 1]
+
     # -- one mode at a time --
 
     def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
         """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
-        square = mode_frequencies(self.system.s, modes) ** 2
-        gain = 1.0 / (square[:, None] - (self.k * (self.k - 1j * self.system.d))[None, :])
+        gain = self.gains(modes)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
-        mean = self.system.load.mean / square
+        mean = self.system.load.mean / mode_frequencies(self.system.s, modes) ** 2
         return (gain @ waves).real + mean[:, None], ((gain * (1j * self.k)) @ waves).real
 
     def modal_velocity_bound(self, theta: float, omega: float) -> float:

@@ -13,7 +13,7 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.energy import Energy, energy_balance
-from percuss.steady.harmonic import Field, HarmonicResponse
+from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes
 from percuss.steady.impact_state import ModalState, modal_state
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
 from percuss.steady.phases import Response, forced_response
@@ -215,10 +215,11 @@ class Orbit:
         """u_t(x, 0⁻), the velocity along the bar just before the impact; shape (len(x),)."""
         positions = np.atleast_1d(np.asarray(x, dtype=float))
         here = np.array([self.phase])
+        cosines, _ = mode_shapes(positions, self.modes)
         forced = self.forced_elastic(positions, here).velocity[:, 0]
         _, forced_modes = self.response.modal(self.modes, here)
         transient = self.state.velocity - forced_modes[:, 0]
-        return np.asarray(self.rigid_velocity + forced + self._cosines(positions) @ transient)
+        return np.asarray(self.rigid_velocity + forced + cosines @ transient)
 
     def field(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Field:
         """Displacement, velocity and strain together; each of shape (len(x), len(t))."""
@@ -227,7 +228,7 @@ class Orbit:
         times = np.where((np.atleast_1d(t) != 0.0) & (times == 0.0), self.period, times)
         rigid, rigid_velocity = self.rigid_motion(times)
         forced = self.forced_elastic(positions, self.phase + times)
-        rows = np.concatenate([self._cosines(positions), self._slopes(positions)])
+        rows = np.concatenate(mode_shapes(positions, self.modes))
         z, z_velocity = self._free_sum(times, rows)
         n = positions.size
         return Field(
@@ -238,12 +239,16 @@ class Orbit:
 
     def rigid_motion(self, t: Array) -> tuple[Array, Array]:
         """Displacement since the impact and velocity of the mean of the bar; each of the shape of `t`."""
-        d, mean, theta = self.system.d, self.system.load.mean, self.phase + t
-        u_phi, v_phi = self._rigid_start
-        start = -self.system.restitution * self.rigid_velocity - v_phi
+        theta, (drift, drift_velocity) = self.phase + t, self._drift(t)
+        moved = self.response.rigid_displacement(theta) - self._rigid_start[0]
+        return moved + drift, self.response.rigid_velocity(theta) + drift_velocity
+
+    def _drift(self, t: Array) -> tuple[Array, Array]:
+        """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
+        d, mean = self.system.d, self.system.load.mean
+        start = -self.system.restitution * self.rigid_velocity - self._rigid_start[1]
         fade = t * phi1(d * t)
-        moved = self.response.rigid_displacement(theta) - u_phi + mean * t**2 * phi2(d * t) + start * fade
-        return moved, self.response.rigid_velocity(theta) + mean * fade + start * np.exp(-d * t)
+        return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
 
     @cached_property
     def _rigid_start(self) -> tuple[float, float]:
@@ -265,39 +270,32 @@ class Orbit:
     def forced_elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
         """Elastic part of the forced motion at load phases `theta`; each of shape (len(x), len(θ))."""
         n = self.modes if modes is None else modes
-        if self.requested_modes is not None:
-            f, velocity = self.response.modal(n, theta)
-            cosines = self._cosines(x, n)
-            return Field(cosines @ f, cosines @ velocity, self._slopes(x) @ f)
         if isinstance(self.response, HarmonicResponse):
-            return self.response.elastic(x, theta)
-        return self.response.elastic(x, theta, n)
+            return self.response.elastic(x, theta, None if self.requested_modes is None else n)
+        return self.response.elastic(x, theta, n, cut=self.requested_modes is not None)
 
     def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
         """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
-        end, start = np.array([1.0]), np.zeros(1)
-        both = np.concatenate([start, t])
-        rigid, rigid_velocity = self.rigid_motion(both)
-        forced = self.forced_elastic(end, self.phase + both, modes)
-        z, z_velocity = self._free_sum(both, self._cosines(end, modes))
-        y = rigid + forced.displacement[0] + z[0]
-        speed = rigid_velocity + forced.velocity[0] + z_velocity[0]
-        return y[1:] - y[0], speed[1:]
+        both, cut = np.append(0.0, t), self.requested_modes is not None
+        if isinstance(self.response, HarmonicResponse):
+            forced, forced_velocity = self.response.end_motion(self.phase + both, modes if cut else None)
+        else:
+            forced, forced_velocity = self.response.end_motion(self.phase + both, modes, cut=cut)
+        drift, drift_velocity = self._drift(both)
+        z, z_velocity = self._free_sum(both, self._end_rows[:, :modes])
+        y = forced + drift + z[0]
+        return y[1:] - y[0], (forced_velocity + drift_velocity + z_velocity[0])[1:]
+
+    @cached_property
+    def _end_rows(self) -> Array:
+        return mode_shapes(np.array([1.0]), self.modes)[0]
 
     @cached_property
     def _offset(self) -> float:
         """Where the wall stands: B77's arbitrary constant, from y(0⁺) = 0."""
         end = np.array([1.0])
         forced = self.forced_elastic(end, np.array([self.phase])).displacement[0, 0]
-        return -float(forced + (self._cosines(end) @ self.state.z)[0])
-
-    def _cosines(self, x: Array, modes: int | None = None) -> Array:
-        n = np.arange(1, (self.modes if modes is None else modes) + 1)
-        return np.asarray(2.0 * np.cos(np.pi * np.outer(x, n)))
-
-    def _slopes(self, x: Array) -> Array:
-        n = np.pi * np.arange(1, self.modes + 1)
-        return np.asarray(-2.0 * n * np.sin(np.outer(x, n)))
+        return -float(forced + (mode_shapes(end, self.modes)[0] @ self.state.z)[0])
 
     def __str__(self) -> str:
         where = "admissible" if self.admissible else "not admissible"

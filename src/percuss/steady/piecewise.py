@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady.harmonic import Field, HarmonicResponse, static_shape
+from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes, static_shape
 from percuss.steady.oscillator import free_sum, mode_frequencies, phi1, phi2, propagator
 
 __all__ = ["PiecewiseResponse"]
@@ -136,14 +136,12 @@ class PiecewiseResponse:
         static = self.values[piece][None, :] / omega**2
         return step.a * u + step.b * v + static, step.c * u + step.e * v
 
-    def elastic(self, x: Array, theta: Array, modes: int) -> Field:
-        """Elastic part of the forced motion: static shape in closed form, the ringing by `modes` modes."""
+    def elastic(self, x: Array, theta: Array, modes: int, *, cut: bool = False) -> Field:
+        """Elastic part of the forced motion by `modes` modes; the static shape in closed form unless `cut` as well."""
         x = np.asarray(x, dtype=float)
         theta = np.asarray(theta, dtype=float).reshape(-1)
-        n = np.pi * np.arange(1, modes + 1)
-        angles = np.outer(x, n)
-        rows = np.concatenate([2.0 * np.cos(angles), -2.0 * n * np.sin(angles)])
-        rise, bend = static_shape(self.system, x)
+        rows = np.concatenate(mode_shapes(x, modes))
+        rise, bend = static_shape(self.system, x, modes if cut else None)
         force = self.force(theta)
         ring, speed = np.empty((rows.shape[0], theta.size)), np.empty((rows.shape[0], theta.size))
         piece, since = self.locate(theta)
@@ -153,3 +151,11 @@ class PiecewiseResponse:
             ring[:, here], speed[:, here] = free_sum(omega, self.system.d, start, since[here], rows)
         half = x.size
         return Field(ring[:half] + np.outer(rise, force), speed[:half], ring[half:] + np.outer(bend, force))
+
+    def end_motion(self, theta: Array, modes: int, *, cut: bool = False) -> tuple[Array, Array]:
+        """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
+        elastic = self.elastic(np.array([1.0]), theta, modes, cut=cut)
+        return (
+            elastic.displacement[0] + self.rigid_displacement(theta),
+            elastic.velocity[0] + self.rigid_velocity(theta),
+        )
