@@ -16,7 +16,7 @@ from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import mode_frequencies
 
 if TYPE_CHECKING:
-    from percuss.steady.orbit import Orbit
+    from percuss.steady.motion import Motion
 
 __all__ = ["Contactless", "Violation", "flight_check"]
 
@@ -65,37 +65,37 @@ class Contactless:
     proven: bool = True
 
 
-def flight_check(orbit: Orbit) -> Contactless:
+def flight_check(motion: Motion) -> Contactless:
     """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
 
     A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
     the modes left out may make; the answer is then not proven.
     """
-    answer = _search(orbit)
-    doubt = orbit.error_bound * orbit.rigid_stroke if orbit.requested_modes is None else 0.0
+    answer = _search(motion)
+    doubt = motion.error_bound * motion.rigid_stroke if motion.requested_modes is None else 0.0
     if answer.violation is not None and answer.violation.depth <= doubt:
         return Contactless(None, False)
     return answer
 
 
-def _search(orbit: Orbit) -> Contactless:
-    few, touch = orbit._truncation.few, _TOUCH * orbit.rigid_stroke
-    period, full = orbit.period, _bounds(orbit, orbit.modes)
-    start, stop = _safe_ends(orbit, full)
+def _search(motion: Motion) -> Contactless:
+    few, touch = motion.truncation.few, _TOUCH * motion.rigid_stroke
+    period, full = motion.period, _bounds(motion, motion.modes)
+    start, stop = _safe_ends(motion, full)
     if start is None:
-        return _violated(orbit, 0.0, True)
-    rest, rest_speed = _left_out(orbit, few)
-    acceleration = _bounds(orbit, few).acceleration
-    cells = 64 * orbit.periods
+        return _violated(motion, 0.0, True)
+    rest, rest_speed = _left_out(motion, few)
+    acceleration = _bounds(motion, few).acceleration
+    cells = 64 * motion.periods
     half = 0.5 * (stop - start) / cells
     centres: Array = np.asarray(start + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
     first, work = np.inf, 0
     while centres.size and half > _NARROWEST * period:
-        exact = few == orbit.modes or 0.5 * acceleration * half**2 < rest
-        work += centres.size * max(orbit.modes if exact else few, 1)
+        exact = few == motion.modes or 0.5 * acceleration * half**2 < rest
+        work += centres.size * max(motion.modes if exact else few, 1)
         if work > _MOST_WORK:
             break
-        y, speed = orbit.end_motion(centres, orbit.modes if exact else few)
+        y, speed = motion.end_motion(centres, motion.modes if exact else few)
         near_end = np.minimum(centres, period - centres) + half
         margin = 0.0 * y if exact else np.minimum(2.0 * rest, rest_speed * near_end)
         through = y - margin > touch
@@ -107,47 +107,47 @@ def _search(orbit: Orbit) -> Contactless:
         half *= 0.5
         centres = np.sort(np.concatenate([left - half, left + half]))
     proven = not centres.size or half <= _NARROWEST * period
-    return _violated(orbit, first, proven) if np.isfinite(first) else Contactless(None, proven)
+    return _violated(motion, first, proven) if np.isfinite(first) else Contactless(None, proven)
 
 
-def _violated(orbit: Orbit, first: float, proven: bool) -> Contactless:
+def _violated(motion: Motion, first: float, proven: bool) -> Contactless:
     """The violation that starts at `first`; at 0 when the rebound already goes into the wall."""
-    time = 0.0 if orbit.rebound_velocity > 0.0 else first
-    return Contactless(Violation(time, _depth(orbit)), proven)
+    time = 0.0 if motion.rebound_velocity > 0.0 else first
+    return Contactless(Violation(time, _depth(motion)), proven)
 
 
-def _depth(orbit: Orbit) -> float:
+def _depth(motion: Motion) -> float:
     """Greatest y of the flight, by branch and bound: cells that cannot beat the best value found are dropped."""
-    modes = orbit._truncation.some
-    acceleration = _bounds(orbit, modes).acceleration
-    cells = 64 * orbit.periods
-    half = 0.5 * orbit.period / cells
+    modes = motion.truncation.some
+    acceleration = _bounds(motion, modes).acceleration
+    cells = 64 * motion.periods
+    half = 0.5 * motion.period / cells
     centres: Array = np.asarray(half * (2.0 * np.arange(cells) + 1.0), dtype=float)
     best, when, work = 0.0, 0.0, 0
-    while centres.size and half > _NARROWEST * orbit.period and work < _MOST_WORK:
+    while centres.size and half > _NARROWEST * motion.period and work < _MOST_WORK:
         work += centres.size * max(modes, 1)
-        y, speed = orbit.end_motion(centres, modes)
+        y, speed = motion.end_motion(centres, modes)
         if float(y.max()) > best:
             best, when = float(y.max()), float(centres[np.argmax(y)])
         reach = y + np.abs(speed) * half + 0.5 * acceleration * half**2
-        left = centres[reach > best + _DEPTH * best + _TOUCH * orbit.rigid_stroke]
+        left = centres[reach > best + _DEPTH * best + _TOUCH * motion.rigid_stroke]
         half *= 0.5
         centres = np.sort(np.concatenate([left - half, left + half]))
-    return float(orbit.end_motion(np.array([when]), orbit.modes)[0][0]) if when > 0.0 else best
+    return float(motion.end_motion(np.array([when]), motion.modes)[0][0]) if when > 0.0 else best
 
 
-def _safe_ends(orbit: Orbit, bounds: _Bounds) -> tuple[float | None, float]:
+def _safe_ends(motion: Motion, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
-    speed = orbit.impact_velocity
-    rebound = orbit.system.restitution * speed
+    speed = motion.impact_velocity
+    rebound = motion.system.restitution * speed
     start = _quotient(2.0 * rebound, bounds.acceleration)
-    if orbit.system.restitution == 0.0:  # it starts from rest: its acceleration decides
-        begin = _start_acceleration(orbit)
+    if motion.system.restitution == 0.0:  # it starts from rest: its acceleration decides
+        begin = _start_acceleration(motion)
         if begin >= 0.0:
-            return None, orbit.period
-        start = max(start, min(_quotient(-3.0 * begin, bounds.jerk), _next_break(orbit)))
-    stop = orbit.period - _quotient(2.0 * speed, bounds.acceleration)
-    return min(start, 0.5 * orbit.period), max(stop, 0.5 * orbit.period)
+            return None, motion.period
+        start = max(start, min(_quotient(-3.0 * begin, bounds.jerk), _next_break(motion)))
+    stop = motion.period - _quotient(2.0 * speed, bounds.acceleration)
+    return min(start, 0.5 * motion.period), max(stop, 0.5 * motion.period)
 
 
 def _quotient(speed: float, rate: float) -> float:
@@ -157,41 +157,41 @@ def _quotient(speed: float, rate: float) -> float:
     return speed / rate if rate > 0.0 else np.inf
 
 
-def _start_acceleration(orbit: Orbit) -> float:
+def _start_acceleration(motion: Motion) -> float:
     """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
-    force = float(orbit.system.load.value(orbit.phase))
-    signs = 2.0 * np.cos(np.pi * np.arange(1, orbit.modes + 1))
-    return force + float(signs @ (force - orbit.state.omega**2 * orbit.state.displacement))
+    force = float(motion.system.load.value(motion.phase))
+    signs = 2.0 * np.cos(np.pi * np.arange(1, motion.modes + 1))
+    return force + float(signs @ (force - motion.state.omega**2 * motion.state.displacement))
 
 
-def _next_break(orbit: Orbit) -> float:
-    breaks = np.asarray(orbit.system.load.breaks)
+def _next_break(motion: Motion) -> float:
+    breaks = np.asarray(motion.system.load.breaks)
     if not breaks.size:
         return np.inf
-    ahead = np.mod(breaks - orbit.phase, 2.0 * np.pi)
+    ahead = np.mod(breaks - motion.phase, 2.0 * np.pi)
     return float(ahead[ahead > 1e-12].min(initial=2.0 * np.pi))
 
 
-def _ringing(orbit: Orbit, modes: int) -> Array:
+def _ringing(motion: Motion, modes: int) -> Array:
     """Amplitude bounds of the free motion of each mode, with that after the jumps of a piecewise load."""
-    amplitude = orbit.state.amplitude[:modes]
-    if isinstance(orbit.response, HarmonicResponse):
+    amplitude = motion.state.amplitude[:modes]
+    if isinstance(motion.response, HarmonicResponse):
         return amplitude
-    u, v = orbit.response.knots(modes)
-    return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(orbit.system.s, modes)).max(axis=0))
+    u, v = motion.response.knots(modes)
+    return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(motion.system.s, modes)).max(axis=0))
 
 
-def _bounds(orbit: Orbit, modes: int) -> _Bounds:
-    d, load = orbit.system.d, orbit.system.load
-    speed, force = orbit.response.rigid_bounds()
-    fastest = speed + load.mean * orbit.period + abs(orbit.system.restitution * orbit.rigid_velocity) + speed
+def _bounds(motion: Motion, modes: int) -> _Bounds:
+    d, load = motion.system.d, motion.system.load
+    speed, force = motion.response.rigid_bounds()
+    fastest = speed + load.mean * motion.period + abs(motion.system.restitution * motion.rigid_velocity) + speed
     rigid = force + load.mean + d * fastest
-    omega = mode_frequencies(orbit.system.s, modes)
-    ringing = 2.0 * _ringing(orbit, modes) * (omega**2 + d * omega)
+    omega = mode_frequencies(motion.system.s, modes)
+    ringing = 2.0 * _ringing(motion, modes) * (omega**2 + d * omega)
     acceleration, jerk = rigid + float(ringing.sum()), d * rigid + float((ringing * (omega + d)).sum())
-    response = orbit.response
+    response = motion.response
     if isinstance(response, HarmonicResponse):
-        kept = None if orbit.requested_modes is None else modes
+        kept = None if motion.requested_modes is None else modes
         shapes = np.abs(response.shapes(np.array([1.0]), kept)[0][:, 0])
         forced = response.k**2 * np.abs(response.p)
         acceleration += float(forced @ shapes)
@@ -199,8 +199,8 @@ def _bounds(orbit: Orbit, modes: int) -> _Bounds:
     return _Bounds(acceleration, jerk)
 
 
-def _left_out(orbit: Orbit, few: int) -> tuple[float, float]:
+def _left_out(motion: Motion, few: int) -> tuple[float, float]:
     """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
-    rest = 2.0 * _ringing(orbit, orbit.modes)[few:]
-    omega = mode_frequencies(orbit.system.s, orbit.modes)[few:]
+    rest = 2.0 * _ringing(motion, motion.modes)[few:]
+    omega = mode_frequencies(motion.system.s, motion.modes)[few:]
     return float(rest.sum()), float(rest @ omega)

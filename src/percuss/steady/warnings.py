@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from percuss.steady.orbit import Orbit
+    from percuss.steady.motion import Motion
 
 __all__ = ["resonance_warnings"]
 
@@ -16,28 +16,28 @@ _NOTICEABLE = 1e-3  # share of the stroke below which nobody needs to know
 _MOST = 5
 
 
-def resonance_warnings(orbit: Orbit) -> tuple[str, ...]:
+def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str, ...]:
     """Sentences about modes that ring strongly, the strongest first, and about a tolerance that was not reached."""
-    found = _load_resonances(orbit) + _impact_resonances(orbit)
+    found = _load_resonances(motion, stroke) + _impact_resonances(motion, stroke)
     found.sort(key=lambda pair: -pair[0])
     texts = [text for _, text in found[:_MOST]]
-    if not orbit.proven:
+    if not proven:
         texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
-    if orbit.requested_modes is None and orbit.error_bound > orbit.tolerance:
+    if motion.requested_modes is None and motion.error_bound > motion.tolerance:
         texts.append(
-            f"{orbit.modes} modes leave a position error of up to {orbit.error_bound:.1e} of the stroke "
-            f"({orbit.tolerance:.0e} was asked for)"
+            f"{motion.modes} modes leave a position error of up to {motion.error_bound:.1e} of the stroke "
+            f"({motion.tolerance:.0e} was asked for)"
         )
     return tuple(texts)
 
 
-def _load_resonances(orbit: Orbit) -> list[tuple[float, str]]:
-    load, d = orbit.system.load, orbit.system.d
+def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
+    load, d = motion.system.load, motion.system.d
     k = load.harmonics
-    nearest = np.maximum(np.rint(k / (np.pi * orbit.system.s)), 1.0)
-    omega = np.pi * orbit.system.s * nearest
+    nearest = np.maximum(np.rint(k / (np.pi * motion.system.s)), 1.0)
+    omega = np.pi * motion.system.s * nearest
     gain = omega**2 / np.abs(omega**2 - k * (k - 1j * d))
-    share = 2.0 * gain * np.abs(load.coefficients[k]) / omega**2 / orbit.stroke
+    share = 2.0 * gain * np.abs(load.coefficients[k]) / omega**2 / stroke
     return [
         (
             float(share[i]),
@@ -48,13 +48,13 @@ def _load_resonances(orbit: Orbit) -> list[tuple[float, str]]:
     ]
 
 
-def _impact_resonances(orbit: Orbit) -> list[tuple[float, str]]:
-    state, system = orbit.state, orbit.system
-    share = 2.0 * state.amplitude / orbit.stroke
+def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
+    state, system = motion.state, motion.system
+    share = 2.0 * state.amplitude / stroke
     typical = (1.0 + system.restitution) * np.abs(state.forced_velocity) / state.omega
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
-    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * system.d**2, 0.0)) * orbit.periods
+    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * system.d**2, 0.0)) * motion.periods
     found = [
         (
             float(share[i]),

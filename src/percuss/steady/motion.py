@@ -1,0 +1,210 @@
+"""The motion of a bar that strikes once in m load periods: its speeds and its fields at any place and time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model import System
+from percuss.model.checks import Array
+from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes
+from percuss.steady.impact_state import ModalState, modal_state
+from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
+from percuss.steady.phases import Response, forced_response
+from percuss.steady.truncation import Truncation, truncation
+
+__all__ = ["Motion"]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What an `Orbit` is before anything is asked of it: the sums over the modes; see there for the parameters."""
+
+    system: System
+    periods: int
+    phase: float
+    fold: bool = False
+    requested_modes: int | None = None
+    tolerance: float = 1e-10
+
+    # -- how it is computed --
+
+    @cached_property
+    def response(self) -> Response:
+        """The forced response of the bar."""
+        return forced_response(self.system)
+
+    @cached_property
+    def truncation(self) -> Truncation:
+        """The modes kept, and what is known of the others."""
+        return truncation(self)
+
+    @property
+    def modes(self) -> int:
+        """N, the number of elastic modes in the sums."""
+        return self.truncation.modes
+
+    @property
+    def error_bound(self) -> float:
+        """Bound of the error of the striking end's position that the left-out modes make, relative to the stroke."""
+        return self.truncation.error_bound
+
+    @cached_property
+    def state(self) -> ModalState:
+        """The elastic modes at the impact."""
+        return self.truncation.state
+
+    def modal_state(self, modes: int) -> ModalState:
+        """The elastic modes 1 … `modes` at the impact, however many the sums use."""
+        f, velocity = self.response.modal(modes, np.array([self.phase]))
+        return modal_state(self.system, self.period, (f[:, 0], velocity[:, 0]))
+
+    # -- speeds and energies --
+
+    @property
+    def period(self) -> float:
+        """T = 2πm, from impact to impact."""
+        return 2.0 * math.pi * self.periods
+
+    @property
+    def rigid_velocity(self) -> float:
+        """Mean velocity of the bar just before the impact: w_0 = p_0 T/(1 + R), whatever the damping."""
+        return self.system.load.mean * self.period / (1.0 + self.system.restitution)
+
+    @cached_property
+    def impact_velocity(self) -> float:
+        """Striking speed u_t(1, 0⁻) of the striking end."""
+        return float(self.impact_field(1.0)[0])
+
+    @property
+    def rebound_velocity(self) -> float:
+        """Velocity u_t(1, 0⁺) = −R u_t(1, 0⁻) of the striking end just after the impact."""
+        return -self.system.restitution * self.impact_velocity
+
+    @property
+    def blow_energy(self) -> float:
+        """Kinetic energy ½ ∫ u_t² dx just before the impact, all modes."""
+        return 0.5 * self.rigid_velocity**2 + float(np.sum(self.state.velocity**2))
+
+    @property
+    def delivered_energy(self) -> float:
+        """What the impact takes: (1 − R²) times the blow energy."""
+        return (1.0 - self.system.restitution**2) * self.blow_energy
+
+    @cached_property
+    def rigid_stroke(self) -> float:
+        """Range of the mean motion over the impact period: the scale of all relative errors."""
+        moved, _ = self.rigid_motion(np.linspace(0.0, self.period, 64 * self.periods + 1))
+        return float(np.ptp(moved)) or 1.0
+
+    # -- motion --
+
+    def displacement(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
+        return self.field(x, t).displacement
+
+    def velocity(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u_t(x, t); after the impact at t = 0, before the next one at t = T. Shape (len(x), len(t))."""
+        return self.field(x, t).velocity
+
+    def strain(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u_x(x, t), negative in compression; shape (len(x), len(t))."""
+        return self.field(x, t).strain
+
+    def end_point(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t) = u(1, t): 0 at the impacts, negative between them. Shape (len(t),)."""
+        return np.asarray(self.displacement(1.0, t)[0])
+
+    def driven_end(self, t: npt.ArrayLike) -> Array:
+        """u(0, t), shape (len(t),)."""
+        return np.asarray(self.displacement(0.0, t)[0])
+
+    def impact_field(self, x: npt.ArrayLike) -> Array:
+        """u_t(x, 0⁻), the velocity along the bar just before the impact; shape (len(x),)."""
+        positions = np.atleast_1d(np.asarray(x, dtype=float))
+        here = np.array([self.phase])
+        cosines, _ = mode_shapes(positions, self.modes)
+        forced = self.forced_elastic(positions, here).velocity[:, 0]
+        _, forced_modes = self.response.modal(self.modes, here)
+        transient = self.state.velocity - forced_modes[:, 0]
+        return np.asarray(self.rigid_velocity + forced + cosines @ transient)
+
+    def field(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Field:
+        """Displacement, velocity and strain together; each of shape (len(x), len(t))."""
+        positions = np.atleast_1d(np.asarray(x, dtype=float))
+        times = np.mod(np.atleast_1d(np.asarray(t, dtype=float)), self.period)
+        times = np.where((np.atleast_1d(t) != 0.0) & (times == 0.0), self.period, times)
+        rigid, rigid_velocity = self.rigid_motion(times)
+        forced = self.forced_elastic(positions, self.phase + times)
+        rows = np.concatenate(mode_shapes(positions, self.modes))
+        z, z_velocity = self._free_sum(times, rows)
+        n = positions.size
+        return Field(
+            self._offset + rigid + forced.displacement + z[:n],
+            rigid_velocity + forced.velocity + z_velocity[:n],
+            forced.strain + z[n:],
+        )
+
+    def rigid_motion(self, t: Array) -> tuple[Array, Array]:
+        """Displacement since the impact and velocity of the mean of the bar; each of the shape of `t`."""
+        theta, (drift, drift_velocity) = self.phase + t, self._drift(t)
+        moved = self.response.rigid_displacement(theta) - self._rigid_start[0]
+        return moved + drift, self.response.rigid_velocity(theta) + drift_velocity
+
+    def _drift(self, t: Array) -> tuple[Array, Array]:
+        """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
+        d, mean = self.system.d, self.system.load.mean
+        start = -self.system.restitution * self.rigid_velocity - self._rigid_start[1]
+        fade = t * phi1(d * t)
+        return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
+
+    @cached_property
+    def _rigid_start(self) -> tuple[float, float]:
+        """Periodic displacement and velocity of the rigid motion at the impact phase."""
+        here = np.array([self.phase])
+        return float(self.response.rigid_displacement(here)[0]), float(self.response.rigid_velocity(here)[0])
+
+    def _free_sum(self, t: Array, rows: Array) -> tuple[Array, Array]:
+        state = self.state
+        return free_sum(state.omega, self.system.d, (state.z, state.z_velocity), t, rows)
+
+    def transient(self, t: Array) -> tuple[Array, Array]:
+        """z_n(t) and z_n'(t), the free part of the elastic modes; each of shape (modes, len(t))."""
+        state = self.state
+        step = propagator(state.omega[:, None], self.system.d, t[None, :])
+        z, v = state.z[:, None], state.z_velocity[:, None]
+        return step.a * z + step.b * v, step.c * z + step.e * v
+
+    def forced_elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
+        """Elastic part of the forced motion at load phases `theta`; each of shape (len(x), len(θ))."""
+        n = self.modes if modes is None else modes
+        if isinstance(self.response, HarmonicResponse):
+            return self.response.elastic(x, theta, None if self.requested_modes is None else n)
+        return self.response.elastic(x, theta, n, cut=self.requested_modes is not None)
+
+    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
+        """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
+        both, cut = np.append(0.0, t), self.requested_modes is not None
+        if isinstance(self.response, HarmonicResponse):
+            forced, forced_velocity = self.response.end_motion(self.phase + both, modes if cut else None)
+        else:
+            forced, forced_velocity = self.response.end_motion(self.phase + both, modes, cut=cut)
+        drift, drift_velocity = self._drift(both)
+        z, z_velocity = self._free_sum(both, self._end_rows[:, :modes])
+        y = forced + drift + z[0]
+        return y[1:] - y[0], (forced_velocity + drift_velocity + z_velocity[0])[1:]
+
+    @cached_property
+    def _end_rows(self) -> Array:
+        return mode_shapes(np.array([1.0]), self.modes)[0]
+
+    @cached_property
+    def _offset(self) -> float:
+        """Where the wall stands: B77's arbitrary constant, from y(0⁺) = 0."""
+        end = np.array([1.0])
+        forced = self.forced_elastic(end, np.array([self.phase])).displacement[0, 0]
+        return -float(forced + (mode_shapes(end, self.modes)[0] @ self.state.z)[0])
