@@ -64,6 +64,7 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
         "rigid_velocity": _number(orbit.rigid_velocity),
         "modes": int(orbit.modes),
         "error_bound": _number(orbit.error_bound),
+        "proven": bool(orbit.proven),
         "admissible": bool(orbit.admissible),
         "violation": None
         if violation is None

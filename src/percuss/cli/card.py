@@ -50,6 +50,8 @@ def _phase(phase: float, system: System) -> str:
 
 def _possible(answer: OrbitAnswer) -> str:
     orbit, system = answer.orbit, answer.orbit.system
+    if orbit.admissible and not orbit.proven:
+        return "yes as far as the sums reach, but not proved: a touch between the blows cannot be ruled out"
     if orbit.admissible:
         return "yes: the bar strikes forward and stays clear of the wall between the blows"
     if orbit.violation is None or orbit.impact_velocity <= 0.0:

@@ -92,6 +92,7 @@ def _system_section(answer: SteadyAnswer) -> Section:
     rows.append(("load", _load_text(system)))
     if answer.history is not None:
         rows.append(("history", _history_text(answer.history)))
+        rows += [("warning", warning) for warning in answer.history.warnings]
     rows += [("note", note) for note in answer.notes]
     return Section("Hammer", tuple(rows))
 
@@ -111,7 +112,7 @@ def _load_text(system: System) -> str:
 def _history_text(report: HistoryReport) -> str:
     found = "given" if report.frequency_given else "found"
     return (
-        f"{report.cycles} cycles of {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
+        f"{report.cycles} cycles, {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
         f"{number(report.frequency, 5)} Hz ({found}), period varies by {percent(report.jitter)}; cycles scatter "
         f"{percent(report.scatter)} about their mean, drift {percent(report.drift)}; {report.harmonics} harmonics "
         f"kept, residual {percent(report.residual)}"

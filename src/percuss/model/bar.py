@@ -79,6 +79,8 @@ class Bar:
         if damping_ratio is not None:
             ratio = non_negative("damping_ratio", damping_ratio)
             damping = 2.0 * ratio * math.pi * self.wave_speed * self.mass_per_length / self.length
+        if not 0.0 < self.mass < math.inf:
+            raise ParameterError("length", self.length, "sizes and a density that give the bar a finite mass")
         set_(self, "damping", non_negative("damping", 0.0 if damping is None else damping))
 
     @property

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
 
-__all__ = ["count", "finite", "non_negative", "positive", "unit_interval"]
+__all__ = ["array", "count", "finite", "instance", "non_negative", "positive", "unit_interval"]
 
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -50,6 +51,30 @@ def unit_interval(name: str, value: object) -> float:
     if not 0.0 <= number <= 1.0:
         raise ParameterError(name, value, "a number from 0 to 1")
     return number
+
+
+Kind = TypeVar("Kind")
+
+
+def instance(name: str, value: object, kind: type[Kind]) -> Kind:
+    """`value`, when it is an object of the given kind."""
+    if not isinstance(value, kind):
+        raise ParameterError(name, value, f"an object of the class {kind.__name__}")
+    return value
+
+
+def array(name: str, values: object, low: float, high: float) -> Array:
+    """`values` as a one-dimensional array (a number as an array of one) of finite numbers from `low` to `high`."""
+    accepted = f"numbers from {low:g} to {high:g}" if np.isfinite(high) else "finite numbers"
+    try:
+        numbers = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        raise ParameterError(name, values, accepted) from None
+    if numbers.ndim != 1:
+        raise ParameterError(name, f"shape {numbers.shape}", "a number or a one-dimensional array")
+    if not np.all(np.isfinite(numbers) & (numbers >= low) & (numbers <= high)):
+        raise ParameterError(name, values, accepted)
+    return numbers
 
 
 def count(name: str, value: object, least: int = 1, most: int | None = None) -> int:

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from percuss.errors import HistoryError
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.cycle_fit import MAX_CYCLES, CycleFit
-from percuss.model.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition
+from percuss.model.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition, unlike
 
 __all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]
 
@@ -141,16 +141,28 @@ def analyse(
     kept = fit.kept()
     divisor = int(np.gcd.reduce(np.flatnonzero(kept[1:]) + 1))
     if divisor == 0:
-        raise no_repetition()
+        raise _no_fit(t, v, frequency)
     if divisor > 1 and frequency is None and harmonics is None:
         fit = CycleFit(t, v, fit.period / divisor, harmonics)
         kept = fit.kept()
     if fit.jitter > 0.1:  # lengths that vary so much follow noise
-        raise no_repetition()
+        raise _no_fit(t, v, frequency)
     report = _report(fit, kept, frequency, multiple, divisor)
     kept = kept * scale
     kept[0] += middle
     return kept, report
+
+
+def _no_fit(t: Array, v: Array, frequency: float | None) -> HistoryError:
+    """Why no harmonics came out: the wrong frequency was given, or there is no repetition at all."""
+    if frequency is not None:
+        try:
+            found = 1.0 / found_period(t, v)
+        except HistoryError:
+            return no_repetition()
+        if abs(found / frequency - 1.0) > 0.02:
+            return unlike(frequency, found)
+    return no_repetition()
 
 
 def _report(fit: CycleFit, kept: ComplexArray, frequency: float | None, multiple: int, divisor: int) -> HistoryReport:

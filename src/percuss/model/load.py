@@ -260,7 +260,7 @@ class Load:
         """p(t); at a jump the limit from the given side. Same shape as `t` (rad)."""
         if not self.is_piecewise:
             return self._series(t, self.coefficients)
-        return np.asarray(self.values, dtype=float)[self._piece(t, side)]
+        return np.asarray(self.values, dtype=float)[self.piece(t, side)]
 
     def derivative(self, t: npt.ArrayLike, side: Side = "right") -> Array:
         """p'(t), one-sided at a jump. Same shape as `t` (rad)."""
@@ -278,7 +278,7 @@ class Load:
         lengths = np.diff(np.append(starts, starts[0] + TURN))
         knots = np.concatenate([[0.0], np.cumsum(slopes * lengths)[:-1]])
         offset = float(np.sum(knots * lengths + slopes * lengths**2 / 2.0)) / TURN
-        piece = self._piece(t, "right")
+        piece = self.piece(t, "right")
         return np.asarray(knots[piece] + slopes[piece] * np.mod(np.asarray(t) - starts[piece], TURN) - offset)
 
     def _series(self, t: npt.ArrayLike, coefficients: ComplexArray) -> Array:
@@ -287,7 +287,8 @@ class Load:
         waves = np.exp(1j * phases[..., None] * k) * coefficients[k]
         return np.asarray(waves.real.sum(axis=-1))
 
-    def _piece(self, t: npt.ArrayLike, side: Side) -> npt.NDArray[np.intp]:
+    def piece(self, t: npt.ArrayLike, side: Side = "right") -> npt.NDArray[np.intp]:
+        """Number of the step at the phases `t` of a piecewise load; at a break that on the given side."""
         starts = np.asarray(self.breaks)
         phases = np.mod(np.asarray(t, dtype=float), TURN)
         nearest = np.abs(phases[..., None] - np.append(starts, starts[0] + TURN)) <= _SNAP * TURN

@@ -9,7 +9,15 @@ import numpy as np
 from percuss.errors import HistoryError
 from percuss.model.checks import Array
 
-__all__ = ["LEAST_SAMPLES", "found_period", "given_period", "no_repetition", "too_few_cycles", "too_few_samples"]
+__all__ = [
+    "LEAST_SAMPLES",
+    "found_period",
+    "given_period",
+    "no_repetition",
+    "too_few_cycles",
+    "too_few_samples",
+    "unlike",
+]
 
 LEAST_SAMPLES = 8  # per cycle
 
@@ -97,11 +105,15 @@ def given_period(t: Array, v: Array, frequency: float) -> float:
     near = low + int(np.argmax(r[low : high + 1]))
     best = _first_peak(r, round(0.52 * n), 0.3)
     if best and r[near] < 0.5 * r[best]:
-        raise HistoryError(
-            f"the record does not repeat at the {frequency:.6g} Hz given, but at {1.0 / (step * best):.4g} Hz",
-            "give that frequency, or leave it out to have it found",
-        )
+        raise unlike(frequency, 1.0 / (step * best))
     return step * _refined(r, near) if low < near < high and r[near] > 0.1 else 1.0 / frequency
+
+
+def unlike(frequency: float, found: float) -> HistoryError:
+    return HistoryError(
+        f"the record does not repeat at the {frequency:.6g} Hz given, but at {found:.4g} Hz",
+        "give that frequency, or leave it out to have it found",
+    )
 
 
 def no_repetition() -> HistoryError:

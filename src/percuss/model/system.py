@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 from percuss.errors import ParameterError
 from percuss.model.bar import Bar
-from percuss.model.checks import finite, non_negative, positive, unit_interval
+from percuss.model.checks import finite, instance, non_negative, positive, unit_interval
 from percuss.model.contact import Contact
 from percuss.model.load import Load
 
 __all__ = ["System"]
 
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
-LEAST_S, MOST_S, MOST_D = 1e-4, 1e9, 1e6
+LEAST_S, MOST_S, MOST_D, MOST_LOAD = 1e-4, 1e9, 1e6, 1e100
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,9 @@ class System:
         set_(self, "restitution", unit_interval("restitution", self.restitution))
         if not isinstance(self.load, Load):
             raise ParameterError("load", self.load, "a Load")
+        greatest = float(abs(self.load.coefficients).max())
+        if not greatest <= MOST_LOAD:
+            raise ParameterError("load", greatest, f"coefficients of at most {MOST_LOAD:g}")
         if self.load.frequency is not None:
             raise ParameterError(
                 "load", str(self.load), "a dimensionless load", "use System.from_si for a load in newtons"
@@ -84,6 +87,7 @@ class System:
         ParameterError
             When the load has no frequency.
         """
+        instance("bar", bar, Bar), instance("load", load, Load), instance("contact", contact, Contact)
         if load.frequency is None:
             raise ParameterError("frequency", None, "a frequency in Hz greater than 0")
         omega = 2.0 * math.pi * load.frequency

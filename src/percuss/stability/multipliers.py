@@ -15,7 +15,7 @@ from percuss.steady import Orbit
 
 __all__ = ["Multipliers", "floquet_multipliers"]
 
-MAX_MODES = 16384
+MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields are bounded to
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
 _TRACE = 1e-11  # relative error of the sums of the roots and of their squares
 _DENSE_CHECK = 300  # up to this many it may stand in for roots that failed their check

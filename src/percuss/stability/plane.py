@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, count
+from percuss.model.checks import Array, count, instance
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level
 from percuss.steady.phases import Arcs, forced_response, harmonic_sums
+from percuss.steady.states import MAX_PERIODS
 
 __all__ = ["Plane", "stability_plane"]
 
@@ -95,8 +96,12 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     array([[ True, False],
            [False,  True]])
     """
-    m = count("periods", periods)
-    r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
+    instance("system", system, System)
+    m = count("periods", periods, most=MAX_PERIODS)
+    try:
+        r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
+    except (TypeError, ValueError):
+        raise ParameterError("load_factor", load_factor, "numbers in a shape that fits the restitution's") from None
     if not (np.all(r >= 0.0) and np.all(r <= 1.0)):
         raise ParameterError("restitution", restitution, "numbers from 0 to 1")
     if not np.all(np.isfinite(factor)):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from percuss.model.checks import instance
 from percuss.stability.multipliers import Multipliers, floquet_multipliers
 from percuss.stability.reduced import Reduced, reduced_criterion
 from percuss.stability.waveform import Waveform, waveform_criterion
@@ -69,6 +70,7 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     unstable, beyond the fold: multiplier 3.180
     stable: elastic mode 3 dies out last, by 0.9848 per impact
     """
+    instance("orbit", orbit, Orbit)
     n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
     reduced = reduced_criterion(orbit)
     multipliers = floquet_multipliers(orbit, n)

@@ -22,6 +22,7 @@ __all__ = ["Contactless", "Violation", "flight_check"]
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
 _DEPTH = 1e-9  # relative accuracy of the greatest depth
+_MOST_DOUBT = 1e-6  # share of the stroke above which a passage is one whatever the modes left out may do
 _NARROWEST = 1e-14  # share of the period below which a cell is not split further
 _MOST_WORK = 20_000_000  # modes × times
 
@@ -69,10 +70,10 @@ def flight_check(motion: Motion) -> Contactless:
     """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
 
     A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
-    the modes left out may make; the answer is then not proven.
+    the modes left out may make, up to 1e-6 of the stroke; the answer is then not proven.
     """
     answer = _search(motion)
-    doubt = motion.error_bound * motion.rigid_stroke if motion.requested_modes is None else 0.0
+    doubt = min(motion.error_bound, _MOST_DOUBT) * motion.rigid_stroke if motion.requested_modes is None else 0.0
     if answer.violation is not None and answer.violation.depth <= doubt:
         return Contactless(None, False)
     return answer

@@ -103,7 +103,7 @@ def _mean_square_shape(response: HarmonicResponse) -> Array:
     a, b = 2.0 * q.real, 2.0 * np.abs(q.imag)
     bounded = np.minimum(b, 600.0)
     hyperbolic = np.where(bounded > 0.0, np.sinh(bounded) / np.where(b > 0.0, b, 1.0), 1.0)
-    whole = (hyperbolic + np.sin(a) / a) / (np.abs(q) ** 2 * (np.cosh(bounded) - np.cos(a)))
+    whole = (hyperbolic + np.sin(a) / a) / (np.abs(q) ** 2 * 2.0 * (np.sinh(0.5 * bounded) ** 2 + np.sin(0.5 * a) ** 2))
     return np.asarray((whole - 1.0 / np.abs(q) ** 4) / response.system.s**4)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model import System
-from percuss.model.checks import Array
+from percuss.model.checks import Array, array
 from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes
 from percuss.steady.impact_state import ModalState, modal_state
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
@@ -125,7 +125,7 @@ class Motion:
 
     def impact_field(self, x: npt.ArrayLike) -> Array:
         """u_t(x, 0⁻), the velocity along the bar just before the impact; shape (len(x),)."""
-        positions = np.atleast_1d(np.asarray(x, dtype=float))
+        positions = array("x", x, 0.0, 1.0)
         here = np.array([self.phase])
         cosines, _ = mode_shapes(positions, self.modes)
         forced = self.forced_elastic(positions, here).velocity[:, 0]
@@ -135,9 +135,9 @@ class Motion:
 
     def field(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Field:
         """Displacement, velocity and strain together; each of shape (len(x), len(t))."""
-        positions = np.atleast_1d(np.asarray(x, dtype=float))
-        times = np.mod(np.atleast_1d(np.asarray(t, dtype=float)), self.period)
-        times = np.where((np.atleast_1d(t) != 0.0) & (times == 0.0), self.period, times)
+        positions, given = array("x", x, 0.0, 1.0), array("t", t, -np.inf, np.inf)
+        times = np.mod(given, self.period)
+        times = np.where((given != 0.0) & (times == 0.0), self.period, times)
         rigid, rigid_velocity = self.rigid_motion(times)
         forced = self.forced_elastic(positions, self.phase + times)
         rows = np.concatenate(mode_shapes(positions, self.modes))

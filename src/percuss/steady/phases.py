@@ -49,6 +49,8 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
         Wave numbers k ≥ 0 and complex coefficients, equal shapes.
     """
     curvature = float(np.sum(k**2 * np.abs(coefficients)))
+    if curvature < np.finfo(float).tiny / _EPS:
+        return np.empty(0)  # a constant, or nothing above the smallest numbers
     noise = 8.0 * _EPS * float(np.sum((1.0 + k) * np.abs(coefficients)))
 
     def value(theta: Array) -> tuple[Array, Array]:

@@ -62,7 +62,7 @@ class PiecewiseResponse:
 
     def locate(self, theta: Array, side: str = "right") -> tuple[np.typing.NDArray[np.intp], Array]:
         """Piece and time since its start of each phase."""
-        piece = self.system.load._piece(theta, "left" if side == "left" else "right")
+        piece = self.system.load.piece(theta, "left" if side == "left" else "right")
         since = np.mod(np.asarray(theta, dtype=float) - self.starts[piece], TURN)
         return piece, np.where(since > self.lengths[piece] + 1e-9, 0.0, since)
 

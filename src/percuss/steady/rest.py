@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.model import System
-from percuss.model.checks import ComplexArray
+from percuss.model.checks import ComplexArray, instance
 from percuss.steady.phases import trigonometric_roots
 
 __all__ = ["Rest", "rest_on_wall"]
 
 _RESONANT = 1e-12
+_EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def rest_on_wall(system: System) -> Rest:
     >>> rest_on_wall(System(s=20.0, d=0.0, restitution=0.5, load=Load.harmonic(1.5, 1.0))).possible
     True
     """
-    load = system.load
+    load = instance("system", system, System).load
     k = load.harmonics.astype(float)
     p: ComplexArray = load.coefficients[load.harmonics]
     quasi_static, _ = _least(k, p, load.mean)
@@ -71,8 +72,12 @@ def rest_on_wall(system: System) -> Rest:
 
 def _least(k: np.typing.NDArray[np.float64], p: ComplexArray, mean: float) -> tuple[float, float | None]:
     """Least value of mean + Re Σ p_k exp(ikt) and where it is taken."""
+    felt = np.abs(p) > _EPS * max(abs(mean), float(np.abs(p).max(initial=0.0)))
+    k, p = k[felt], p[felt]  # strong damping swallows the others before they reach the wall
     if not k.size:
         return mean, None
+    if k.size == 1:
+        return mean - float(np.abs(p[0])), float(np.mod((np.pi - np.angle(p[0])) / k[0], 2.0 * np.pi))
     phases = trigonometric_roots(k, 1j * k * p)
     values = mean + (np.exp(1j * np.outer(phases, k)) @ p).real
     best = int(np.argmin(values))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.model.checks import instance
 from percuss.steady.orbit import Orbit
 
 __all__ = ["SIReport", "si_report"]
@@ -56,7 +57,7 @@ def si_report(orbit: Orbit) -> SIReport:
     >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")
     306 J, 60 Hz, 11.0 m/s
     """
-    system = orbit.system
+    system = instance("orbit", orbit, Orbit).system
     if system.bar is None or system.frequency is None:
         raise ParameterError(
             "system", "dimensionless", "a system made from SI", "use System.from_si for figures in SI units"

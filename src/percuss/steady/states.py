@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from percuss.errors import LoadError
 from percuss.model import System
-from percuss.model.checks import Array, count, positive
+from percuss.model.checks import Array, count, instance, positive
 from percuss.steady.level import level, level_factor
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import Arcs, forced_response
@@ -18,7 +18,7 @@ from percuss.steady.phases import Arcs, forced_response
 __all__ = ["MAX_MODES", "MAX_PERIODS", "Nearest", "SteadyStates", "steady_states"]
 
 MAX_MODES = 4096
-MAX_PERIODS = 10_000
+MAX_PERIODS = 1000
 
 
 @dataclass(frozen=True)
@@ -125,6 +125,7 @@ def steady_states(
     0.800558 3.535663 True
     2.331435 3.535675 True
     """
+    instance("system", system, System)
     m = count("periods", periods, most=MAX_PERIODS)
     n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     wanted = positive("tolerance", tolerance)

@@ -22,7 +22,8 @@ __all__ = ["Truncation", "truncation"]
 _PROBES = (256, 2048, 16384, 65536)
 _LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
 _MOST_MODES = 16384
-_PIECEWISE_MODES = 1024  # the ringing after a jump falls off like 1/n²: more modes hardly help
+_PIECEWISE_MODES = 512  # the ringing after a jump falls off like 1/n²: more modes hardly help
+_VAGUE = 1e-9  # share of the stroke above which the rigorous bound (it grows like 1/d) may give way to the one seen
 _FEW, _SOME = 1e-3, 1e-7  # shares of the stroke that a first and a second look at the motion may leave out
 
 
@@ -55,8 +56,8 @@ class Truncation:
     def error_bound(self) -> float:
         """Bound of the position error at the striking end relative to the stroke of the rigid motion.
 
-        Rigorous when d > 0 and the load is smooth. Without damping, or with a load that jumps, modes beyond the probe
-        are bounded by the way those inside it fall off.
+        Rigorous when it is at most about 1e-9, d > 0 and the load is smooth. With hardly any damping, or with a load
+        that jumps, modes beyond the probe are bounded by the way those inside it fall off.
         """
         motion, lost = self.motion, self.lost
         if lost is None:  # a requested number of modes: the forced part is cut as well
@@ -121,4 +122,4 @@ def _beyond(motion: Motion, amplitude: Array) -> float:
     load = motion.response.modal_velocity_bound(motion.phase, base * n)
     bound = load * resolvent_bound(motion.system, motion.period, base * n) / (base**3 * n**2)
     seen = 2.0 * float(np.max(amplitude[top] * numbers**2)) / n  # small divisors grow no faster than they did
-    return bound if math.isfinite(bound) else seen
+    return bound if bound <= _VAGUE * motion.rigid_stroke else min(bound, seen)

@@ -20,7 +20,7 @@ def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str
     """Sentences about modes that ring strongly, the strongest first, and about a tolerance that was not reached."""
     found = _load_resonances(motion, stroke) + _impact_resonances(motion, stroke)
     found.sort(key=lambda pair: -pair[0])
-    texts = [text for _, text in found[:_MOST]]
+    texts = []
     if not proven:
         texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
     if motion.requested_modes is None and motion.error_bound > motion.tolerance:
@@ -28,7 +28,7 @@ def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str
             f"{motion.modes} modes leave a position error of up to {motion.error_bound:.1e} of the stroke "
             f"({motion.tolerance:.0e} was asked for)"
         )
-    return tuple(texts)
+    return (*texts, *(text for _, text in found[:_MOST]))
 
 
 def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
