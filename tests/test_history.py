@@ -417,3 +417,11 @@ def test_samples_of_other_seeds_are_recovered_too(tmp_path_factory, seed, noise,
     recording = read_recording(path)
     found, _ = analyse(recording.time, recording.values)
     assert distance(found[: len(PRESSURE)], PRESSURE) < 0.005 + 0.4 * noise
+
+
+def test_a_wrong_frequency_is_named_with_the_right_one() -> None:
+    """Ten times the frequency at which the record repeats: the remedy is that frequency, not a longer record."""
+    time = np.arange(20_000) / 2e4
+    values = 3.0 + np.cos(2 * np.pi * 60.0 * time) + 0.02 * np.random.default_rng(3).normal(size=time.size)
+    with pytest.raises(HistoryError, match=r"does not repeat at the 600 Hz given, but at (60|59\.\d+|60\.\d+) Hz"):
+        analyse(time, values, frequency=600.0)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from percuss import Load, System, stability_of, steady_states
-from percuss.stability import floquet_multipliers, reduced_criterion, waveform_criterion
+from percuss import Bar, Load, System, rest_on_wall, si_report, stability_of, steady_states
+from percuss.errors import ParameterError
+from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane, waveform_criterion
 from percuss.steady import Orbit
 from strategies import Drawn, fourier_systems, square_systems
 
@@ -328,3 +330,67 @@ def test_the_clock_of_b77(drawn: Drawn, stretch: int) -> None:
         ours, theirs = floquet_multipliers(copy, 0).values, floquet_multipliers(orbit, 0).values
         assert np.abs(ours - theirs).max() <= 1e-6 * max(1.0, float(np.abs(theirs).max())) / steep
         assert reduced_criterion(copy).sigma == pytest.approx(reduced_criterion(orbit).sigma, rel=1e-6, abs=1e-9)
+
+
+# ---------------------------------------------------------------- corners of the parameter space
+
+
+@pytest.mark.parametrize("d", [1e-14, 1e-9, 1e-6])
+def test_hardly_any_damping_hides_no_passage(d: float) -> None:
+    """The rigorous bound of the modes left out grows like 1/d; it must neither say nothing nor excuse anything."""
+    load = Load.harmonic(0.3, 1.0)
+    free = steady_states(System(s=0.4, d=0.0, restitution=0.5, load=load)).orbits[0]
+    damped = steady_states(System(s=0.4, d=d, restitution=0.5, load=load)).orbits[0]
+    assert damped.error_bound < 1e-6
+    assert not damped.admissible
+    assert damped.violation is not None
+    assert free.violation is not None
+    assert damped.violation.depth == pytest.approx(free.violation.depth, rel=1e-2)
+    assert damped.stroke == pytest.approx(free.stroke, rel=1e-2)
+
+
+def test_a_deep_passage_counts_whatever_the_modes_left_out_may_do() -> None:
+    orbit = steady_states(System(s=0.3, d=0.0, restitution=0.5, load=Load.square(1.0, 1.2))).orbits[0]
+    assert orbit.error_bound > 1.0
+    assert orbit.violation is not None
+    assert any("position error" in warning for warning in orbit.warnings)
+
+
+def test_rest_of_a_bar_that_swallows_its_load() -> None:
+    rest = rest_on_wall(System(s=0.05, d=1e6, restitution=0.5, load=Load.harmonic(0.3, 1.0)))
+    assert rest.possible
+    assert rest.least_contact_force == pytest.approx(0.3, rel=1e-12)
+
+
+def test_resonance_by_a_hair_keeps_its_energy_finite() -> None:
+    system = System(s=1.0 / math.pi, d=1e-14, restitution=0.5, load=Load.harmonic(0.5, 1.0))
+    for orbit in steady_states(system, modes=8).orbits:
+        energy = orbit.energy
+        assert math.isfinite(energy.damping)
+        assert math.isfinite(energy.input)
+
+
+@pytest.mark.parametrize(
+    ("ask", "name"),
+    [
+        (lambda: steady_states("hammer"), "system"),
+        (lambda: rest_on_wall(None), "system"),
+        (lambda: stability_of(3), "orbit"),
+        (lambda: si_report("orbit"), "orbit"),
+        (lambda: System.from_si(1, 2, 3), "bar"),
+        (lambda: stability_plane(System(1.0, 0.0, 0.5, Load.harmonic(1, 1)), [0.1, 0.2, 0.3], [1, 2]), "load_factor"),
+        (lambda: one_orbit().displacement(2.0, 0.0), "x"),
+        (lambda: one_orbit().displacement([[0.5]], 0.0), "x"),
+        (lambda: one_orbit().velocity(0.5, math.nan), "t"),
+        (lambda: Bar(1e300, 1e300), "length"),
+        (lambda: System(1.0, 0.0, 0.5, Load.harmonic(1e300, 1.0)), "load"),
+    ],
+)
+def test_nonsense_at_the_doors(ask: Callable[[], object], name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        ask()
+    assert caught.value.name == name
+
+
+def one_orbit() -> Orbit:
+    return steady_states(System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.5, 1.0)), modes=4).orbits[0]

@@ -60,6 +60,8 @@ class Motion:
 
     def modal_state(self, modes: int) -> ModalState:
         """The elastic modes 1 … `modes` at the impact, however many the sums use."""
+        if modes == self.requested_modes and "truncation" in self.__dict__:
+            return self.state
         f, velocity = self.response.modal(modes, np.array([self.phase]))
         return modal_state(self.system, self.period, (f[:, 0], velocity[:, 0]))
 

@@ -90,21 +90,26 @@ class Orbit(Motion):
 
     @cached_property
     def _coarse(self) -> tuple[Array, Array]:
-        detail = max(8, 2 * int(self.system.load.harmonics.max(initial=1)))
-        t = np.linspace(0.0, self.period, 16 * self.periods * min(detail, 128) + 1)
+        detail = min(max(4, 2 * int(self.system.load.harmonics.max(initial=1))), 128)
+        t = np.linspace(0.0, self.period, 16 * self.periods * detail + 1)
         return t, self.end_motion(t, self.truncation.few)[0]
 
     def _extreme(self, sign: float) -> tuple[float, float]:
-        """A first look with few modes, two closer ones with more, and the value with all."""
+        """A first look with few modes, two closer ones with more, and the place where the speed vanishes with all."""
         t, y = self._coarse
-        some = self.truncation.some
-        for _ in range(2):
+        for points in (33, 17):
             best = int(np.argmax(sign * y))
-            t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], 65)
-            y = self.end_motion(t, some)[0]
+            t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], points)
+            y, speed = self.end_motion(t, self.truncation.some)
         best = int(np.argmax(sign * y))
-        exact = some == self.modes
-        return float(t[best]), float(y[best] if exact else self.end_motion(t[best : best + 1], self.modes)[0][0])
+        other = min(max(best + (1 if sign * speed[best] > 0.0 else -1), 0), t.size - 1)
+        turn = t[best]
+        if speed[best] * speed[other] < 0.0:
+            turn += (t[other] - t[best]) * speed[best] / (speed[best] - speed[other])
+        times = np.array([t[best], turn])
+        values = self.end_motion(times, self.modes)[0]
+        last = int(np.argmax(sign * values))
+        return float(times[last]), float(values[last])
 
     def __str__(self) -> str:
         where = "admissible" if self.admissible else "not admissible"

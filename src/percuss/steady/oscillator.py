@@ -15,7 +15,7 @@ from percuss.model.checks import Array
 __all__ = ["Propagator", "dissipated", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
 
 _CHUNK = 1 << 20  # modes × times handled at once
-_SMALL = 0.3  # below this the differences in phi2 would lose digits and the series takes over
+_SMALL = 0.1  # below this the differences in phi2 would lose digits and the series takes over
 
 
 def phi1(x: npt.ArrayLike) -> Array:
@@ -31,8 +31,8 @@ def phi2(x: npt.ArrayLike) -> Array:
     small = np.abs(x) < _SMALL
     everywhere = bool(small.all())
     y = np.asarray(x if everywhere else np.where(small, x, 0.0), dtype=np.float64)
-    series = np.full(y.shape, 1.0 / 14.0)
-    for j in range(13, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
+    series = np.full(y.shape, 1.0 / 11.0)
+    for j in range(10, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
         series = (1.0 - y * series) / j
     if everywhere:
         return np.asarray(series)
