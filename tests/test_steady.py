@@ -796,3 +796,14 @@ def test_polyroots_agrees_with_the_package_on_twenty_harmonics() -> None:
         roots = mpmath.polyroots(polynomial, maxsteps=500, extraprec=300)
         angles = sorted(float(mpmath.arg(z)) % TURN for z in roots if abs(abs(z) - 1) < 1e-20)
     assert [orbit.phase for orbit in found.orbits] == pytest.approx(angles, abs=1e-13)
+
+
+def test_impact_history_repeats_the_impact() -> None:
+    orbit = steady_states(System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.5, 1.0)), modes=8).orbits[1]
+    rows = orbit.impact_history(3)
+    assert rows.shape == (3, 4)
+    assert np.diff(rows[:, 0]) == pytest.approx([orbit.period] * 2)
+    assert rows[:, 2] == pytest.approx(float(orbit.velocity(1.0, orbit.period)[0, 0]), rel=1e-12)
+    assert rows[:, 3] == pytest.approx(float(orbit.velocity(1.0, 0.0)[0, 0]), rel=1e-12)
+    with pytest.raises(ParameterError):
+        orbit.impact_history(0)

@@ -161,7 +161,9 @@ def _gap(axes: Any, answer: SteadyAnswer, units: Units) -> None:
     axes.set_xlim(left=0.0)
     axes.margins(y=0.12)
     if len(shown) <= 8:
-        axes.legend(loc="best")
+        low, high = axes.get_ylim()  # room below the curves, where nothing is drawn
+        axes.set_ylim(low - 0.06 * ((len(shown) + 1) // 2) * (high - low), high)
+        axes.legend(loc="lower center", ncols=2)
 
 
 def _multipliers(axes: Any, answer: SteadyAnswer) -> None:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from percuss.model.checks import Array
+from percuss.model.checks import Array, count
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.energy import Energy, energy_balance
 from percuss.steady.motion import Motion
@@ -45,6 +45,14 @@ class Orbit(Motion):
     def energy(self) -> Energy:
         """Energy over one impact period: put in by the load, taken by damping and by the impact."""
         return energy_balance(self)
+
+    def impact_history(self, impacts: int) -> Array:
+        """The first `impacts` impacts from load time φ on: one row each of absolute time (rad of the load), load phase,
+        striking speed and rebound velocity of the striking end; shape (impacts, 4), dimensionless.
+        """
+        n = np.arange(count("impacts", impacts))
+        row = [self.phase, self.phase, self.impact_velocity, self.rebound_velocity]
+        return np.asarray(np.tile(row, (n.size, 1)) + np.outer(n, [self.period, 0.0, 0.0, 0.0]))
 
     # -- is it real --
 
