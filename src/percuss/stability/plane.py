@@ -14,7 +14,7 @@ from percuss.model.checks import Array, count, instance
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level
-from percuss.steady.phases import Arcs, forced_response, harmonic_sums
+from percuss.steady.phases import Arcs, forced_response, harmonic_sums, on_circle
 from percuss.steady.states import MAX_PERIODS
 
 __all__ = ["Plane", "stability_plane"]
@@ -152,6 +152,6 @@ def _fill(
         sigma, slope = ringing / (mean[index] * period), slope / mean[index]
         a_0, a_1, a_2 = quadratic_coefficients(system.d, r[index], period, sigma, slope)
         first, second = schur_quotients(a_0, a_1, a_2)
-        rows = (np.mod(phase, 2.0 * math.pi), slope, sigma, a_0, a_1, a_2, first, second)
+        rows = (on_circle(phase), slope, sigma, a_0, a_1, a_2, first, second)
         for row, values in zip(out[:, branch], rows, strict=True):
             row[index] = values

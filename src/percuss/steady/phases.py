@@ -20,7 +20,7 @@ from percuss.model.checks import Array, ComplexArray
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.piecewise import PiecewiseResponse
 
-__all__ = ["Arcs", "Response", "forced_response", "harmonic_sums", "trigonometric_roots"]
+__all__ = ["Arcs", "Response", "forced_response", "harmonic_sums", "on_circle", "trigonometric_roots"]
 
 TURN = 2.0 * math.pi
 _EPS = np.finfo(float).eps
@@ -81,7 +81,13 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
     crossed = below[: low.size] != below[low.size :]
     starts, stops = TURN * low[crossed] / finest, TURN * high[crossed] / finest
     roots = _polished(starts, stops, value, np.zeros(starts.size))
-    return np.sort(np.mod(roots, TURN))
+    return np.sort(on_circle(roots))
+
+
+def on_circle(theta: Array) -> Array:
+    """The phases in [0, 2π); a rounding below 0 becomes 0 and not 2π."""
+    phases = np.mod(theta, TURN)
+    return np.asarray(np.where(phases >= TURN, 0.0, phases))
 
 
 def harmonic_sums(theta: Array, k: Array, *coefficients: ComplexArray) -> list[Array]:
@@ -160,7 +166,7 @@ class Arcs:
             ends = response.starts
         elif response.k.size == 1:
             k = int(response.k[0])
-            ends = np.sort(np.mod((np.pi * np.arange(2 * k) - np.angle(response.rigid_factor[0])) / k, TURN))
+            ends = np.sort(on_circle((np.pi * np.arange(2 * k) - np.angle(response.rigid_factor[0])) / k))
         else:
             ends = trigonometric_roots(response.k, 1j * response.k * response.rigid_factor)
         ends = np.append(ends, ends[0] + TURN)
@@ -190,7 +196,7 @@ class Arcs:
         crossed = (off[:-1] * off[1:] < 0.0) & ~touching[:-1] & ~touching[1:]
         index = np.flatnonzero(crossed)
         simple = self.invert(index, np.full(index.size, level))
-        phases = np.mod(np.concatenate([simple, folds]), TURN)
+        phases = on_circle(np.concatenate([simple, folds]))
         tangent = np.concatenate([np.zeros(simple.size, bool), np.ones(folds.size, bool)])
         order = np.argsort(phases)
         return phases[order], tangent[order]

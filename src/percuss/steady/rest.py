@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import ComplexArray, instance
-from percuss.steady.phases import trigonometric_roots
+from percuss.steady.phases import on_circle, trigonometric_roots
 
 __all__ = ["Rest", "rest_on_wall"]
 
@@ -77,7 +77,7 @@ def _least(k: np.typing.NDArray[np.float64], p: ComplexArray, mean: float) -> tu
     if not k.size:
         return mean, None
     if k.size == 1:
-        return mean - float(np.abs(p[0])), float(np.mod((np.pi - np.angle(p[0])) / k[0], 2.0 * np.pi))
+        return mean - float(np.abs(p[0])), float(on_circle((np.pi - np.angle(p[0])) / k[0]))
     phases = trigonometric_roots(k, 1j * k * p)
     values = mean + (np.exp(1j * np.outer(phases, k)) @ p).real
     best = int(np.argmin(values))
