@@ -14,6 +14,7 @@ import numpy as np
 from percuss.model.checks import Array
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import mode_frequencies
+from percuss.steady.truncation import ringing
 
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
@@ -173,23 +174,14 @@ def _next_break(motion: Motion) -> float:
     return float(ahead[ahead > 1e-12].min(initial=2.0 * np.pi))
 
 
-def _ringing(motion: Motion, modes: int) -> Array:
-    """Amplitude bounds of the free motion of each mode, with that after the jumps of a piecewise load."""
-    amplitude = motion.state.amplitude[:modes]
-    if isinstance(motion.response, HarmonicResponse):
-        return amplitude
-    u, v = motion.response.knots(modes)
-    return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(motion.system.s, modes)).max(axis=0))
-
-
 def _bounds(motion: Motion, modes: int) -> _Bounds:
     d, load = motion.system.d, motion.system.load
     speed, force = motion.response.rigid_bounds()
     fastest = speed + load.mean * motion.period + abs(motion.system.restitution * motion.rigid_velocity) + speed
     rigid = force + load.mean + d * fastest
     omega = mode_frequencies(motion.system.s, modes)
-    ringing = 2.0 * _ringing(motion, modes) * (omega**2 + d * omega)
-    acceleration, jerk = rigid + float(ringing.sum()), d * rigid + float((ringing * (omega + d)).sum())
+    swing = 2.0 * ringing(motion, motion.state.amplitude[:modes]) * (omega**2 + d * omega)
+    acceleration, jerk = rigid + float(swing.sum()), d * rigid + float((swing * (omega + d)).sum())
     response = motion.response
     if isinstance(response, HarmonicResponse):
         kept = None if motion.requested_modes is None else modes
@@ -202,6 +194,6 @@ def _bounds(motion: Motion, modes: int) -> _Bounds:
 
 def _left_out(motion: Motion, few: int) -> tuple[float, float]:
     """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
-    rest = 2.0 * _ringing(motion, motion.modes)[few:]
+    rest = 2.0 * ringing(motion, motion.state.amplitude)[few:]
     omega = mode_frequencies(motion.system.s, motion.modes)[few:]
     return float(rest.sum()), float(rest @ omega)

@@ -17,7 +17,7 @@ from percuss.steady.oscillator import mode_frequencies
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
 
-__all__ = ["Truncation", "truncation"]
+__all__ = ["Truncation", "ringing", "truncation"]
 
 _PROBES = (256, 2048, 16384, 65536)
 _LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
@@ -104,10 +104,15 @@ def _largest_probe(motion: Motion) -> int:
 
 def _amplitude(motion: Motion, modes: int) -> Array:
     """Bound over time of the free motion of each mode at the striking end; shape (modes,)."""
-    amplitude = motion.modal_state(modes).amplitude
-    if isinstance(motion.response, HarmonicResponse):
+    return ringing(motion, motion.modal_state(modes).amplitude)
+
+
+def ringing(motion: Motion, amplitude: Array) -> Array:
+    """Amplitudes after the impact of the first modes, with those after the jumps of a piecewise load added."""
+    response, modes = motion.response, amplitude.size
+    if isinstance(response, HarmonicResponse):
         return amplitude
-    u, v = motion.response.knots(modes)
+    u, v = response.knots(modes)
     return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(motion.system.s, modes)).max(axis=0))
 
 
