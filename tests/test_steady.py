@@ -353,7 +353,9 @@ def energy_scale(orbit: Orbit) -> float:
     load, d = orbit.system.load, orbit.system.d
     k = load.harmonics
     gross = orbit.period * float(np.sum(np.abs(load.coefficients[k]) ** 2 / np.abs(d + 1j * k)))
-    return abs(orbit.energy.input) + 1e-3 * (orbit.blow_energy + gross)
+    state = orbit.state
+    stored = float(np.sum((state.omega * state.displacement) ** 2 + state.velocity**2))  # large near a resonance
+    return abs(orbit.energy.input) + 1e-3 * (orbit.blow_energy + gross + stored)
 
 
 def closes(drawn: Drawn, modes: int | None) -> None:
