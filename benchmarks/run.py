@@ -104,7 +104,7 @@ def settle_by_integration(system: System, modes: int) -> tuple[float, int]:
     def gap(t: float, y: np.ndarray) -> float:
         return float(signs @ y[: modes + 1])
 
-    gap.terminal, gap.direction = True, 1.0  # type: ignore[attr-defined]
+    gap.terminal, gap.direction = True, 1.0  # type: ignore[attr-defined]  # scipy reads them off the function
     start = time.perf_counter()
     state, now, last, impacts = np.zeros(2 * modes + 2), 2.3, 0.0, 0
     state[modes + 1] = -2.1  # near the stable orbit, so that no blow is weak

@@ -394,3 +394,27 @@ def test_nonsense_at_the_doors(ask: Callable[[], object], name: str) -> None:
 
 def one_orbit() -> Orbit:
     return steady_states(System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.5, 1.0)), modes=4).orbits[0]
+
+
+@pytest.mark.parametrize(
+    ("s", "d", "r", "m", "modes", "k"),
+    [
+        (1.5936018788755544, 0.24489099222950395, 0.2075779880943727, 2, 0, 5),
+        (0.5315817578227969, 0.0033217439767694867, 0.3475838660942475, 2, 0, 5),
+        (0.3205860490973789, 0.0011019889898896157, 0.10057303377273981, 1, 0, 1),
+        (2.549213663521261, 0.003141907940612534, 0.7264511370841409, 1, 0, 8),
+        (20.0, 0.01, 0.5, 1, 1, 3),
+    ],
+)
+def test_the_bound_of_a_cut_bar_holds_also_at_a_resonance_left_out(
+    s: float, d: float, r: float, m: int, modes: int, k: int
+) -> None:
+    """A requested number of modes cuts the forced part too, and the mode left out may be the one that resonates."""
+    coefficients = np.zeros(k + 1)
+    coefficients[0], coefficients[1] = 0.05, 0.3
+    coefficients[k] += 1.0
+    system = System(s=s, d=d, restitution=r, load=Load.fourier(coefficients))
+    for cut, fine in zip(*(steady_states(system, m, modes=n).orbits[:2] for n in (modes, 1000)), strict=True):
+        t = np.linspace(0.0, cut.period, 301)
+        gap = float(np.abs(cut.end_point(t) - fine.end_point(t)).max())
+        assert 0.0 < gap <= cut.error_bound * cut.rigid_stroke

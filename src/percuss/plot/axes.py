@@ -22,7 +22,6 @@ class Units:
     length: float
     length_label: str
     speed: float
-    speed_label: str
     stress: float
     stress_label: str
 
@@ -38,7 +37,6 @@ def units_of(system: System) -> Units:
             1.0,
             "gap u(1, t)",
             1.0,
-            "velocity u_t",
             1.0,
             "strain u_x",
         )
@@ -52,7 +50,6 @@ def units_of(system: System) -> Units:
         1e3 * system.length_scale,
         "striking end [mm]",
         system.speed_scale,
-        "velocity [m/s]",
         system.stress_scale / 1e6,
         "stress [MPa]",
     )

@@ -61,9 +61,8 @@ class Truncation:
         """
         motion, lost = self.motion, self.lost
         if lost is None:  # a requested number of modes: the forced part is cut as well
-            force = abs(motion.system.load.mean) + motion.response.rigid_bounds()[1]
-            cut = 2.0 * force / ((math.pi * motion.system.s) ** 2 * max(self.modes, 1))
-            lost = cut + float(_left_out(motion, max(4 * self.modes, 2048))[self.modes])
+            probe = max(4 * self.modes, 2048)
+            lost = _forced_cut(motion, self.modes, probe) + float(_left_out(motion, probe)[self.modes])
         return lost / motion.rigid_stroke
 
 
@@ -93,7 +92,24 @@ def _left_out(motion: Motion, probe: int) -> Array:
     """Bound of what is lost at the striking end by keeping n = 0 … `probe` modes; shape (probe + 1,)."""
     amplitude = _amplitude(motion, probe)
     lost = np.append(2.0 * np.cumsum(amplitude[::-1])[::-1], 0.0)
-    return np.asarray(lost + _beyond(motion, amplitude))
+    return np.asarray(2.0 * (lost + _beyond(motion, amplitude)))  # at t and, as y(0) = 0 places the wall, at 0
+
+
+def _forced_cut(motion: Motion, modes: int, probe: int) -> float:
+    """Bound of the forced motion of all modes after the first `modes`; inf when the load reaches beyond `probe`."""
+    load, response = motion.system.load, motion.response
+    square = mode_frequencies(motion.system.s, probe) ** 2
+    if not isinstance(response, HarmonicResponse):  # its ringing is counted with the free motion
+        greatest, room = float(np.abs(response.values).max()), 1.0
+        each = greatest / square
+    else:
+        each = abs(load.mean) / square + np.abs(response.gains(probe)) @ np.abs(response.p)
+        greatest = abs(load.mean) + float(np.abs(response.p).sum())
+        room = 1.0 - float(np.abs(response.k * (response.k - 1j * motion.system.d)).max()) / float(square[-1])
+    if room <= 0.0:
+        return math.inf
+    beyond = greatest / (room * (math.pi * motion.system.s) ** 2 * probe)
+    return 4.0 * (float(each[modes:].sum()) + beyond)  # twice for the mode shape, twice as in _left_out
 
 
 def _largest_probe(motion: Motion) -> int:
