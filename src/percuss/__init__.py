@@ -1,4 +1,4 @@
-"""percuss: steady motions, stability and SI reports of elastic bars that strike.
+"""percuss: steady motions, stability, simulation and SI reports of elastic bars that strike.
 
 >>> import percuss
 >>> system = percuss.System(s=20.0, d=0.0048, restitution=0.6, load=percuss.Load.harmonic(0.9, 1.0))
@@ -22,6 +22,13 @@ if TYPE_CHECKING:
     from percuss.model import Contact as Contact
     from percuss.model import Load as Load
     from percuss.model import System as System
+    from percuss.simulate import Ensemble as Ensemble
+    from percuss.simulate import Start as Start
+    from percuss.simulate import Starts as Starts
+    from percuss.simulate import Stop as Stop
+    from percuss.simulate import Trajectory as Trajectory
+    from percuss.simulate import run as run
+    from percuss.simulate import simulate_many as simulate_many
     from percuss.stability import Stability as Stability
     from percuss.stability import stability_of as stability_of
     from percuss.steady import Orbit as Orbit
@@ -34,14 +41,21 @@ _ROOMS = {
     "Bar": "percuss.model",
     "Case": "percuss.case",
     "Contact": "percuss.model",
+    "Ensemble": "percuss.simulate",
     "Load": "percuss.model",
     "Orbit": "percuss.steady",
     "PercussError": "percuss.errors",
     "Stability": "percuss.stability",
+    "Start": "percuss.simulate",
+    "Starts": "percuss.simulate",
     "SteadyStates": "percuss.steady",
+    "Stop": "percuss.simulate",
     "System": "percuss.model",
+    "Trajectory": "percuss.simulate",
     "rest_on_wall": "percuss.steady",
+    "run": "percuss.simulate",
     "si_report": "percuss.steady",
+    "simulate_many": "percuss.simulate",
     "stability_of": "percuss.stability",
     "steady_states": "percuss.steady",
 }

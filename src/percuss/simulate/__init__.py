@@ -1,0 +1,52 @@
+"""Direct simulation: every impact of the bar from any start (B77 section 5; theory §§3, 8)."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from percuss.simulate.engine import Progress
+    from percuss.simulate.events import Event, Events
+    from percuss.simulate.running import run
+    from percuss.simulate.start import Start
+    from percuss.simulate.stop import Stop
+    from percuss.simulate.summary import SISummary, Summary
+    from percuss.simulate.trajectory import EnergyBalance, Trajectory
+
+__all__ = [
+    "EnergyBalance",
+    "Event",
+    "Events",
+    "Progress",
+    "SISummary",
+    "Start",
+    "Stop",
+    "Summary",
+    "Trajectory",
+    "run",
+]
+
+_HOME = {
+    "EnergyBalance": "trajectory",
+    "Event": "events",
+    "Events": "events",
+    "Progress": "engine",
+    "SISummary": "summary",
+    "Start": "start",
+    "Stop": "stop",
+    "Summary": "summary",
+    "Trajectory": "trajectory",
+    "run": "running",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Each name from its module when it is first used: only `run` loads the compiler."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,58 @@
+"""Where the energy of a simulated motion goes, by quadrature over its closed forms."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from percuss.model.checks import Array
+from percuss.simulate.trajectory import EnergyBalance
+
+if TYPE_CHECKING:
+    from percuss.simulate.trajectory import Trajectory
+
+__all__ = ["energy_balance"]
+
+_TURN = 2.0 * np.pi
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+def energy_balance(motion: Trajectory, first: float | None = None, last: float | None = None) -> EnergyBalance:
+    """Energy between two times; see `Trajectory.energy_balance`."""
+    begin = motion.begin_time if first is None else first
+    end = motion.end_time if last is None else last
+    times = motion.events.time
+    inside = (times > begin) & (times <= end)
+    edges = np.unique(np.concatenate([[begin], times[inside], _breaks(motion, begin, end), [end]]))
+    fastest = max(float(motion.spectrum.k.max(initial=1.0)), motion.modes * np.pi * motion.system.s)
+    put_in = lost = 0.0
+    for a, b in pairwise(edges):
+        if b - a <= 1e-14 * max(abs(a), 1.0):
+            continue
+        t, w = _rule(a, b, fastest)
+        velocity = motion.modal(t).velocity
+        driven = velocity[0] + 2.0 * velocity[1:].sum(axis=0)
+        put_in += float(w @ (np.asarray(motion.system.load.value(t)) * driven))
+        lost += motion.system.d * float(w @ (velocity[0] ** 2 + 2.0 * (velocity[1:] ** 2).sum(axis=0)))
+    taken = float(motion.events.energy_lost[inside].sum())
+    stored = motion.energy(np.array([begin, end]))
+    return EnergyBalance(put_in, lost, taken, float(stored[1] - stored[0]))
+
+
+def _breaks(motion: Trajectory, begin: float, end: float) -> Array:
+    breaks = np.asarray(motion.system.load.breaks)
+    if not breaks.size:
+        return breaks
+    turns = np.arange(np.floor(begin / _TURN), np.floor(end / _TURN) + 1) * _TURN
+    every = (turns[:, None] + breaks[None, :]).reshape(-1)
+    return every[(every > begin) & (every < end)]
+
+
+def _rule(a: float, b: float, fastest: float) -> tuple[Array, Array]:
+    """Gauss's rule on panels of at most two radians of the fastest wave."""
+    panels = int(np.ceil((b - a) * fastest / 2.0)) + 1
+    width = (b - a) / panels
+    left = a + width * np.arange(panels)[:, None]
+    return (left + 0.5 * width * (_POINTS + 1.0)).reshape(-1), np.tile(0.5 * width * _WEIGHTS, panels)

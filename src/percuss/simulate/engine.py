@@ -1,0 +1,124 @@
+"""The loop around the kernels: calls them stretch by stretch, gathers the events, reports progress."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model.checks import Array
+from percuss.simulate import kernels as kn
+from percuss.simulate.events import Events
+from percuss.simulate.snapshot import Snapshot, clock
+from percuss.simulate.stop import Stop
+from percuss.simulate.tables import Tables
+
+__all__ = ["Progress", "Stretch", "follow"]
+
+_STRIDE = 1 << 20  # evaluations of the modal sum between two looks at the clock
+_TOO_MANY = 2 << 30  # modes times evaluations in one flight that end a simulation
+_ENDS = {
+    kn.BY_IMPACTS: "impacts",
+    kn.BY_TIME: "time",
+    kn.AT_REST: "rest",
+    kn.PERIODIC: "periodic",
+    kn.DEPARTED: "departed",
+}
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a simulation has come.
+
+    Attributes
+    ----------
+    impacts
+        From the start.
+    time
+        From the start, in radians.
+    fraction
+        0 to 1: of the impacts or the time asked for, whichever is nearer.
+    """
+
+    impacts: int
+    time: float
+    fraction: float
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended."""
+
+    events: Events
+    states: Array
+    snapshot: Snapshot
+    outcome: str
+
+
+def follow(
+    tables: Tables,
+    snapshot: Snapshot,
+    stop: Stop,
+    begin_time: float,
+    progress: Callable[[Progress], object] | None = None,
+) -> Stretch:
+    """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
+    state, modes = snapshot.copy(), tables.mode.shape[1]
+    room = int(np.clip((1 << 20) // (2 * modes + 2), 64, 4096))
+    numbers, wholes = np.empty((room, kn.EVENT_NUMBERS)), np.empty((room, kn.EVENT_COUNTS), dtype=np.int64)
+    states = np.empty((room, kn.STATE_NUMBERS + 2 * modes))
+    par, osc, work = tables.par.copy(), np.zeros((2, tables.har.shape[1])), np.zeros((kn.WORK_ROWS, modes))
+    if tables.values.size:
+        par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
+    end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
+    rows: list[Stretch] = []
+    tired, tired_at, outcome = 0, -1, ""
+    while not outcome:
+        state.count[kn.EVENTS] = 0
+        budget = (int(state.count[kn.WORK]) // _STRIDE + 1) * _STRIDE
+        code = kn.fly(
+            par, tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases, tables.over,
+            state.z, state.now, state.count, state.cycle, state.past, state.sums,
+            float(end_period), end_phase, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget,
+            numbers, wholes, states, False, osc, work,
+        )  # fmt: skip
+        n = int(state.count[kn.EVENTS])
+        rows.append(Stretch(_events(numbers[:n], wholes[:n]), states[:n].copy(), state, ""))
+        outcome = _ENDS.get(code, "")
+        if code == kn.BY_WORK:
+            tired = tired + 1 if state.impacts == tired_at else 1
+            tired_at = state.impacts
+            if tired * _STRIDE * (modes + 30) > _TOO_MANY:
+                outcome = "work"
+        if progress is not None and progress(_progress(state, stop, begin_time)) and not outcome:
+            outcome = "cancelled"
+    state.count[kn.EVENTS] = 0
+    events = rows[0].events
+    for row in rows[1:]:
+        events = events.joined(row.events)
+    return Stretch(events, np.concatenate([row.states for row in rows]), state, outcome)
+
+
+def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:
+    gone = state.time - begin_time
+    fraction = state.impacts / max(stop.most_impacts, 1)
+    if stop.time is not None:
+        fraction = max(fraction, gone / stop.time)
+    return Progress(state.impacts, gone, min(fraction, 1.0))
+
+
+def _events(numbers: Array, wholes: npt.NDArray[np.int64]) -> Events:
+    return Events(
+        code=wholes[:, kn.KIND].astype(np.int8),
+        period=wholes[:, kn.AT_PERIOD].copy(),
+        phase=numbers[:, kn.AT_PHASE].copy(),
+        impact_velocity=numbers[:, kn.BEFORE].copy(),
+        rebound_velocity=numbers[:, kn.AFTER].copy(),
+        energy_lost=numbers[:, kn.LOST].copy(),
+        kinetic_energy=numbers[:, kn.KINETIC].copy(),
+        resolved=wholes[:, kn.RESOLVED].copy(),
+        piece=wholes[:, kn.IN_PIECE].copy(),
+    )

@@ -1,0 +1,132 @@
+"""The motion in closed form from an event on, at any place and time: no engine, only the formulas of theory §2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model.checks import Array
+from percuss.simulate.spectrum import Spectrum
+
+__all__ = ["Anchor", "Modes", "modal_motion"]
+
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """The state at an instant of free motion.
+
+    Parameters
+    ----------
+    phase, piece
+        Load phase, and the number of the load's step that holds.
+    gap, rigid_rate, z
+        u(1), u_0' and the amplitudes of the free motion, shape (2, N).
+    """
+
+    phase: float
+    piece: int
+    gap: float
+    rigid_rate: float
+    z: Array
+
+
+@dataclass(frozen=True)
+class Modes:
+    """u_n and u_n', n = 0 … N, at some times; each of shape (N+1, len(t))."""
+
+    displacement: Array
+    velocity: Array
+
+
+def modal_motion(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
+    """The modes at the times `tau` ≥ 0, ascending, after an anchor, as long as the bar touches nothing."""
+    load = spectrum.system.load
+    if not load.is_piecewise:
+        return _within(spectrum, anchor, tau)
+    parts, done, gone = [], 0, 0.0
+    while True:
+        following = (anchor.piece + 1) % len(load.breaks)
+        ahead = load.breaks[following] - anchor.phase
+        ahead += _TURN if following == 0 and ahead < 0.0 else 0.0
+        ahead = max(ahead, 0.0)
+        stop = int(np.searchsorted(tau, gone + ahead, side="left"))
+        last = done + stop - done == tau.size
+        parts.append(_within(spectrum, anchor, tau[done:stop] - gone))
+        if last:
+            break
+        anchor = _over_step(spectrum, anchor, ahead, following)
+        done, gone = stop, gone + ahead
+    return Modes(
+        np.concatenate([part.displacement for part in parts], axis=1),
+        np.concatenate([part.velocity for part in parts], axis=1),
+    )
+
+
+def _within(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
+    """Under one form of the load."""
+    d, mean, k = spectrum.system.d, spectrum.mean(anchor.piece), spectrum.k
+    turned = np.exp(1j * k * anchor.phase)
+    waves = turned[:, None] * np.exp(1j * np.outer(k, tau))  # e^{ik(θ+τ)}, shape (K, T)
+    start, _ = spectrum.modal(anchor.z, anchor.gap, anchor.rigid_rate, anchor.phase, mean)
+    c, s = _free_pair(spectrum, tau)
+    z0 = anchor.z[0][:, None]
+    slope = np.where(np.arange(spectrum.modes) < spectrum.over, anchor.z[1], -spectrum.lam * anchor.z[1])[:, None]
+    q = z0 * c + slope * s
+    rate = slope * c - spectrum.square[:, None] * z0 * s - 0.5 * d * q
+    q = q + (spectrum.response.T @ waves).real + mean * spectrum.statics[:, None]
+    rate = rate + ((1j * k[:, None] * spectrum.response).T @ waves).real
+
+    first, second = _drift(d, tau)
+    drift = anchor.rigid_rate - float(((1j * k * turned) @ spectrum.rigid).real)
+    steps = turned[:, None] * _turn_less_one(np.outer(k, tau))
+    u0 = start[0] + drift * first + mean * second + (spectrum.rigid @ steps).real
+    v0 = anchor.rigid_rate + (mean - d * drift) * first + ((1j * k * spectrum.rigid) @ steps).real
+    sign = spectrum.sign[:, None]
+    return Modes(np.vstack([u0, q / sign]), np.vstack([v0, rate / sign]))
+
+
+def _over_step(spectrum: Spectrum, anchor: Anchor, ahead: float, piece: int) -> Anchor:
+    """The anchor at the next step of the load."""
+    at = _within(spectrum, anchor, np.array([ahead]))
+    u, v = at.displacement[:, 0], at.velocity[:, 0]
+    phase = spectrum.system.load.breaks[piece]
+    z = spectrum.amplitudes(u, v, phase, spectrum.mean(piece))
+    return Anchor(phase, piece, float(u[0] + spectrum.sign @ u[1:]), float(v[0]), z)
+
+
+def _free_pair(spectrum: Spectrum, tau: Array) -> tuple[Array, Array]:
+    """C and S of the free motion q = q(0) C + (q'(0) + d q(0)/2) S; each of shape (N, T)."""
+    d, square = spectrum.system.d, spectrum.square[:, None]
+    t = tau[None, :]
+    fade = np.exp(-0.5 * d * t)
+    lam = spectrum.lam[:, None]
+    c, s = fade * np.cos(lam * t), fade * np.sin(lam * t) / lam
+    over = spectrum.square <= 0.0
+    if over.any():
+        kappa = np.sqrt(-square[over])
+        slow = np.exp(-(spectrum.omega[over, None] ** 2) / (0.5 * d + kappa) * t)
+        safe = np.where(kappa * t < 1e-8, 1.0, kappa)
+        c[over] = slow * 0.5 * (1.0 + np.exp(-2.0 * kappa * t))
+        s[over] = np.where(kappa * t < 1e-8, slow * t, slow * -np.expm1(-2.0 * safe * t) / (2.0 * safe))
+    return c, s
+
+
+def _drift(d: float, tau: Array) -> tuple[Array, Array]:
+    """(1 − e^{−dτ})/d and its integral, for any d ≥ 0."""
+    x = d * tau
+    small = x < 0.5
+    series = np.zeros_like(x)
+    for k in range(18, 0, -1):  # Σ (−x)^j/(j+2)!
+        series = (1.0 - x * series) / (k + 1.0)
+    series = np.where(small, series, 0.0)
+    first = np.where(small, tau * (1.0 - x * series), -np.expm1(-x) / (d if d else 1.0))
+    return first, np.where(small, tau**2 * series, (tau - first) / (d if d else 1.0))
+
+
+def _turn_less_one(angle: Array) -> Array:
+    """e^{iα} − 1 without cancellation."""
+    half = np.sin(0.5 * angle)
+    return np.asarray(-2.0 * half * half + 1j * np.sin(angle))

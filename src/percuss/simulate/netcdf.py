@@ -1,0 +1,183 @@
+"""A trajectory as an xarray dataset and as a NetCDF file, from which it goes on bit for bit."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss._version import __version__
+from percuss.errors import MissingExtraError, PercussError
+from percuss.model import Bar, Load, System
+from percuss.simulate.events import KINDS, Events
+from percuss.simulate.flight import Anchor
+from percuss.simulate.stop import Stop
+from percuss.simulate.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["read", "to_dataset", "write"]
+
+_FORMAT = "percuss trajectory 1"
+_UNITS = {
+    "time": "rad",
+    "phase": "rad",
+    "period": "load periods",
+    "impact_velocity": "bar lengths per rad",
+    "rebound_velocity": "bar lengths per rad",
+    "energy_lost": "M L^3 Omega^2",
+    "kinetic_energy": "M L^3 Omega^2",
+}
+_MEANING = {
+    "code": f"kind of the event: {', '.join(f'{i} {kind}' for i, kind in enumerate(KINDS))}",
+    "period": "load periods gone by",
+    "phase": "phase of the load",
+    "time": "2 pi period + phase",
+    "impact_velocity": "velocity of the striking end before the event",
+    "rebound_velocity": "velocity of the striking end after the event",
+    "energy_lost": "energy that the event takes from the bar",
+    "kinetic_energy": "blow energy: kinetic energy just before an impact",
+    "resolved": "of a chatter: impacts recorded singly before it",
+    "piece": "number of the step of a piecewise constant load",
+}
+
+
+def to_dataset(motion: Trajectory) -> xarray.Dataset:
+    """See `Trajectory.to_xarray`."""
+    xarray = _xarray()
+    variables: dict[str, Any] = {}
+    for field in fields(Events):
+        values = getattr(motion.events, field.name)
+        about = {"long_name": _MEANING[field.name], "units": _UNITS.get(field.name, "1")}
+        variables[field.name] = ("event", values, about)
+    about = {"long_name": _MEANING["time"], "units": "rad"}
+    variables["time"] = ("event", motion.events.time, about)
+    for name, values in (("displacement", motion.displacement), ("velocity", motion.velocity)):
+        variables[name] = (("event", "mode"), values, {"long_name": f"modal {name} after the event, B77 6"})
+    variables["state"] = (("event", "state_number"), motion.states, {"long_name": "gap, rigid velocity, amplitudes"})
+    start = np.concatenate([[motion.start.gap, motion.start.rigid_rate], motion.start.z.reshape(-1)])
+    variables["start_state"] = ("state_number", start, {"long_name": "state at the start"})
+    for name, array in motion.snapshot.items():
+        variables[f"engine_{name}"] = ([f"engine_{name}_{i}" for i in range(array.ndim)], array)
+    return xarray.Dataset(
+        variables,
+        coords={"mode": np.arange(motion.modes + 1)},
+        attrs={
+            "format": _FORMAT,
+            "percuss_version": __version__,
+            "title": str(motion),
+            "label": motion.label,
+            "outcome": motion.outcome,
+            "system": json.dumps(_system_dict(motion.system)),
+            "description": json.dumps(
+                {
+                    "modes": motion.modes,
+                    "transient": motion.transient,
+                    "stop": asdict(motion.stop),
+                    "begin_time": motion.begin_time,
+                    "end_time": motion.end_time,
+                    "start_phase": motion.start.phase,
+                    "start_piece": motion.start.piece,
+                    "resting": motion.resting,
+                }
+            ),
+        },
+    )
+
+
+def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write the file beside its place and move it there when it is whole."""
+    dataset = to_dataset(motion)
+    _need("h5netcdf")
+    target = os.fspath(path)
+    part = f"{target}.part"
+    try:
+        dataset.to_netcdf(part, engine="h5netcdf")
+        os.replace(part, target)
+    except OSError as error:
+        raise PercussError(f"{target}: cannot be written: {error.strerror or error}") from None
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
+
+
+def read(path: str | os.PathLike[str]) -> Trajectory:
+    """See `Trajectory.load`."""
+    xarray, name = _xarray(), os.fspath(path)
+    _need("h5netcdf")
+    try:
+        with xarray.open_dataset(name, engine="h5netcdf") as dataset:
+            dataset.load()
+    except (OSError, ValueError) as error:
+        remedy = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
+        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a NetCDF 4 file"
+        raise PercussError(f"{name}: {reason}", remedy) from None
+    if dataset.attrs.get("format") != _FORMAT:
+        found = dataset.attrs.get("format", "no percuss file")
+        raise PercussError(f"{name}: {found}", f"this version reads '{_FORMAT}'")
+    return _from_dataset(dataset)
+
+
+def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
+    about = json.loads(dataset.attrs["description"])
+    system = _system_from(json.loads(dataset.attrs["system"]))
+    modes = int(about["modes"])
+    start = dataset["start_state"].values
+    engine = {name[7:]: dataset[name].values for name in dataset.data_vars if str(name).startswith("engine_")}
+    return Trajectory(
+        system=system,
+        modes=modes,
+        events=Events(**{field.name: dataset[field.name].values for field in fields(Events)}),
+        states=dataset["state"].values.reshape(-1, 2 * modes + 2),
+        start=Anchor(
+            about["start_phase"], about["start_piece"], float(start[0]), float(start[1]), start[2:].reshape(2, modes)
+        ),
+        resting=about["resting"],
+        snapshot={str(name): values for name, values in engine.items()},
+        outcome=dataset.attrs["outcome"],
+        label=dataset.attrs["label"],
+        transient=about["transient"],
+        stop=Stop(**about["stop"]),
+        begin_time=about["begin_time"],
+        end_time=about["end_time"],
+    )
+
+
+def _system_dict(system: System) -> dict[str, Any]:
+    load, bar = system.load, system.bar
+    return {
+        "s": system.s,
+        "d": system.d,
+        "restitution": system.restitution,
+        "coefficients": [[c.real, c.imag] for c in load.coefficients.tolist()],
+        "breaks": list(load.breaks),
+        "values": list(load.values),
+        "frequency": system.frequency,
+        "bar": None if bar is None else {field.name: getattr(bar, field.name) for field in fields(Bar)},
+    }
+
+
+def _system_from(about: dict[str, Any]) -> System:
+    coefficients = np.array([complex(*pair) for pair in about["coefficients"]])
+    load = Load(coefficients, None, tuple(about["breaks"]), tuple(about["values"]))
+    bar = None if about["bar"] is None else Bar(**about["bar"])
+    return System(about["s"], about["d"], about["restitution"], load, bar, about["frequency"])
+
+
+def _xarray() -> Any:
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("xarray", "io") from None
+    return xarray
+
+
+def _need(package: str) -> None:
+    from importlib.util import find_spec
+
+    if find_spec(package) is None:
+        raise MissingExtraError(package, "io")

@@ -1,0 +1,123 @@
+"""`run`: the only public door to the kernels for a single motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import count, instance
+from percuss.simulate import kernels as kn
+from percuss.simulate.engine import Progress, Stretch, follow
+from percuss.simulate.flight import Anchor
+from percuss.simulate.snapshot import Snapshot, begin
+from percuss.simulate.spectrum import Spectrum
+from percuss.simulate.start import Start
+from percuss.simulate.stop import Stop
+from percuss.simulate.summary import label_of
+from percuss.simulate.tables import tables_of
+from percuss.simulate.trajectory import Trajectory
+
+__all__ = ["MAX_MODES", "go_on", "run"]
+
+MAX_MODES = 4096
+"""The most elastic modes of a simulation."""
+
+_ARRAYS = ("z", "now", "count", "cycle", "past", "sums")
+
+
+def run(
+    system: System,
+    start: Start | None = None,
+    *,
+    modes: int = 32,
+    stop: Stop | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> Trajectory:
+    """Follow the bar from a start: every impact, chatter, rest and release (B77 section 5, theory §§3, 8).
+
+    Parameters
+    ----------
+    system
+        What moves; all of it dimensionless.
+    start
+        The state and the load phase at the beginning; `Start.rigid()` by default, at rest one bar length off the wall.
+    modes
+        N, the elastic modes kept; 0 is the rigid bar.
+    stop
+        When to end; see `Stop`. By default after 2000 impacts, or when a periodic motion or rest for good is found.
+    progress
+        Called now and then with a `Progress`; the motion ends as ``cancelled`` when it returns something true.
+
+    Raises
+    ------
+    ParameterError
+        For a start beyond the wall or with more modes than `modes`.
+    ResonanceError
+        When a harmonic of the load meets an undamped elastic mode (B77 16).
+
+    Examples
+    --------
+    >>> from percuss import Load, Start, Stop, System, run
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> motion = run(system, Start.rigid(position=-1.0, time=0.3), modes=8)
+    >>> print(motion.label, motion.outcome)
+    z=1/1 periodic
+    """
+    instance("system", system, System)
+    start = Start.rigid() if start is None else instance("start", start, Start)
+    stop = Stop() if stop is None else instance("stop", stop, Stop)
+    spectrum = Spectrum(system, count("modes", modes, least=0, most=MAX_MODES))
+    tables = tables_of(spectrum)
+    snapshot = begin(spectrum, tables, start)
+    anchor = Anchor(
+        float(snapshot.now[kn.PHASE]),
+        int(snapshot.count[kn.PIECE]),
+        float(snapshot.now[kn.GAP]),
+        float(snapshot.now[kn.RIGID_RATE]),
+        snapshot.z.copy(),
+    )
+    stretch = follow(tables, snapshot, stop, start.time, progress)
+    return _trajectory(
+        system, spectrum.modes, stretch, anchor, int(snapshot.count[kn.MODE]) == kn.RESTING, stop, start.time
+    )
+
+
+def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
+    """A motion followed further."""
+    snapshot = Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in _ARRAYS})  # type: ignore[arg-type]  # each array has the kind its name says
+    stretch = follow(tables_of(motion.spectrum), snapshot, stop, motion.begin_time, progress)
+    whole = Stretch(
+        motion.events.joined(stretch.events),
+        np.concatenate([motion.states, stretch.states]),
+        stretch.snapshot,
+        stretch.outcome,
+    )
+    return _trajectory(motion.system, motion.modes, whole, motion.start, motion.resting, stop, motion.begin_time)
+
+
+def _trajectory(
+    system: System, modes: int, stretch: Stretch, start: Anchor, resting: bool, stop: Stop, begin_time: float
+) -> Trajectory:
+    state = stretch.snapshot
+    confirmed = int(state.count[kn.CONFIRMED]) >= 2
+    cycle = [int(state.count[i]) for i in (kn.CYCLE_IMPACTS, kn.CYCLE_PERIODS, kn.CYCLE_KIND)]
+    wandering = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
+    label = label_of(stretch.outcome, cycle[0], cycle[1] if confirmed else 0, cycle[2], wandering)
+    end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
+    return Trajectory(
+        system=system,
+        modes=modes,
+        events=stretch.events,
+        states=stretch.states,
+        start=start,
+        resting=resting,
+        snapshot={name: getattr(state, name) for name in _ARRAYS},
+        outcome=stretch.outcome,
+        label=label,
+        transient=int(state.count[kn.FOUND_AT]) - 1 if confirmed else None,
+        stop=stop,
+        begin_time=begin_time,
+        end_time=max(end, begin_time),
+    )

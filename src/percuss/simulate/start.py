@@ -1,0 +1,262 @@
+"""Where a motion starts: the displacement and the velocity of the bar, and the phase of the load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from dataclasses import field as _field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, count, finite
+
+__all__ = ["Start"]
+
+Profile = npt.ArrayLike | Callable[[Array], npt.ArrayLike]
+
+_NOISE = 1e-12  # a gap this small, relative to the displacements, is a bar on the wall
+
+
+class ModalImpact(Protocol):
+    """The elastic modes of a steady motion at its impact."""
+
+    @property
+    def displacement(self) -> Array: ...
+    @property
+    def z_velocity(self) -> Array: ...
+    @property
+    def forced_velocity(self) -> Array: ...
+
+
+class ModalOrbit(Protocol):
+    """What a start needs of a steady motion; an `Orbit` has it."""
+
+    @property
+    def phase(self) -> float: ...
+    @property
+    def rigid_velocity(self) -> float: ...
+    def modal_state(self, modes: int) -> ModalImpact: ...
+
+
+@dataclass(frozen=True)
+class Start:
+    """The start of a motion. Make one with `rigid`, `modal`, `field` or `orbit`.
+
+    Parameters
+    ----------
+    displacement, velocity
+        u_n and u_n', n = 0, 1, …, of shape (n,), dimensionless; what a simulation has more of modes is 0.
+        `u(x) = u_0 + 2 Σ u_n cos nπx`.
+    time
+        Load phase (rad) at which the motion starts; any number, the clock of the events counts on from it.
+    gap
+        u(1), the place of the striking end; None takes it from the modes that the simulation keeps.
+    source
+        A steady motion that gives the state, which is then added to `displacement` and `velocity`.
+    profile
+        Displacement and velocity along the bar, in place of their modes.
+
+    Raises
+    ------
+    ParameterError
+        For numbers that are not finite or arrays of different lengths.
+
+    Examples
+    --------
+    >>> Start.rigid(position=-1.0, time=0.3)
+    Start.rigid(position=-1.0, velocity=0.0, time=0.3)
+    """
+
+    displacement: tuple[float, ...] = (0.0,)
+    velocity: tuple[float, ...] = (0.0,)
+    time: float = 0.0
+    gap: float | None = None
+    source: ModalOrbit | None = _field(default=None, compare=False)
+    profile: tuple[Profile, Profile] | None = _field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", finite("time", self.time))
+        if abs(self.time) > 1e15:
+            raise ParameterError("time", self.time, "a load phase of at most 1e15 radians")
+        for name in ("displacement", "velocity"):
+            object.__setattr__(self, name, _numbers(name, getattr(self, name)))
+        if self.gap is not None:
+            object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
+
+    # -- ways to make one --
+
+    @classmethod
+    def rigid(cls, position: float = -1.0, velocity: float = 0.0, time: float = 0.0) -> Start:
+        """An undeformed bar at `position` ≤ 0, all of it with one velocity.
+
+        Parameters
+        ----------
+        position, velocity
+            Of the bar; dimensionless (lengths of the bar, and those per radian). The wall is at 0.
+        time
+            Load phase in radians.
+        """
+        place = _not_beyond(finite("position", position))
+        return cls((place,), (finite("velocity", velocity),), time, gap=place)
+
+    @classmethod
+    def modal(cls, displacement: npt.ArrayLike, velocity: npt.ArrayLike | None = None, time: float = 0.0) -> Start:
+        """Full modal vectors u_n and u_n', n = 0 … N."""
+        u = _numbers("modal_displacement", displacement)
+        v = (0.0,) * len(u) if velocity is None else _numbers("modal_velocity", velocity)
+        if len(u) != len(v):
+            raise ParameterError("modal_velocity", f"{len(v)} numbers", f"as many as modal_displacement: {len(u)}")
+        return cls(u, v, time)
+
+    @classmethod
+    def field(cls, displacement: Profile, velocity: Profile = 0.0, time: float = 0.0) -> Start:
+        """Displacement u(x) and velocity u_t(x) along the bar, x = 0 at the driven and 1 at the striking end.
+
+        Parameters
+        ----------
+        displacement, velocity
+            A function of an array of x, or values at equal steps from x = 0 to 1 (straight between them), or a number.
+            The place u(1) of the striking end is kept whatever the number of modes.
+        time
+            Load phase in radians.
+        """
+        profile = (_sampled("displacement", displacement), _sampled("velocity", velocity))
+        end = float(np.asarray(_values(profile[0], np.array([1.0])), dtype=float)[0])
+        return cls(time=time, gap=finite("displacement(1)", end), profile=profile)
+
+    @classmethod
+    def orbit(cls, orbit: ModalOrbit, displacement: npt.ArrayLike = (0.0,), velocity: npt.ArrayLike = (0.0,)) -> Start:
+        """Just after the impact of a steady motion, plus a perturbation of u_n and u_n', n = 0, 1, …
+
+        A perturbation of displacement moves the striking end off the wall: it must not move it beyond.
+        """
+        du, dv = _numbers("displacement", displacement), _numbers("velocity", velocity)
+        return cls(du, dv, float(orbit.phase), source=orbit)
+
+    # -- the state --
+
+    def at(self, time: float) -> Start:
+        """The same state at another phase of the load."""
+        return replace(self, time=time)
+
+    def state(self, modes: int) -> tuple[Array, Array, float]:
+        """u_n and u_n', n = 0 … `modes`, each of shape (modes+1,), and the gap y = u(1) ≤ 0.
+
+        Raises
+        ------
+        ParameterError
+            When the start has more modes than `modes`, or the striking end stands beyond the wall.
+        """
+        size = count("modes", modes, least=0) + 1
+        u, v = np.zeros(size), np.zeros(size)
+        for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
+            if len(given) > size and any(given[size:]):
+                raise ParameterError(
+                    f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "take more modes"
+                )
+            into[: min(len(given), size)] = given[:size]
+        sign = np.where(np.arange(1, size) % 2, -2.0, 2.0)
+        if self.profile is not None:
+            u, v = _cosines(self.profile[0], size), _cosines(self.profile[1], size)
+        if self.source is not None:
+            at = self.source.modal_state(size - 1)
+            v[1:] += at.z_velocity + at.forced_velocity
+            v[0] -= self._restitution() * self.source.rigid_velocity
+            moved = float(u[0] + sign @ u[1:])
+            u[1:] += at.displacement
+            u[0] = moved - float(sign @ u[1:])
+            return u, v, _on_wall(moved, float(np.abs(u).max()))
+        gap = float(u[0] + sign @ u[1:]) if self.gap is None else self.gap
+        gap = _on_wall(gap, float(np.abs(u).max()))
+        u[0] = gap - float(sign @ u[1:])
+        return u, v, gap
+
+    def _restitution(self) -> float:
+        system = getattr(self.source, "system", None)
+        return float(getattr(system, "restitution", 0.0))
+
+    def __repr__(self) -> str:
+        if self.profile is not None:
+            return f"Start.field(…, time={self.time!r})"
+        if self.source is not None:
+            return f"Start.orbit({self.source}, …)"
+        if len(self.displacement) == 1:
+            return f"Start.rigid(position={self.displacement[0]!r}, velocity={self.velocity[0]!r}, time={self.time!r})"
+        return f"Start.modal({len(self.displacement)} modes, time={self.time!r})"
+
+
+def _numbers(name: str, values: object) -> tuple[float, ...]:
+    try:
+        array = np.asarray(values, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        raise ParameterError(name, values, "finite numbers") from None
+    if not array.size or not np.all(np.isfinite(array)):
+        raise ParameterError(name, values, "one or more finite numbers")
+    return tuple(array.tolist())
+
+
+def _not_beyond(position: float) -> float:
+    if position > 0.0:
+        raise ParameterError("position", position, "0 (on the wall) or less", "the bar is on the negative side")
+    return position
+
+
+def _on_wall(gap: float, size: float) -> float:
+    """The gap, and 0 for what is rounding of it."""
+    if abs(gap) <= _NOISE * size:
+        return 0.0
+    if gap > 0.0:
+        raise ParameterError("gap", gap, "a striking end at or before the wall, u(1) ≤ 0", "lower u_0")
+    return gap
+
+
+# -- fields along the bar -------------------------------------------------------------------------------------------
+
+
+def _sampled(name: str, profile: Profile) -> Profile:
+    if callable(profile):
+        return profile
+    values = np.atleast_1d(np.asarray(_numbers(name, profile)))
+    return np.repeat(values, 2) if values.size == 1 else values
+
+
+def _values(profile: Profile, x: Array) -> npt.ArrayLike:
+    if callable(profile):
+        return np.broadcast_to(np.asarray(profile(x), dtype=float), x.shape)
+    samples = np.asarray(profile, dtype=float)
+    return np.interp(x, np.linspace(0.0, 1.0, samples.size), samples)
+
+
+def _cosines(profile: Profile, size: int) -> Array:
+    """∫₀¹ u(x) cos nπx dx for n < size: exact for samples joined by straight lines, else by Gauss's rule, refined."""
+    n = np.arange(size)
+    if not callable(profile):
+        u = np.asarray(profile, dtype=float)
+        x = np.linspace(0.0, 1.0, u.size)
+        slope = np.diff(u) / np.diff(x)
+        found = np.empty(size)
+        found[0] = np.trapezoid(u, x)
+        found[1:] = np.diff(np.cos(np.pi * np.outer(n[1:], x)), axis=1) @ slope / (np.pi * n[1:]) ** 2
+        return found
+    last = np.full(size, np.inf)
+    panels = max(8, size)
+    while True:
+        x, w = _gauss(panels)
+        values = np.asarray(_values(profile, x), dtype=float)
+        if not np.all(np.isfinite(values)):
+            raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
+        found = np.cos(np.pi * np.outer(n, x)) @ (w * values)
+        if float(np.abs(found - last).max()) <= 1e-14 * float(np.abs(values).max()) or panels > 16384:
+            return np.asarray(found)
+        last, panels = found, 2 * panels
+
+
+def _gauss(panels: int, points: int = 8) -> tuple[Array, Array]:
+    """Points and weights of Gauss's rule on equal panels of [0, 1]."""
+    t, w = np.polynomial.legendre.leggauss(points)
+    left = np.arange(panels)[:, None] / panels
+    x = left + 0.5 * (t + 1.0)[None, :] / panels
+    return x.reshape(-1), np.tile(0.5 * w / panels, panels)

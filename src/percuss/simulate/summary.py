@@ -1,0 +1,154 @@
+"""What a motion amounts to: its label, its transient, its blow rate, and what that means in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import Array
+from percuss.simulate.events import Events
+
+__all__ = ["SISummary", "Summary", "label_of", "main_blows", "summary_of"]
+
+_TURN = 2.0 * np.pi
+_FEW = 20  # impacts too few to throw half of them away
+
+
+@dataclass(frozen=True)
+class SISummary:
+    """The figures of a summary in the units of its field; each name ends in its unit. None where nothing strikes."""
+
+    blow_rate_Hz: float | None
+    main_blow_rate_Hz: float | None
+    impact_velocity_m_s: float | None
+    blow_energy_J: float | None
+    delivered_energy_J: float | None
+    delivered_power_kW: float | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Means over the settled part of a motion; dimensionless.
+
+    Attributes
+    ----------
+    impacts
+        In the whole motion.
+    first, last
+        The settled part: from this impact to that one, numbered from 0. After the transient when a periodic motion
+        was found, else the second half (all of them when they are fewer than 20).
+    blow_rate, main_blow_rate
+        Impacts per load period; main: a completed chatter counts once, at its first impact. None with fewer than two.
+    interval_mean, interval_std
+        Of the times between impacts, in radians; None with fewer than two impacts.
+    main_interval_mean, main_interval_std
+        The same between main blows.
+    impact_velocity
+        Mean striking speed.
+    blow_energy
+        Mean kinetic energy just before an impact, all modes.
+    energy_lost_per_period
+        Taken by impacts, chatter and rest, per load period; None with fewer than two impacts.
+    si
+        For a system made from SI.
+    """
+
+    impacts: int
+    first: int
+    last: int
+    blow_rate: float | None
+    main_blow_rate: float | None
+    interval_mean: float | None
+    interval_std: float | None
+    main_interval_mean: float | None
+    main_interval_std: float | None
+    impact_velocity: float | None
+    blow_energy: float | None
+    energy_lost_per_period: float | None
+    si: SISummary | None
+
+
+def label_of(outcome: str, impacts: int, periods: int, kind: int, wanders: bool) -> str:
+    """The motion's name: ``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``.
+
+    Parameters
+    ----------
+    outcome
+        How the simulation ended.
+    impacts, periods, kind
+        The confirmed cycle: its impacts and load periods, and whether it has no rest (0), rest (1), or rest that
+        ends complete chatter (2); 0 periods when there is none.
+    wanders
+        Whether the last impacts do not come near any of the ones before.
+    """
+    if outcome in ("rest", "departed"):
+        return outcome
+    if periods:
+        return (f"z={impacts}/{periods}", f"rest/{periods}", f"chatter/{periods}")[kind]
+    return "aperiodic" if wanders else "undecided"
+
+
+def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Which of the impacts are main blows: all but those that follow the first one of a completed chatter."""
+    struck = np.flatnonzero(events.code == 0)
+    main = np.ones(struck.size, dtype=bool)
+    for at in np.flatnonzero(events.code == 2):
+        last = int(np.searchsorted(struck, at))
+        main[max(last - int(events.resolved[at]) + 1, 0) : last] = False
+    return main
+
+
+def summary_of(system: System, events: Events, settled: int | None) -> Summary:
+    """Means over the impacts from number `settled` (from 1) on; None when no periodic motion was found."""
+    struck = events.of("impact")
+    n = len(struck)
+    first = (settled - 1 if settled else n // 2) if n >= _FEW or settled else 0
+    main = main_blows(events)[first:]
+    part = struck[first:]
+    mean, std = _spread(part.period, part.phase)
+    main_mean, main_std = _spread(part.period[main], part.phase[main])
+    taken = None
+    if mean is not None:
+        inside = (events.time > part.time[0]) & (events.time <= part.time[-1])
+        taken = float(events.energy_lost[inside].sum()) / (mean * (len(part) - 1)) * _TURN
+    speed = float(part.impact_velocity.mean()) if len(part) else None
+    blow = float(part.kinetic_energy.mean()) if len(part) else None
+    rate, main_rate = (None if not m else _TURN / m for m in (mean, main_mean))
+    return Summary(
+        n, first, max(n - 1, 0), rate, main_rate, mean, std, main_mean, main_std, speed, blow, taken,
+        _si(system, rate, main_rate, speed, blow, taken),
+    )  # fmt: skip
+
+
+def _spread(period: np.ndarray[tuple[int], np.dtype[np.int64]], phase: Array) -> tuple[float | None, float | None]:
+    if period.size < 2:
+        return None, None
+    gone = np.diff(period) * _TURN + np.diff(phase)
+    return float(gone.mean()), float(gone.std())
+
+
+def _si(
+    system: System,
+    rate: float | None,
+    main_rate: float | None,
+    speed: float | None,
+    blow: float | None,
+    taken: float | None,
+) -> SISummary | None:
+    if system.frequency is None:
+        return None
+    f, energy = system.frequency, system.energy_scale
+
+    def times(value: float | None, factor: float) -> float | None:
+        return None if value is None else value * factor
+
+    return SISummary(
+        blow_rate_Hz=times(rate, f),
+        main_blow_rate_Hz=times(main_rate, f),
+        impact_velocity_m_s=times(speed, system.speed_scale),
+        blow_energy_J=times(blow, energy),
+        delivered_energy_J=times(blow, energy * (1.0 - system.restitution**2)),
+        delivered_power_kW=times(taken, 1e-3 * energy * f),
+    )

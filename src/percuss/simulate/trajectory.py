@@ -1,0 +1,289 @@
+"""A simulated motion: what happened, and where the bar is at any time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import System
+from percuss.model.checks import Array, array
+from percuss.simulate.events import Events
+from percuss.simulate.flight import Anchor, Modes, modal_motion
+from percuss.simulate.spectrum import Spectrum
+from percuss.simulate.stop import Stop
+from percuss.simulate.summary import Summary, main_blows, summary_of
+
+if TYPE_CHECKING:
+    import xarray
+
+    from percuss.simulate.engine import Progress
+
+__all__ = ["EnergyBalance", "Trajectory"]
+
+Side = Literal["left", "right"]
+
+_CHATTER, _REST, _RELEASE = 2, 3, 4
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energy between two instants; dimensionless.
+
+    Attributes
+    ----------
+    input
+        Work of the load.
+    damping, impacts
+        Taken by damping, and by impacts, chatter and rest.
+    stored
+        Rise of the kinetic and elastic energy of the bar.
+    """
+
+    input: float
+    damping: float
+    impacts: float
+    stored: float
+
+    @property
+    def imbalance(self) -> float:
+        """Input less damping, impacts and what is stored: 0 but for rounding."""
+        return self.input - self.damping - self.impacts - self.stored
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A simulated motion; made by `run`, and by `Trajectory.load` from a file.
+
+    All quantities are dimensionless (theory §1): lengths in bar lengths, times in radians of the load's fundamental.
+    Times are absolute: `begin_time` is the load phase of the start, and the load has phase t at the time t.
+
+    Attributes
+    ----------
+    system, modes
+        What moved, and N, the number of its elastic modes.
+    events
+        The event table.
+    states
+        The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
+        `displacement` and `velocity` for u_n and u_n'.
+    outcome
+        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work`` or ``cancelled``.
+    label
+        What motion it is at the end: ``z=p/n`` (p impacts in n load periods, no rest), ``chatter/n`` (a cycle of n
+        load periods with complete chatter and rest), ``rest/n`` (with rest, but finitely many impacts), ``rest`` (for
+        good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
+        of phase and speed), ``undecided``.
+    transient
+        Impacts before the periodic motion; None when none was found.
+    stop
+        The rule it was stopped by.
+    begin_time, end_time
+        First and last time (rad) for which the motion is known.
+    """
+
+    system: System
+    modes: int
+    events: Events
+    states: Array
+    start: Anchor
+    resting: bool
+    snapshot: dict[str, npt.NDArray[np.generic]]
+    outcome: str
+    label: str
+    transient: int | None
+    stop: Stop
+    begin_time: float
+    end_time: float
+
+    # -- what happened --
+
+    @property
+    def impacts(self) -> int:
+        """The number of impacts."""
+        return int(np.count_nonzero(self.events.code == 0))
+
+    @property
+    def main_blows(self) -> npt.NDArray[np.bool_]:
+        """Which impacts are main blows: a completed chatter counts once. Shape (impacts,)."""
+        return main_blows(self.events)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Blow rate, its scatter, energies; in SI besides for a system made from SI."""
+        return summary_of(self.system, self.events, None if self.transient is None else self.transient + 1)
+
+    # -- the state --
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """Frequencies and forced response of the modes."""
+        return Spectrum(self.system, self.modes)
+
+    def _anchor(self, i: int) -> Anchor:
+        """The state after event number i; −1 is the start."""
+        if i < 0:
+            return self.start
+        row, n = self.states[i], self.modes
+        z = np.stack([row[2 : 2 + n], row[2 + n :]])
+        return Anchor(float(self.events.phase[i]), int(self.events.piece[i]), float(row[0]), float(row[1]), z)
+
+    def _at(self, i: int) -> tuple[Array, Array]:
+        a = self._anchor(i)
+        return self.spectrum.modal(a.z, a.gap, a.rigid_rate, a.phase, self.spectrum.mean(a.piece))
+
+    @property
+    def displacement(self) -> Array:
+        """u_n after each event, n = 0 … N; shape (events, N+1)."""
+        return np.array([self._at(i)[0] for i in range(len(self.events))]).reshape(-1, self.modes + 1)
+
+    @property
+    def velocity(self) -> Array:
+        """u_n' after each event, n = 0 … N; shape (events, N+1)."""
+        return np.array([self._at(i)[1] for i in range(len(self.events))]).reshape(-1, self.modes + 1)
+
+    def modal(self, t: npt.ArrayLike, side: Side = "right") -> Modes:
+        """u_n(t) and u_n'(t), each of shape (N+1, len(t)).
+
+        Parameters
+        ----------
+        t
+            Times (rad) from `begin_time` to `end_time`.
+        side
+            At the time of an event: the state after it (``right``) or before it (``left``).
+
+        Raises
+        ------
+        ParameterError
+            For times outside the simulated ones.
+        """
+        times = array("t", t, -np.inf, np.inf)
+        if times.size and (times.min() < self.begin_time or times.max() > self.end_time):
+            accepted = f"times from {self.begin_time:.6g} to {self.end_time:.6g}"
+            raise ParameterError("t", f"{times.min():.6g} … {times.max():.6g}", accepted, "simulate for longer")
+        order = np.argsort(times, kind="stable")
+        ordered = times[order]
+        last = np.searchsorted(self.events.time, ordered, side=side) - 1
+        u, v = np.empty((self.modes + 1, times.size)), np.empty((self.modes + 1, times.size))
+        for i in np.unique(last):
+            here = np.flatnonzero(last == i)
+            part = self._between(int(i), ordered[here])
+            u[:, order[here]], v[:, order[here]] = part.displacement, part.velocity
+        return Modes(u, v)
+
+    def _between(self, i: int, times: Array) -> Modes:
+        rests = self.events.code[i] == _REST if i >= 0 else self.resting
+        nothing = np.zeros((self.modes + 1, times.size))
+        if rests:
+            return Modes(nothing, nothing)
+        if i + 1 < len(self.events) and self.events.code[i + 1] == _CHATTER:
+            return Modes(self._at(i)[0][:, None] + nothing, nothing)  # infinitely many bounces of less than 1e-9
+        periods, phase = divmod(self.begin_time, _TURN) if i < 0 else (self.events.period[i], self.events.phase[i])
+        return modal_motion(self.spectrum, self._anchor(i), np.maximum((times - periods * _TURN) - phase, 0.0))
+
+    # -- fields --
+
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
+        return self._shapes(x) @ self.modal(t).displacement
+
+    def bar_velocity(self, x: npt.ArrayLike, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """u_t(x, t); shape (len(x), len(t))."""
+        return self._shapes(x) @ self.modal(t, side).velocity
+
+    def strain(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u_x(x, t), negative in compression; shape (len(x), len(t)). 0 in a bar that rests on the wall."""
+        places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
+        return np.asarray((-2.0 * np.pi * n * np.sin(np.pi * np.outer(places, n))) @ self.modal(t).displacement)
+
+    def gap(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),)."""
+        return np.asarray(self.position(1.0, t)[0])
+
+    def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),)."""
+        at = self.modal(t, side)
+        weight = np.where(np.arange(self.modes + 1) == 0, 0.5, 1.0)
+        stiffness = (np.pi * self.system.s * np.arange(self.modes + 1)) ** 2
+        return np.asarray(weight @ at.velocity**2 + stiffness @ at.displacement**2)
+
+    def contact_force(self, t: npt.ArrayLike) -> Array:
+        """Force p(t) with which a bar that rests presses on the wall, quasi-static; 0 elsewhere. Shape (len(t),)."""
+        times = array("t", t, self.begin_time, self.end_time)
+        last = np.searchsorted(self.events.time, times, side="right") - 1
+        codes = np.append(self.events.code, _REST if self.resting else _RELEASE)
+        return np.where(codes[last] == _REST, self.system.load.value(times), 0.0)
+
+    def _shapes(self, x: npt.ArrayLike) -> Array:
+        places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
+        return np.asarray(np.where(n == 0, 1.0, 2.0) * np.cos(np.pi * np.outer(places, n)))
+
+    def energy_balance(self, first: float | None = None, last: float | None = None) -> EnergyBalance:
+        """The energy that the load put in and where it went, between two times (default: the whole motion).
+
+        The work of the load and of damping are integrated over the closed forms, flight by flight, with Gauss's rule.
+        """
+        from percuss.simulate.balance import energy_balance
+
+        return energy_balance(self, first, last)
+
+    # -- going on --
+
+    def continued(self, stop: Stop | None = None, progress: Callable[[Progress], object] | None = None) -> Trajectory:
+        """The same motion followed further, with the same bits as if it had never been interrupted.
+
+        Parameters
+        ----------
+        stop
+            The new rule; impacts and time count from the start of the motion, not from here. None: as many impacts
+            again, whether a periodic motion is found or not.
+        progress
+            See `run`.
+        """
+        from percuss.simulate.running import go_on
+
+        if stop is None:
+            stop = replace(self.stop, impacts=2 * max(self.impacts, 1), time=None, periodic=False)
+        return go_on(self, stop, progress)
+
+    # -- files --
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The event table, the states and all that is needed to go on, with names and units."""
+        from percuss.simulate.netcdf import to_dataset
+
+        return to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a NetCDF file that `Trajectory.load` reads."""
+        from percuss.simulate.netcdf import write
+
+        write(self, path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Trajectory:
+        """The motion in a NetCDF file; `continued` goes on from it bit for bit.
+
+        Raises
+        ------
+        PercussError
+            When the file cannot be read or is no trajectory.
+        """
+        from percuss.simulate.netcdf import read
+
+        return read(path)
+
+    def __str__(self) -> str:
+        count = len(self.events)
+        return (
+            f"Trajectory {self.label}: {self.impacts} impacts, {count} event{'s' if count != 1 else ''} in "
+            f"{(self.end_time - self.begin_time) / _TURN:.6g} load periods, {self.modes} modes, "
+            f"ended by {self.outcome}"
+        )

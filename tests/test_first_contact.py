@@ -1,0 +1,69 @@
+"""No contact is missed and none invented: the engine against ball arithmetic that shares no code with it."""
+
+import numpy as np
+import pytest
+from interval_oracle import KINDS, Flight, first_contact, gap, random_flight
+
+from percuss.model import Load, System
+from percuss.simulate import Start, Stop, run
+
+RESOLUTION = 1e-12 * 2.0 * np.pi
+
+
+def simulated(flight: Flight, horizon: float) -> tuple[str, float, float]:
+    """Kind, time and speed of the first event of the engine."""
+    if flight.breaks:
+        load = Load.steps(flight.breaks, flight.values)
+    else:
+        load = Load.fourier(np.asarray(flight.coefficients))
+    system = System(s=flight.s, d=flight.d, restitution=0.5, load=load)
+    start = Start.modal(flight.displacement, flight.velocity, flight.time)
+    stop = Stop(impacts=1, time=horizon, periodic=False)
+    motion = run(system, start, modes=len(flight.displacement) - 1, stop=stop)
+    if len(motion.events) == 0:
+        assert motion.outcome in ("time", "departed")
+        return "none", horizon, np.nan
+    first = next(iter(motion.events))
+    turns = np.floor(flight.time / (2.0 * np.pi))
+    time = (motion.events.period[0] - turns) * 2.0 * np.pi + (first.phase - (flight.time - turns * 2.0 * np.pi))
+    return {"impact": "contact", "grazing": "graze"}.get(first.kind, first.kind), float(time), first.impact_velocity
+
+
+def scale(flight: Flight) -> float:
+    """What rounding errors are measured by: the largest speed, and near a resonance the large parts that cancel."""
+    omega = np.pi * flight.s * np.arange(len(flight.displacement))
+    fast = np.abs(flight.velocity).sum() + omega @ np.abs(flight.displacement)
+    k = np.arange(len(flight.coefficients))[1:, None]
+    pk = np.abs(np.asarray(flight.coefficients[1:], dtype=complex))[:, None]
+    forced = pk / np.abs(omega**2 - k**2 + 1j * k * flight.d) if k.size else np.zeros(1)
+    return float(1.0 + fast + (k * forced).sum())
+
+
+def check(flight: Flight, horizon: float, on_wall: bool) -> str:
+    """The engine against the oracle; returns what both found."""
+    true = first_contact(flight, horizon, on_wall)
+    kind, time, speed = simulated(flight, horizon)
+    where = f"{flight}\nhorizon {horizon}, on the wall {on_wall}\noracle {true}, engine {kind} at {time}"
+    error = 1e-14 * scale(flight) * (1.0 + horizon)  # of the gap
+    if kind == "graze":
+        y, rate, curve = gap(flight, time, on_wall)
+        assert abs(y) < max(1e-13, error) and rate * rate < 4.0 * abs(curve) * max(1e-13, error), where
+        return kind
+    if true.kind == "graze":
+        return kind  # deeper than rounding, but within the oracle's own 1e-13
+    assert kind == true.kind, where
+    if kind == "contact":
+        # a contact of speed v is known to 1e-12 of the load period, or as well as rounding lets the gap be known
+        assert abs(time - true.time) < max(RESOLUTION, error / true.speed), where
+        assert (
+            abs(speed - true.speed)
+            < 1e-9 * scale(flight) + error * abs(gap(flight, true.time, on_wall)[2]) / true.speed
+        )
+    return kind
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_first_contacts(kind):
+    rng = np.random.default_rng(20260)
+    seen = [check(*random_flight(rng, kind)) for _ in range(150)]
+    assert seen.count("contact") > 20
