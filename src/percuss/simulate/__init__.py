@@ -7,27 +7,43 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
+    from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
     from percuss.simulate.events import Event, Events
     from percuss.simulate.running import run
     from percuss.simulate.start import Start
-    from percuss.simulate.stop import Stop
-    from percuss.simulate.summary import SISummary, Summary
+    from percuss.simulate.starts import DISTRIBUTIONS, Starts
+    from percuss.simulate.stop import OUTCOMES, Stop
+    from percuss.simulate.summary import Cycle, SISummary, Summary
     from percuss.simulate.trajectory import EnergyBalance, Trajectory
 
 __all__ = [
+    "DISTRIBUTIONS",
+    "OUTCOMES",
+    "Cycle",
     "EnergyBalance",
+    "Ensemble",
+    "EnsembleProgress",
     "Event",
     "Events",
     "Progress",
     "SISummary",
     "Start",
+    "Starts",
     "Stop",
     "Summary",
     "Trajectory",
     "run",
+    "simulate_many",
 ]
 
 _HOME = {
+    "DISTRIBUTIONS": "starts",
+    "OUTCOMES": "stop",
+    "Cycle": "summary",
+    "Ensemble": "ensemble",
+    "EnsembleProgress": "ensemble",
+    "Starts": "starts",
+    "simulate_many": "ensemble",
     "EnergyBalance": "trajectory",
     "Event": "events",
     "Events": "events",

@@ -47,7 +47,7 @@ def _breaks(motion: Trajectory, begin: float, end: float) -> Array:
         return breaks
     turns = np.arange(np.floor(begin / _TURN), np.floor(end / _TURN) + 1) * _TURN
     every = (turns[:, None] + breaks[None, :]).reshape(-1)
-    return every[(every > begin) & (every < end)]
+    return np.asarray(every[(every > begin) & (every < end)])
 
 
 def _rule(a: float, b: float, fastest: float) -> tuple[Array, Array]:

@@ -16,17 +16,19 @@ from percuss.simulate.snapshot import Snapshot, clock
 from percuss.simulate.stop import Stop
 from percuss.simulate.tables import Tables
 
-__all__ = ["Progress", "Stretch", "follow"]
+__all__ = ["ENDS", "Progress", "Stretch", "follow"]
 
 _STRIDE = 1 << 20  # evaluations of the modal sum between two looks at the clock
+_MOST_MEMORY = 1 << 30  # bytes of recorded states
 _TOO_MANY = 2 << 30  # modes times evaluations in one flight that end a simulation
-_ENDS = {
+ENDS = {
     kn.BY_IMPACTS: "impacts",
     kn.BY_TIME: "time",
     kn.AT_REST: "rest",
     kn.PERIODIC: "periodic",
     kn.DEPARTED: "departed",
 }
+"""What the kernels' ends are called."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def follow(
         par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
     end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
     rows: list[Stretch] = []
-    tired, tired_at, outcome = 0, -1, ""
+    tired, tired_at, outcome, recorded = 0, -1, "", 0
     while not outcome:
         state.count[kn.EVENTS] = 0
         budget = (int(state.count[kn.WORK]) // _STRIDE + 1) * _STRIDE
@@ -87,7 +89,9 @@ def follow(
         )  # fmt: skip
         n = int(state.count[kn.EVENTS])
         rows.append(Stretch(_events(numbers[:n], wholes[:n]), states[:n].copy(), state, ""))
-        outcome = _ENDS.get(code, "")
+        outcome, recorded = ENDS.get(code, ""), recorded + rows[-1].states.nbytes
+        if recorded > _MOST_MEMORY and not outcome:
+            outcome = "memory"
         if code == kn.BY_WORK:
             tired = tired + 1 if state.impacts == tired_at else 1
             tired_at = state.impacts

@@ -86,7 +86,7 @@ CHATTER_TIME = 1e-5  # a chatter is completed when at most this time of it is le
 CHATTER_ERROR = 1e-13  # … and its end is known to this
 NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 SMALL = 1e-3  # an angle whose fifth power does not matter
-WINDOW = 256  # last impacts kept for the classifier
+WINDOW = 256  # last impacts kept for the classifier, at least
 SAME = 64  # of them looked at
 SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
 LOOSE = 1e-3  # and how near it must come back
@@ -478,18 +478,22 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             if found == GRAZE:
                 return (GRAZE if top < horizon else NOTHING), min(top, horizon), 0.0, evaluations, math.inf, 0.0
         if found == CONTACT:
-            for _ in range(12):
+            bend, h = 0.0, 0.0  # y''', from the last two evaluations
+            for i in range(12):
                 h = -2.0 * y / (v + math.sqrt(max(v * v - 2.0 * a * y, 0.0)))  # root of the local parabola
                 tau = max(tau + h, 0.0)
-                if abs(h) <= 4.0 * EPS * tau or abs(h) * h * h * (jerk + a * a / v) < EPS * tau * v:
+                close = h * h * jerk < 16.0 * EPS * v
+                if close or (i and (abs(h) <= 4.0 * EPS * tau or abs(h * h * h) * (jerk + a * a / v) < EPS * tau * v)):
                     break
+                before = a
                 ds, vs, sa = smooth(par, now, osc, tau)
                 df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
                 evaluations += 1
                 y, v, a = y0 + ds + df, max(vs + fv, 1e-300), sa + fa
+                bend = (a - before) / h if h != 0.0 else 0.0
             if tau > horizon:
                 return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
-            return CONTACT, tau, v + a * h, evaluations, h, slip
+            return CONTACT, tau, v + h * (a + 0.5 * h * bend), evaluations, h, slip
         if evaluations >= limit:
             return TIRED, tau, v, evaluations, 0.0, 0.0
 
@@ -702,6 +706,40 @@ def undeformed(par, mode, coupling, z, now, work, over):
 
 
 @njit(cache=True, nogil=True)
+def place(par, mode, coupling, values, z, now, count, work, over, u, v, gap, phase, period, piece):
+    """The anchor at a start: u_n and u_n', n = 0, 1, … (those left out are 0), the gap, the clock."""
+    for i in range(NUMBERS):
+        now[i] = 0.0
+    for i in range(COUNTS):
+        count[i] = 0
+    d = par[D]
+    if values.shape[0]:
+        par[MEAN] = values[piece]
+    count[PERIOD], count[PIECE] = period, piece
+    set_phase(now, phase)
+    still = v[0] == 0.0 and gap == 0.0
+    rate = v[0]
+    for j in range(mode.shape[1]):
+        sign = 2.0 if j % 2 else -2.0
+        z[0, j] = sign * u[j + 1] if j + 1 < u.shape[0] else 0.0
+        z[1, j] = sign * v[j + 1] if j + 1 < v.shape[0] else 0.0
+        still = still and z[0, j] == 0.0 and z[1, j] == 0.0
+        rate += z[1, j]
+    forced_modes(coupling, work, now[COSINE], now[SINE], 0)
+    for j in range(mode.shape[1]):
+        z[0, j] -= work[FORCED, j] + par[MEAN] * mode[STATICS, j]
+    forced_modes(coupling, work, now[COSINE], now[SINE], 1)
+    for j in range(mode.shape[1]):
+        z[1, j] += 0.5 * d * z[0, j] - work[FORCED, j]
+        if j >= over:
+            z[1, j] *= -mode[INVERSE, j]
+    now[GAP], now[GAP_RATE], now[RIGID_RATE], now[LAST_FLIGHT] = gap, rate, v[0], -1.0
+    amplitudes(par, mode, z, now, over)
+    # undeformed, at rest and on the wall: released at once when the load pulls
+    count[MODE] = RESTING if still else (ON_WALL if gap == 0.0 else FLYING)
+
+
+@njit(cache=True, nogil=True)
 def step_load(par, mode, z, now, count, over, breaks, values):
     """On to the next step of a piecewise constant load: the static shape jumps, so the free part jumps back."""
     piece = count[PIECE] + 1
@@ -883,8 +921,37 @@ def returned(par, speed, z, now, anchor, tolerance):
     return apart <= bound
 
 
+@njit(cache=True, nogil=True)
+def apart(past, shift, first, last, scale):
+    """Greatest distance of the impacts number `first` … `last` − 1 from those `shift` before, phases and speeds."""
+    most = 0.0
+    for i in range(first, last):
+        a, b = i % past.shape[1], (i - shift) % past.shape[1]
+        turn = abs(past[0, a] - past[0, b])
+        most = max(most, min(turn, TURN - turn), abs(past[1, a] - past[1, b]) / scale)
+    return most
+
+
+@njit(cache=True, nogil=True)
+def shortest(past, impacts, periods, seen, scale, tolerance):
+    """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
+
+    A motion that settles with a negative multiplier comes back after two impacts before it does after one: the
+    distance of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for.
+    """
+    for part in range(1, impacts // 2 + 1):
+        if impacts % part or (periods * part) % impacts or 2 * impacts + part > min(seen, past.shape[1]):
+            continue
+        now = apart(past, part, seen - impacts, seen, scale)
+        if now <= tolerance:
+            return part
+        if abs(now - apart(past, part, seen - 2 * impacts, seen - impacts, scale)) > 1e-4 * now:
+            return 0
+    return impacts
+
+
 @njit(cache=True, nogil=True, inline="always")
-def recurrence(par, speed, z, now, count, anchor, tolerance):
+def recurrence(par, speed, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
     Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
@@ -899,11 +966,19 @@ def recurrence(par, speed, z, now, count, anchor, tolerance):
         elif ahead > math.pi:
             periods += 1
         if periods > 0:
-            if since == count[CYCLE_IMPACTS] and periods == count[CYCLE_PERIODS]:
-                count[CONFIRMED] += 1
+            cycle = since
+            if count[RESTS] == 0:
+                cycle = shortest(past, since, periods, count[IMPACTS], par[FORCE] + abs(speed), tolerance)
+            if cycle == 0:
+                count[CONFIRMED], count[CYCLE_IMPACTS] = 0, 0
             else:
-                count[CYCLE_IMPACTS], count[CYCLE_PERIODS], count[CONFIRMED] = since, periods, 1
-                count[FOUND_AT] = count[ANCHOR]
+                periods = periods * cycle // since
+                if cycle == count[CYCLE_IMPACTS] and periods == count[CYCLE_PERIODS]:
+                    count[CONFIRMED] += 1
+                else:
+                    count[CYCLE_IMPACTS], count[CYCLE_PERIODS], count[CONFIRMED] = cycle, periods, 1
+                    count[FOUND_AT] = count[ANCHOR]
+                    clear(sums)
             count[CYCLE_KIND] = 2 if count[CHATTERS] else (1 if count[RESTS] else 0)
             remember(speed, z, now, count, anchor)
             return
@@ -918,17 +993,17 @@ def recurrence(par, speed, z, now, count, anchor, tolerance):
 def wanders(past, impacts):
     """Whether no shift by up to `SHIFTS` impacts brings the last impacts back to `LOOSE`ly the same phases and speeds.
 
-    `past`: phases and striking speeds of the last `WINDOW` impacts, in a ring.
+    `past`: phases, striking speeds and load periods of the last impacts, in a ring.
     """
     if impacts < SAME + SHIFTS:
         return False
     top = 0.0
     for i in range(impacts - SAME, impacts):
-        top = max(top, abs(past[1, i % WINDOW]))
+        top = max(top, abs(past[1, i % past.shape[1]]))
     for shift in range(1, SHIFTS + 1):
         near = True
         for i in range(impacts - SAME, impacts):
-            a, b = i % WINDOW, (i - shift) % WINDOW
+            a, b = i % past.shape[1], (i - shift) % past.shape[1]
             apart = abs(past[0, a] - past[0, b])
             if min(apart, TURN - apart) > LOOSE or abs(past[1, a] - past[1, b]) > LOOSE * top:
                 near = False
@@ -941,13 +1016,20 @@ def wanders(past, impacts):
 # -- statistics -----------------------------------------------------------------------------------------------------
 
 # sums: numbers of intervals, their sums and sums of squares, between all impacts, between main blows (a completed
-# chatter is one blow, at its first impact), and of the sequence of ever shorter flights now open
+# chatter is one blow, at its first impact), and of the sequence of ever shorter flights now open …
 ALL, ALL_TIME, ALL_SQUARES, MAIN, MAIN_TIME, MAIN_SQUARES, OPEN, OPEN_TIME, OPEN_SQUARES = range(9)
-# … the energy lost, the sum of the striking speeds and of the kinetic energies, the number of impacts
+# … the energy lost, the sums of the striking speeds and of the kinetic energies, the number of impacts …
 TAKEN, SPEEDS, BLOWS, STRUCK = range(9, 13)
-# … when the last impact and the last main blow came, and whether that one ended in chatter
-LAST_PERIOD, LAST_PHASE, MAIN_PERIOD, MAIN_PHASE, CHATTERED = range(13, 18)
-SUMS_KEPT = 18
+# … when the last impact and the last main blow came, whether that one ended in chatter, and whether there was one
+LAST_PERIOD, LAST_PHASE, MAIN_PERIOD, MAIN_PHASE, CHATTERED, BEGUN = range(13, 19)
+SUMS_KEPT = 19
+
+
+@njit(cache=True, nogil=True)
+def clear(sums):
+    """The sums begun anew, now: at the first return of a cycle, and when the impacts to be discarded are over."""
+    for i in range(LAST_PERIOD):
+        sums[i] = 0.0
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -957,18 +1039,18 @@ def tally(speed, lost, now, count, sums):
     sums[SPEEDS] += speed
     sums[BLOWS] += now[KINETIC_ENERGY]
     sums[STRUCK] += 1.0
+    begun = sums[BEGUN] > 0.0
     gone = (count[PERIOD] - sums[LAST_PERIOD]) * TURN + (now[PHASE] - sums[LAST_PHASE])
-    first = sums[STRUCK] == 1.0
-    if not first:
+    if begun:
         sums[ALL] += 1.0
         sums[ALL_TIME] += gone
         sums[ALL_SQUARES] += gone * gone
-    if count[RUN] > 1 and not first:
+    if begun and count[RUN] > 1:
         sums[OPEN] += 1.0
         sums[OPEN_TIME] += gone
         sums[OPEN_SQUARES] += gone * gone
     else:
-        if not first:
+        if begun:
             close_run(sums)
             if sums[CHATTERED] > 0.0:
                 gone = (count[PERIOD] - sums[MAIN_PERIOD]) * TURN + (now[PHASE] - sums[MAIN_PHASE])
@@ -976,12 +1058,12 @@ def tally(speed, lost, now, count, sums):
             sums[MAIN_TIME] += gone
             sums[MAIN_SQUARES] += gone * gone
         sums[MAIN_PERIOD], sums[MAIN_PHASE], sums[CHATTERED] = count[PERIOD], now[PHASE], 0.0
-    sums[LAST_PERIOD], sums[LAST_PHASE] = count[PERIOD], now[PHASE]
+    sums[LAST_PERIOD], sums[LAST_PHASE], sums[BEGUN] = count[PERIOD], now[PHASE], 1.0
 
 
 @njit(cache=True, nogil=True)
 def close_run(sums):
-    """The open sequence was no chatter, or the end has come: its impacts are main blows."""
+    """The open sequence was no chatter: its impacts are main blows."""
     for i in range(3):
         sums[MAIN + i] += sums[OPEN + i]
         sums[OPEN + i] = 0.0
@@ -1120,10 +1202,90 @@ def strike(
         now[LAST_FLIGHT] = now[SINCE]
     now[SINCE] = 0.0
     count[IMPACTS] += 1
-    if count[IMPACTS] > skip:
-        tally(speed, lost, now, count, sums)
-    i = (count[IMPACTS] - 1) % WINDOW
-    past[0, i], past[1, i] = now[PHASE], speed
+    tally(speed, lost, now, count, sums)
+    if count[IMPACTS] == skip:
+        clear(sums)
+    i = (count[IMPACTS] - 1) % past.shape[1]
+    past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
     record(IMPACT, speed, lost, z, now, count, numbers, wholes, states, ring)
     if tolerance > 0.0:
-        recurrence(par, speed, z, now, count, anchor, tolerance)
+        recurrence(par, speed, z, now, count, anchor, past, sums, tolerance)
+
+
+# -- many motions ---------------------------------------------------------------------------------------------------
+
+# columns of the whole numbers of a member, and of its means
+ENDED, STRIKES, FIRST, PER_CYCLE, PERIODS, SORT, WANDERING = range(7)
+MEMBER_COUNTS = 7
+ENDED_AT, RATE_OF, MAIN_RATE, MEAN_INTERVAL, STD_INTERVAL, MEAN_MAIN, STD_MAIN, MEAN_SPEED, MEAN_BLOW, LOST_RATE = (
+    range(10)
+)
+MEMBER_NUMBERS = 10
+
+
+@njit(cache=True, nogil=True)
+def spread(n, total, squares):
+    """Mean and standard deviation from sums; NaN without any."""
+    if n == 0.0:
+        return math.nan, math.nan
+    mean = total / n
+    return mean, math.sqrt(max(squares / n - mean * mean, 0.0))
+
+
+@njit(cache=True, nogil=True)
+def conclude(now, count, past, sums, code, numbers, wholes):
+    """What is kept of a member: how it ended, its cycle, and its means."""
+    settled = count[CONFIRMED] >= 2
+    if not (settled and count[CYCLE_KIND] == 2) and sums[CHATTERED] == 0.0:
+        close_run(sums)
+    mean, std = spread(sums[ALL], sums[ALL_TIME], sums[ALL_SQUARES])
+    main, main_std = spread(sums[MAIN], sums[MAIN_TIME], sums[MAIN_SQUARES])
+    numbers[ENDED_AT] = count[PERIOD] * TURN + now[PHASE]
+    numbers[MEAN_INTERVAL], numbers[STD_INTERVAL] = mean, std
+    numbers[MEAN_MAIN], numbers[STD_MAIN] = main, main_std
+    numbers[RATE_OF], numbers[MAIN_RATE] = TURN / mean, TURN / main
+    numbers[MEAN_SPEED], _ = spread(sums[STRUCK], sums[SPEEDS], 0.0)
+    numbers[MEAN_BLOW], _ = spread(sums[STRUCK], sums[BLOWS], 0.0)
+    numbers[LOST_RATE] = TURN * sums[TAKEN] / sums[ALL_TIME] if sums[ALL] > 0.0 else math.nan
+    wholes[ENDED], wholes[STRIKES], wholes[FIRST] = code, count[IMPACTS], count[FOUND_AT] - 1 if settled else -1
+    wholes[PER_CYCLE] = count[CYCLE_IMPACTS] if settled else 0
+    wholes[PERIODS] = count[CYCLE_PERIODS] if settled else 0
+    wholes[SORT] = count[CYCLE_KIND] if settled else 0
+    wholes[WANDERING] = 1 if wanders(past, count[IMPACTS]) else 0
+
+
+@njit(cache=True, nogil=True)
+def fly_many(
+    par, mode, har, coupling, breaks, values, releases, over,
+    displacement, velocity, gaps, periods, phases, pieces, ends, end_phases,
+    most_impacts, until_cycle, tolerance, skip, budget, first, last, stopped,
+    z, now, count, anchor, past, sums, osc, work, none, nothing,
+    numbers, wholes, tail,
+):  # fmt: skip
+    """Members `first` … `last` − 1, one after the other; `stopped` is looked at between them.
+
+    `none` and `nothing` are empty records. `tail`: phases, speeds and load periods of the last impacts of each.
+    """
+    for i in range(first, last):
+        if stopped[0]:
+            return i
+        place(
+            par, mode, coupling, values, z, now, count, work, over,
+            displacement[i], velocity[i], gaps[i], phases[i], periods[i], pieces[i],
+        )  # fmt: skip
+        for j in range(anchor.shape[0]):
+            anchor[j] = 0.0
+        for j in range(SUMS_KEPT):
+            sums[j] = 0.0
+        code = fly(
+            par, mode, har, coupling, breaks, values, releases, over, z, now, count, anchor, past, sums,
+            ends[i], end_phases[i], most_impacts, until_cycle, tolerance, skip, budget,
+            none, nothing, none, True, osc, work,
+        )  # fmt: skip
+        conclude(now, count, past, sums, code, numbers[i], wholes[i])
+        kept = tail.shape[2]
+        for j in range(min(kept, count[IMPACTS])):
+            at = (count[IMPACTS] - 1 - j) % past.shape[1]
+            for row in range(3):
+                tail[i, row, kept - 1 - j] = past[row, at]
+    return last

@@ -15,12 +15,15 @@ from percuss.model import Bar, Load, System
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
 from percuss.simulate.stop import Stop
+from percuss.simulate.summary import Cycle
 from percuss.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["read", "to_dataset", "write"]
+    from percuss.simulate.ensemble import Ensemble
+
+__all__ = ["ensemble_dataset", "read", "to_dataset", "write"]
 
 _FORMAT = "percuss trajectory 1"
 _UNITS = {
@@ -48,7 +51,7 @@ _MEANING = {
 
 def to_dataset(motion: Trajectory) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
-    xarray = _xarray()
+    package = _xarray()
     variables: dict[str, Any] = {}
     for field in fields(Events):
         values = getattr(motion.events, field.name)
@@ -63,7 +66,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
     variables["start_state"] = ("state_number", start, {"long_name": "state at the start"})
     for name, array in motion.snapshot.items():
         variables[f"engine_{name}"] = ([f"engine_{name}_{i}" for i in range(array.ndim)], array)
-    return xarray.Dataset(
+    dataset: xarray.Dataset = package.Dataset(
         variables,
         coords={"mode": np.arange(motion.modes + 1)},
         attrs={
@@ -76,7 +79,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
             "description": json.dumps(
                 {
                     "modes": motion.modes,
-                    "transient": motion.transient,
+                    "cycle": None if motion.cycle is None else asdict(motion.cycle),
                     "stop": asdict(motion.stop),
                     "begin_time": motion.begin_time,
                     "end_time": motion.end_time,
@@ -87,6 +90,21 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
             ),
         },
     )
+    return dataset
+
+
+def ensemble_dataset(ensemble: Ensemble) -> xarray.Dataset:
+    """See `Ensemble.to_xarray`."""
+    package = _xarray()
+    variables: dict[str, Any] = {"label": ("member", ensemble.label), "outcome": ("member", ensemble.outcome)}
+    for field in fields(ensemble):
+        values = getattr(ensemble, field.name)
+        if isinstance(values, np.ndarray):
+            variables[field.name] = (("member", "last")[: values.ndim], values)
+    dataset: xarray.Dataset = package.Dataset(
+        variables, attrs={"modes": ensemble.modes, "percuss_version": __version__, "title": "percuss ensemble"}
+    )
+    return dataset
 
 
 def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
@@ -107,10 +125,10 @@ def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
 
 def read(path: str | os.PathLike[str]) -> Trajectory:
     """See `Trajectory.load`."""
-    xarray, name = _xarray(), os.fspath(path)
+    package, name = _xarray(), os.fspath(path)
     _need("h5netcdf")
     try:
-        with xarray.open_dataset(name, engine="h5netcdf") as dataset:
+        with package.open_dataset(name, engine="h5netcdf") as dataset:
             dataset.load()
     except (OSError, ValueError) as error:
         remedy = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
@@ -127,7 +145,7 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     system = _system_from(json.loads(dataset.attrs["system"]))
     modes = int(about["modes"])
     start = dataset["start_state"].values
-    engine = {name[7:]: dataset[name].values for name in dataset.data_vars if str(name).startswith("engine_")}
+    engine = {str(name)[7:]: data.values for name, data in dataset.data_vars.items() if str(name).startswith("engine_")}
     return Trajectory(
         system=system,
         modes=modes,
@@ -137,10 +155,10 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
             about["start_phase"], about["start_piece"], float(start[0]), float(start[1]), start[2:].reshape(2, modes)
         ),
         resting=about["resting"],
-        snapshot={str(name): values for name, values in engine.items()},
+        snapshot=engine,
         outcome=dataset.attrs["outcome"],
         label=dataset.attrs["label"],
-        transient=about["transient"],
+        cycle=None if about["cycle"] is None else Cycle(**about["cycle"]),
         stop=Stop(**about["stop"]),
         begin_time=about["begin_time"],
         end_time=about["end_time"],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model import System
 from percuss.model.checks import count, instance
@@ -15,11 +16,11 @@ from percuss.simulate.snapshot import Snapshot, begin
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.summary import label_of
+from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.tables import tables_of
 from percuss.simulate.trajectory import Trajectory
 
-__all__ = ["MAX_MODES", "go_on", "run"]
+__all__ = ["MAX_MODES", "cycle_of", "go_on", "run"]
 
 MAX_MODES = 4096
 """The most elastic modes of a simulation."""
@@ -86,7 +87,7 @@ def run(
 
 def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
     """A motion followed further."""
-    snapshot = Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in _ARRAYS})  # type: ignore[arg-type]  # each array has the kind its name says
+    snapshot = Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in _ARRAYS})
     stretch = follow(tables_of(motion.spectrum), snapshot, stop, motion.begin_time, progress)
     whole = Stretch(
         motion.events.joined(stretch.events),
@@ -97,14 +98,21 @@ def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object]
     return _trajectory(motion.system, motion.modes, whole, motion.start, motion.resting, stop, motion.begin_time)
 
 
+def cycle_of(count: npt.NDArray[np.int64]) -> Cycle | None:
+    """The confirmed cycle that the engine's whole numbers tell of."""
+    if count[kn.CONFIRMED] < 2:
+        return None
+    numbers = (kn.FOUND_AT, kn.CYCLE_IMPACTS, kn.CYCLE_PERIODS, kn.CYCLE_KIND)
+    first, impacts, periods, kind = (int(count[i]) for i in numbers)
+    return Cycle(first - 1, impacts, periods, kind)
+
+
 def _trajectory(
     system: System, modes: int, stretch: Stretch, start: Anchor, resting: bool, stop: Stop, begin_time: float
 ) -> Trajectory:
     state = stretch.snapshot
-    confirmed = int(state.count[kn.CONFIRMED]) >= 2
-    cycle = [int(state.count[i]) for i in (kn.CYCLE_IMPACTS, kn.CYCLE_PERIODS, kn.CYCLE_KIND)]
+    cycle = cycle_of(state.count)
     wandering = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
-    label = label_of(stretch.outcome, cycle[0], cycle[1] if confirmed else 0, cycle[2], wandering)
     end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
     return Trajectory(
         system=system,
@@ -115,8 +123,8 @@ def _trajectory(
         resting=resting,
         snapshot={name: getattr(state, name) for name in _ARRAYS},
         outcome=stretch.outcome,
-        label=label,
-        transient=int(state.count[kn.FOUND_AT]) - 1 if confirmed else None,
+        label=label_of(stretch.outcome, cycle, wandering),
+        cycle=cycle,
         stop=stop,
         begin_time=begin_time,
         end_time=max(end, begin_time),

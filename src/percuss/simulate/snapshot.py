@@ -66,18 +66,19 @@ def begin(spectrum: Spectrum, tables: Tables, start: Start) -> Snapshot:
     """The state at the start."""
     displacement, velocity, gap = start.state(spectrum.modes)
     n = spectrum.modes
-    now, count = np.zeros(kn.NUMBERS), np.zeros(kn.COUNTS, dtype=np.int64)
-    count[kn.PERIOD], now[kn.PHASE] = clock(start.time)
-    if spectrum.system.load.is_piecewise:
-        count[kn.PIECE] = int(spectrum.system.load.piece(now[kn.PHASE]))
-    mean = spectrum.mean(int(count[kn.PIECE]))
-    z = np.ascontiguousarray(spectrum.amplitudes(displacement, velocity, float(now[kn.PHASE]), mean))
-    now[kn.GAP], now[kn.RIGID_RATE] = gap, velocity[0]
-    now[kn.GAP_RATE] = velocity[0] + float(spectrum.sign @ velocity[1:])
-    now[kn.LAST_FLIGHT] = -1.0
-    kn.set_phase(now, now[kn.PHASE])
-    kn.amplitudes(tables.par, tables.mode, z, now, tables.over)
-    count[kn.MODE] = kn.ON_WALL if gap == 0.0 else kn.FLYING
-    if gap == 0.0 and not displacement[1:].any() and not velocity.any():
-        count[kn.MODE] = kn.RESTING  # undeformed, on the wall and at rest: released at once when the load pulls
-    return Snapshot(z, now, count, np.zeros(3 + 2 * n), np.zeros((2, kn.WINDOW)), np.zeros(kn.SUMS_KEPT))
+    state = Snapshot(
+        np.zeros((2, n)),
+        np.zeros(kn.NUMBERS),
+        np.zeros(kn.COUNTS, dtype=np.int64),
+        np.zeros(3 + 2 * n),
+        np.zeros((3, kn.WINDOW)),
+        np.zeros(kn.SUMS_KEPT),
+    )
+    period, phase = clock(start.time)
+    load = spectrum.system.load
+    piece = int(load.piece(phase)) if load.is_piecewise else 0
+    kn.place(
+        tables.par.copy(), tables.mode, tables.coupling, tables.values, state.z, state.now, state.count,
+        np.zeros((kn.WORK_ROWS, n)), tables.over, displacement, velocity, gap, phase, period, piece,
+    )  # fmt: skip
+    return state

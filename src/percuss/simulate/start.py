@@ -11,11 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.model import System
 from percuss.model.checks import Array, count, finite
 
 __all__ = ["Start"]
 
 Profile = npt.ArrayLike | Callable[[Array], npt.ArrayLike]
+
+DEFAULT_RANDOM_MODES = 32
+"""Elastic modes that a random start excites."""
 
 _NOISE = 1e-12  # a gap this small, relative to the displacements, is a bar on the wall
 
@@ -136,6 +140,15 @@ class Start:
         du, dv = _numbers("displacement", displacement), _numbers("velocity", velocity)
         return cls(du, dv, float(orbit.phase), source=orbit)
 
+    @classmethod
+    def random(
+        cls, system: System, seed: int = 0, distribution: str = "rigid", modes: int = DEFAULT_RANDOM_MODES
+    ) -> Start:
+        """One start drawn from a named distribution; see `Starts.random`."""
+        from percuss.simulate.starts import Starts
+
+        return Starts.random(system, 1, seed=seed, distribution=distribution, modes=modes)[0]
+
     # -- the state --
 
     def at(self, time: float) -> Start:
@@ -153,7 +166,7 @@ class Start:
         size = count("modes", modes, least=0) + 1
         u, v = np.zeros(size), np.zeros(size)
         for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
-            if len(given) > size and any(given[size:]):
+            if self.gap is None and len(given) > size and any(given[size:]):
                 raise ParameterError(
                     f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "take more modes"
                 )
@@ -223,11 +236,11 @@ def _sampled(name: str, profile: Profile) -> Profile:
     return np.repeat(values, 2) if values.size == 1 else values
 
 
-def _values(profile: Profile, x: Array) -> npt.ArrayLike:
+def _values(profile: Profile, x: Array) -> Array:
     if callable(profile):
         return np.broadcast_to(np.asarray(profile(x), dtype=float), x.shape)
     samples = np.asarray(profile, dtype=float)
-    return np.interp(x, np.linspace(0.0, 1.0, samples.size), samples)
+    return np.asarray(np.interp(x, np.linspace(0.0, 1.0, samples.size), samples))
 
 
 def _cosines(profile: Profile, size: int) -> Array:

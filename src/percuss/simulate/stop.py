@@ -14,12 +14,13 @@ DEFAULT_IMPACTS = 2000
 
 MOST_IMPACTS = 10**9
 
-OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "cancelled")
+OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled")
 """How a simulation ends.
 
 ``impacts``, ``time``: the number or the time asked for is reached. ``rest``: the bar lies on the wall for good.
 ``periodic``: a periodic motion is found. ``departed``: the bar has left for good, which is proved. ``work``: one flight
-needs more evaluations than any sensible one (a bar that hovers before the wall); what came before is whole.
+needs more evaluations than any sensible one (a bar that hovers before the wall); what came before is whole. ``memory``:
+the record has reached 1 GB; `Trajectory.continued` goes on, `simulate_many` keeps less.
 ``cancelled``: the caller said so.
 """
 

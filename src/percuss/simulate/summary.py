@@ -10,10 +10,30 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.simulate.events import Events
 
-__all__ = ["SISummary", "Summary", "label_of", "main_blows", "summary_of"]
+__all__ = ["Cycle", "SISummary", "Summary", "label_of", "main_blows", "summary_of"]
 
 _TURN = 2.0 * np.pi
 _FEW = 20  # impacts too few to throw half of them away
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A periodic motion that was found.
+
+    Attributes
+    ----------
+    first
+        The impact, numbered from 0, from which on the motion is on the cycle to within the tolerance.
+    impacts, periods
+        p impacts in n load periods.
+    kind
+        0: no rest; 1: with rest; 2: with rest at the end of complete chatter.
+    """
+
+    first: int
+    impacts: int
+    periods: int
+    kind: int
 
 
 @dataclass(frozen=True)
@@ -37,8 +57,8 @@ class Summary:
     impacts
         In the whole motion.
     first, last
-        The settled part: from this impact to that one, numbered from 0. After the transient when a periodic motion
-        was found, else the second half (all of them when they are fewer than 20).
+        The settled part: from this impact to that one, numbered from 0. Whole cycles when a periodic motion was
+        found, else the second half (all of them when they are fewer than 20).
     blow_rate, main_blow_rate
         Impacts per load period; main: a completed chatter counts once, at its first impact. None with fewer than two.
     interval_mean, interval_std
@@ -70,23 +90,22 @@ class Summary:
     si: SISummary | None
 
 
-def label_of(outcome: str, impacts: int, periods: int, kind: int, wanders: bool) -> str:
+def label_of(outcome: str, cycle: Cycle | None, wanders: bool) -> str:
     """The motion's name: ``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``.
 
     Parameters
     ----------
     outcome
         How the simulation ended.
-    impacts, periods, kind
-        The confirmed cycle: its impacts and load periods, and whether it has no rest (0), rest (1), or rest that
-        ends complete chatter (2); 0 periods when there is none.
+    cycle
+        The periodic motion, when one was found.
     wanders
         Whether the last impacts do not come near any of the ones before.
     """
     if outcome in ("rest", "departed"):
         return outcome
-    if periods:
-        return (f"z={impacts}/{periods}", f"rest/{periods}", f"chatter/{periods}")[kind]
+    if cycle is not None:
+        return (f"z={cycle.impacts}/{cycle.periods}", f"rest/{cycle.periods}", f"chatter/{cycle.periods}")[cycle.kind]
     return "aperiodic" if wanders else "undecided"
 
 
@@ -100,26 +119,43 @@ def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return main
 
 
-def summary_of(system: System, events: Events, settled: int | None) -> Summary:
-    """Means over the impacts from number `settled` (from 1) on; None when no periodic motion was found."""
+def summary_of(system: System, events: Events, cycle: Cycle | None) -> Summary:
+    """Means over the settled part of a motion: of the cycle, or of the second half when none was found."""
     struck = events.of("impact")
     n = len(struck)
-    first = (settled - 1 if settled else n // 2) if n >= _FEW or settled else 0
-    main = main_blows(events)[first:]
-    part = struck[first:]
+    first, last = _settled(events, struck, cycle)
+    part = struck[first : last + 1]
+    inside = part[1:] if len(part) > 1 else part
+    main = main_blows(events)[first : last + 1]
+    main[:1] = main[-1:] = True
     mean, std = _spread(part.period, part.phase)
     main_mean, main_std = _spread(part.period[main], part.phase[main])
     taken = None
     if mean is not None:
-        inside = (events.time > part.time[0]) & (events.time <= part.time[-1])
-        taken = float(events.energy_lost[inside].sum()) / (mean * (len(part) - 1)) * _TURN
-    speed = float(part.impact_velocity.mean()) if len(part) else None
-    blow = float(part.kinetic_energy.mean()) if len(part) else None
+        during = (events.time > part.time[0]) & (events.time <= part.time[-1])
+        taken = float(events.energy_lost[during].sum()) / (mean * (len(part) - 1)) * _TURN
+    speed = float(inside.impact_velocity.mean()) if len(part) else None
+    blow = float(inside.kinetic_energy.mean()) if len(part) else None
     rate, main_rate = (None if not m else _TURN / m for m in (mean, main_mean))
     return Summary(
-        n, first, max(n - 1, 0), rate, main_rate, mean, std, main_mean, main_std, speed, blow, taken,
+        n, first, last, rate, main_rate, mean, std, main_mean, main_std, speed, blow, taken,
         _si(system, rate, main_rate, speed, blow, taken),
     )  # fmt: skip
+
+
+def _settled(events: Events, struck: Events, cycle: Cycle | None) -> tuple[int, int]:
+    """First and last impact of the settled part: whole cycles, that begin with a main blow."""
+    n = len(struck)
+    if cycle is None:
+        return (n // 2 if n >= _FEW else 0), max(n - 1, 0)
+    if cycle.kind == 0:
+        return cycle.first, cycle.first + (n - 1 - cycle.first) // cycle.impacts * cycle.impacts
+    released = np.searchsorted(struck.time, events.of("release").time, side="left")  # the first impacts after them
+    begins = np.unique(released[(released >= cycle.first) & (released < n)])
+    phases = struck.phase[begins]
+    apart = np.abs(phases - phases[0]) if begins.size else phases
+    same = begins[np.minimum(apart, _TURN - apart) < 1e-6]
+    return (int(same[0]), int(same[-1])) if same.size > 1 else (cycle.first, n - 1)
 
 
 def _spread(period: np.ndarray[tuple[int], np.dtype[np.int64]], phase: Array) -> tuple[float | None, float | None]:

@@ -18,7 +18,7 @@ from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor, Modes, modal_motion
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.stop import Stop
-from percuss.simulate.summary import Summary, main_blows, summary_of
+from percuss.simulate.summary import Cycle, Summary, main_blows, summary_of
 
 if TYPE_CHECKING:
     import xarray
@@ -75,14 +75,15 @@ class Trajectory:
         The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
         `displacement` and `velocity` for u_n and u_n'.
     outcome
-        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work`` or ``cancelled``.
+        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work``, ``memory`` or
+        ``cancelled``; see `percuss.simulate.OUTCOMES`.
     label
         What motion it is at the end: ``z=p/n`` (p impacts in n load periods, no rest), ``chatter/n`` (a cycle of n
         load periods with complete chatter and rest), ``rest/n`` (with rest, but finitely many impacts), ``rest`` (for
         good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
         of phase and speed), ``undecided``.
-    transient
-        Impacts before the periodic motion; None when none was found.
+    cycle
+        The periodic motion, or None when none was found.
     stop
         The rule it was stopped by.
     begin_time, end_time
@@ -98,7 +99,7 @@ class Trajectory:
     snapshot: dict[str, npt.NDArray[np.generic]]
     outcome: str
     label: str
-    transient: int | None
+    cycle: Cycle | None
     stop: Stop
     begin_time: float
     end_time: float
@@ -118,7 +119,12 @@ class Trajectory:
     @cached_property
     def summary(self) -> Summary:
         """Blow rate, its scatter, energies; in SI besides for a system made from SI."""
-        return summary_of(self.system, self.events, None if self.transient is None else self.transient + 1)
+        return summary_of(self.system, self.events, self.cycle)
+
+    @property
+    def transient(self) -> int | None:
+        """Impacts before the periodic motion; None when none was found."""
+        return None if self.cycle is None else self.cycle.first
 
     # -- the state --
 

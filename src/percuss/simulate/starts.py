@@ -1,0 +1,149 @@
+"""Many starts at once, as columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import System
+from percuss.model.checks import Array, count
+from percuss.simulate.start import DEFAULT_RANDOM_MODES, Start
+
+__all__ = ["DISTRIBUTIONS", "Starts"]
+
+DISTRIBUTIONS = ("rigid", "still", "ringing")
+"""The named distributions of random starts."""
+
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Starts of many motions. Make one with `rigid`, `of` or `random`.
+
+    Parameters
+    ----------
+    displacement, velocity
+        u_n and u_n' of each start, shape (starts, n); what a simulation has more of modes is 0. Dimensionless.
+    gap
+        u(1) ≤ 0 of each, shape (starts,): it holds whatever the number of modes.
+    time
+        Load phase (rad) of each, shape (starts,).
+
+    Raises
+    ------
+    ParameterError
+        For arrays that do not fit each other, numbers that are not finite, or striking ends beyond the wall.
+    """
+
+    displacement: Array
+    velocity: Array
+    gap: Array
+    time: Array
+
+    def __post_init__(self) -> None:
+        for name, dimensions in (("displacement", 2), ("velocity", 2), ("gap", 1), ("time", 1)):
+            values = np.ascontiguousarray(getattr(self, name), dtype=float)
+            if values.ndim != dimensions or len(values) != len(self.displacement):
+                accepted = f"an array of {len(self.displacement)} rows, {dimensions}-dimensional"
+                raise ParameterError(name, f"shape {values.shape}", accepted)
+            if not np.all(np.isfinite(values)):
+                raise ParameterError(name, values, "finite numbers")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        if self.displacement.shape[1] < 1 or self.velocity.shape[1] < 1:
+            raise ParameterError("displacement", f"shape {self.displacement.shape}", "at least u_0 of each start")
+        if np.any(self.gap > 0.0):
+            raise ParameterError("gap", float(self.gap.max()), "0 (on the wall) or less")
+        if np.any(np.abs(self.time) > 1e15):
+            raise ParameterError("time", float(np.abs(self.time).max()), "load phases of at most 1e15 radians")
+
+    # -- ways to make them --
+
+    @classmethod
+    def rigid(cls, position: npt.ArrayLike = -1.0, velocity: npt.ArrayLike = 0.0, time: npt.ArrayLike = 0.0) -> Starts:
+        """Undeformed bars at `position` ≤ 0 with one velocity; the three are broadcast against each other."""
+        try:
+            columns = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (position, velocity, time)))
+        except (TypeError, ValueError):
+            raise ParameterError("position", position, "numbers, and shapes that go with velocity and time") from None
+        u, v, t = (column.reshape(-1) for column in columns)
+        return cls(u[:, None], v[:, None], u, t)
+
+    @classmethod
+    def of(cls, starts: Sequence[Start], modes: int) -> Starts:
+        """Single starts joined, for simulations with `modes` modes."""
+        states = [start.state(modes) for start in starts]
+        if not states:
+            raise ParameterError("starts", starts, "one or more starts")
+        u, v, gap = (np.array([state[i] for state in states]) for i in range(3))
+        return cls(u, v, gap, np.array([start.time for start in starts]))
+
+    @classmethod
+    def random(
+        cls,
+        system: System,
+        size: int,
+        *,
+        seed: int = 0,
+        distribution: str = "rigid",
+        modes: int = DEFAULT_RANDOM_MODES,
+    ) -> Starts:
+        """Starts drawn from a named distribution; the same seed gives the same starts.
+
+        With the speed scale P = Σ|p_k| of the load, each number uniform and independent of the others:
+
+        ``rigid``
+            position from −5P to 0, velocity from −3P to 3P, load phase from 0 to 2π;
+        ``still``
+            the same with velocity 0;
+        ``ringing``
+            as ``rigid``, with elastic modes n = 1 … `modes` besides: velocity amplitudes normal with standard deviation
+            P/(3n), phases from 0 to 2π. Position and velocity are those of the striking end and of the bar's mean.
+
+        Parameters
+        ----------
+        system
+            Whose load sets the scale.
+        size
+            How many.
+        seed
+            Of numpy's default generator.
+        """
+        n, number = count("modes", modes, least=0), count("size", size, least=1)
+        if distribution not in DISTRIBUTIONS:
+            raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}")
+        draw = np.random.default_rng(count("seed", seed, least=0))
+        scale = float(np.abs(system.load.coefficients).sum())
+        gap = draw.uniform(-5.0 * scale, 0.0, number)
+        mean = draw.uniform(-3.0 * scale, 3.0 * scale, number) * (distribution != "still")
+        time = draw.uniform(0.0, _TURN, number)
+        if distribution != "ringing":
+            return cls(gap[:, None], mean[:, None], gap, time)
+        k = np.arange(1, n + 1)
+        size_of = draw.normal(0.0, 1.0, (number, n)) * scale / (3.0 * k)
+        turn = draw.uniform(0.0, _TURN, (number, n))
+        u = size_of * np.cos(turn) / (np.pi * system.s * k)
+        v = size_of * np.sin(turn)
+        first = gap - u @ np.where(k % 2, -2.0, 2.0)
+        return cls(np.column_stack([first, u]), np.column_stack([mean, v]), gap, time)
+
+    # -- as a sequence --
+
+    def __len__(self) -> int:
+        return int(self.gap.size)
+
+    def __getitem__(self, i: int) -> Start:
+        return Start(
+            tuple(self.displacement[i].tolist()),
+            tuple(self.velocity[i].tolist()),
+            float(self.time[i]),
+            gap=float(self.gap[i]),
+        )
+
+    def __iter__(self) -> Iterator[Start]:
+        return (self[i] for i in range(len(self)))
