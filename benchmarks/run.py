@@ -20,6 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from simulation import simulation
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
@@ -162,11 +163,14 @@ def multipliers() -> list[Row]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md")
-    keep = parser.parse_args().keep
+    parser.add_argument("--only", choices=["simulation"], help="one group of rows, not kept")
+    options = parser.parse_args()
+    keep = options.keep and not options.only
     head = ["| what | median | goal | beside |", "| --- | --- | --- | --- |"]
     print("\n".join(head), flush=True)
     lines = list(head)
-    for group in (processes, one_case, planes, multipliers):
+    groups = (simulation,) if options.only else (processes, one_case, planes, multipliers, simulation)
+    for group in groups:
         for row in group():
             lines.append(f"| {' | '.join(row)} |")
             print(lines[-1], flush=True)
