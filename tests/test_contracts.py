@@ -15,15 +15,22 @@ PUBLIC = [
     "Bar",
     "Case",
     "Contact",
+    "Ensemble",
     "Load",
     "Orbit",
     "PercussError",
     "Stability",
+    "Start",
+    "Starts",
     "SteadyStates",
+    "Stop",
     "System",
+    "Trajectory",
     "__version__",
     "rest_on_wall",
+    "run",
     "si_report",
+    "simulate_many",
     "stability_of",
     "steady_states",
 ]
@@ -84,8 +91,22 @@ def test_nothing_heavy_is_loaded_at_start_up(code):
 
 
 def test_the_physics_loads_numpy_alone():
-    code = "import percuss.model, percuss.steady, percuss.stability"
+    code = "import percuss.model, percuss.steady, percuss.stability, percuss.simulate"
     assert loaded_after(code) == {"numpy"}
+
+
+def test_a_saved_motion_is_read_without_the_engine(tmp_path):
+    path = str(tmp_path / "run.nc")
+    run(
+        "from percuss import Load, Start, Stop, System, run\n"
+        "system = System(s=5.0, d=0.01, restitution=0.5, load=Load.square(1.0, 1.4))\n"
+        f"run(system, Start.rigid(), modes=3, stop=Stop(impacts=7)).save({path!r})"
+    )
+    code = (
+        f"from percuss import Trajectory; m = Trajectory.load({path!r});"
+        " assert m.impacts == 7 and m.gap(m.end_time).size == 1 and m.energy_balance().input > 0.0 and m.summary.blow_rate"
+    )
+    assert "numba" not in loaded_after(code)
 
 
 def test_a_json_answer_loads_neither_scipy_nor_a_terminal_nor_pint(tmp_path):

@@ -69,41 +69,41 @@ def follow(
 ) -> Stretch:
     """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
     state, modes = snapshot.copy(), tables.mode.shape[1]
-    room = int(np.clip((1 << 20) // (2 * modes + 2), 64, 4096))
+    room = int(np.clip(min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16), 64, 4096))
     numbers, wholes = np.empty((room, kn.EVENT_NUMBERS)), np.empty((room, kn.EVENT_COUNTS), dtype=np.int64)
     states = np.empty((room, kn.STATE_NUMBERS + 2 * modes))
     par, osc, work = tables.par.copy(), np.zeros((2, tables.har.shape[1])), np.zeros((kn.WORK_ROWS, modes))
     if tables.values.size:
         par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
     end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
-    rows: list[Stretch] = []
+    stride = _STRIDE // (modes + 30)
+    events: list[Events] = []
+    after: list[Array] = []
     tired, tired_at, outcome, recorded = 0, -1, "", 0
     while not outcome:
         state.count[kn.EVENTS] = 0
-        budget = (int(state.count[kn.WORK]) // _STRIDE + 1) * _STRIDE
+        budget = (int(state.count[kn.WORK]) // stride + 1) * stride
         code = kn.fly(
             par, tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases, tables.over,
             state.z, state.now, state.count, state.cycle, state.past, state.sums,
             float(end_period), end_phase, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget,
-            numbers, wholes, states, False, osc, work,
+            numbers, wholes, states, osc, work,
         )  # fmt: skip
         n = int(state.count[kn.EVENTS])
-        rows.append(Stretch(_events(numbers[:n], wholes[:n]), states[:n].copy(), state, ""))
-        outcome, recorded = ENDS.get(code, ""), recorded + rows[-1].states.nbytes
+        outcome, recorded = ENDS.get(code, ""), recorded + states[:n].nbytes
         if recorded > _MOST_MEMORY and not outcome:
             outcome = "memory"
         if code == kn.BY_WORK:
             tired = tired + 1 if state.impacts == tired_at else 1
             tired_at = state.impacts
-            if tired * _STRIDE * (modes + 30) > _TOO_MANY:
+            if tired > _TOO_MANY:
                 outcome = "work"
         if progress is not None and progress(_progress(state, stop, begin_time)) and not outcome:
             outcome = "cancelled"
+        events.append(_events(numbers[:n], wholes[:n]))
+        after.append(states[:n] if outcome else states[:n].copy())
     state.count[kn.EVENTS] = 0
-    events = rows[0].events
-    for row in rows[1:]:
-        events = events.joined(row.events)
-    return Stretch(events, np.concatenate([row.states for row in rows]), state, outcome)
+    return Stretch(Events.of_all(events), after[0] if len(after) == 1 else np.concatenate(after), state, outcome)
 
 
 def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:

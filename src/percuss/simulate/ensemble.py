@@ -20,12 +20,11 @@ from percuss.model.checks import Array, count, instance
 from percuss.simulate import kernels as kn
 from percuss.simulate.engine import ENDS
 from percuss.simulate.running import MAX_MODES, run
-from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import OUTCOMES, Stop
 from percuss.simulate.summary import Cycle, label_of
-from percuss.simulate.tables import Tables, tables_of
+from percuss.simulate.tables import Tables, prepared
 from percuss.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ __all__ = ["Ensemble", "EnsembleProgress", "simulate_many"]
 
 Keep = int | Literal["statistics", "everything"]
 
-_BUDGET = 1 << 31  # modes times evaluations of one member, besides those for its impacts
+_BUDGET = 1 << 30  # modes times evaluations of one member, besides those for its impacts
 _CANCELLED = OUTCOMES.index("cancelled")
 
 
@@ -265,7 +264,7 @@ class _Job:
     def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
         """All portions on the threads; results go into the arrays, so that no order can show."""
         chunks = self.chunks(workers)
-        self.shared = _prepared(self.systems[0], self.modes) if len(self.systems) == 1 else None
+        self.shared = prepared(self.systems[0], self.modes)[1] if len(self.systems) == 1 else None
         done, following = 0, iter(chunks)
         with ThreadPoolExecutor(max_workers=min(workers, len(chunks)), thread_name_prefix="percuss") as pool:
             running: dict[Future[None], int] = {}
@@ -295,7 +294,7 @@ class _Job:
         if self.whole:
             self._one(system, first)
             return
-        tables = self.shared if self.shared is not None else _prepared(system, self.modes)
+        tables = self.shared if self.shared is not None else prepared(system, self.modes)[1]
         load = system.load
         pieces = load.piece(self.phases[first:last]) if load.is_piecewise else np.zeros(last - first)
         desk = self._desk(tables)
@@ -373,10 +372,6 @@ class _Job:
     def _has_period(self) -> npt.NDArray[np.bool_]:
         periodic = np.array([not system.load.is_constant for system in self.systems])
         return np.broadcast_to(periodic, (self.members,))
-
-
-def _prepared(system: System, modes: int) -> Tables:
-    return tables_of(Spectrum(system, modes))
 
 
 def _code(outcome: str) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -100,6 +100,9 @@ class Events:
                 int(self.resolved[i]),
             )
 
-    def joined(self, later: Events) -> Events:
-        """These events and those of a later stretch of the same motion."""
-        return Events(*(np.concatenate([getattr(self, f.name), getattr(later, f.name)]) for f in fields(self)))
+    @classmethod
+    def of_all(cls, parts: Sequence[Events]) -> Events:
+        """The events of several stretches of one motion, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))

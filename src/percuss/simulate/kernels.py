@@ -48,17 +48,18 @@ HARMONIC_ROWS = 6
 GAP, GAP_RATE, RIGID_RATE, PHASE, COSINE, SINE, HOLD = range(7)
 # … what is known of the flight from it
 FREE, FREE_OSCILLATING, FREE_CURVE, SUP, SUP1, SUP2, SUP3, DRIFT, SMOOTH_RATE, ACCELERATION = range(7, 17)
-# … and of the impacts up to it
-KINETIC_ENERGY, LAST_FLIGHT, SINCE = range(17, 20)
-NUMBERS = 20
+# … and of the impacts up to it. LAST_PLACE: u_0 when the first step of the load last began, 0 when unknown
+KINETIC_ENERGY, LAST_FLIGHT, SINCE, LAST_PLACE = range(17, 21)
+NUMBERS = 21
 
-# count: whole numbers of the anchor. RUN: impacts of the present sequence of ever shorter flights
-PERIOD, PIECE, MODE, IMPACTS, RUN, EVENTS, WORK = range(7)
+# count: whole numbers of the anchor. RUN: impacts of the present sequence of ever shorter flights. PILE: those of them
+# that come without any time between
+PERIOD, PIECE, MODE, IMPACTS, RUN, PILE, EVENTS, WORK = range(8)
 # … and of the search for a cycle, see `recurrence`
 ANCHOR, ANCHOR_PERIOD, PATIENCE, RESTS, CHATTERS, CYCLE_IMPACTS, CYCLE_PERIODS, CYCLE_KIND, CONFIRMED, FOUND_AT = range(
-    7, 17
+    8, 18
 )
-COUNTS = 17
+COUNTS = 18
 
 # MODE of the anchor
 FLYING, ON_WALL, RESTING, GRAZED = range(4)
@@ -379,8 +380,8 @@ def reach_cubic(u, v, a, m, m2):
     """
     best = reach(u, v, m2)
     width = 4.0 * best
-    if a < 0.0 and m > 0.0:
-        width = max(width, -1.5 * a / m)
+    if a < 0.0:
+        width = max(width, min(-1.5 * a / max(m, 1e-300), 1e9))
     for _ in range(4):
         if not best < width < math.inf:
             break
@@ -498,7 +499,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             return TIRED, tau, v, evaluations, 0.0, 0.0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def away(par, now, u, moved, tau):
     """Whether the bar has left for good: no later S can exceed `-top`, for a mean load that does not push."""
     first, _ = drift(par[D], tau)
@@ -531,7 +532,9 @@ def release_phases(har, mean, bend, force, out):
 
     Stepped over with the bound of p'', like a flight; a touch of 0 within rounding is no pull.
     """
-    t, found, least, pushed_at = 0.0, 0, 64.0 * EPS * force, -1.0
+    if bend == 0.0:
+        return 0
+    t, found, least, pushed_at, blind = 0.0, 0, 64.0 * EPS * force, -1.0, 1e-9
     while t < TURN + 1e-6:
         p, rate = load_at(har, mean, math.cos(t), math.sin(t))
         if p > least:
@@ -551,7 +554,10 @@ def release_phases(har, mean, bend, force, out):
             pushed_at = -1.0
             t += max(reach(p, rate, bend), EPS * TURN)
         else:
-            t += 1e-3 * least / (abs(rate) + math.sqrt(least * bend) + 1e-300) + 1e-9
+            t += blind
+            blind *= 2.0
+            continue
+        blind = 1e-9
     return found
 
 
@@ -762,6 +768,40 @@ def step_load(par, mode, z, now, count, over, breaks, values):
 
 
 @njit(cache=True, nogil=True)
+def gone(par, mode, now, breaks, values):
+    """Whether a bar under a load of steps has left for good; asked each time the first step begins.
+
+    From period to period the mean of the bar moves by less and less when the load's mean does not push (d = 0), or by
+    an amount that tends to a pull from one side (d > 0): once it has moved away in a period it moves away in all. Each
+    step adds at most its static shape to the elastic amplitudes.
+    """
+    turn, mean, force, jumps = TURN, 0.0, 0.0, 0.0
+    for i in range(values.shape[0]):
+        length = (breaks[i + 1] if i + 1 < values.shape[0] else breaks[0] + TURN) - breaks[i]
+        mean += values[i] * length
+        force = max(force, abs(values[i]))
+        jumps += abs(values[i] - values[i - 1])
+    still, stiff = 0.0, 0.0
+    for j in range(mode.shape[1]):
+        still += mode[STATICS, j]
+        stiff += abs(mode[STATICS, j])
+    place = now[GAP] - now[FREE] - par[MEAN] * still
+    before = now[LAST_PLACE]
+    now[LAST_PLACE] = place
+    if mean > 0.0 or before == 0.0:
+        return False
+    growth, later = 2.0 * jumps * stiff, 0.0
+    if par[D] > 0.0:
+        later = growth / -math.expm1(-0.5 * par[D] * turn)
+    if place - before + growth >= 0.0:
+        if place - before >= 0.0 or par[D] == 0.0:
+            return False
+        growth = later
+    swing = turn * (max(now[RIGID_RATE], 0.0) + 2.0 * force * turn)
+    return place + swing + now[SUP] + force * stiff + growth < 0.0
+
+
+@njit(cache=True, nogil=True)
 def to_break(now, count, breaks):
     """Time to the next step of the load."""
     if breaks.shape[0] == 0:
@@ -776,7 +816,7 @@ def to_break(now, count, breaks):
 # -- chatter and rest -----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def chatter_left(par, now, osc, horizon):
     """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
 
@@ -866,15 +906,13 @@ def first_pull(par, har, now):
 # -- the record -----------------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, inline="always")
-def record(kind, before, lost, z, now, count, numbers, wholes, states, ring):
-    """One event with the state after it; the oldest gives way in a ring."""
+@njit(cache=True, nogil=True)
+def record(kind, before, lost, z, now, count, numbers, wholes, states):
+    """One event with the state after it, unless the record has no rows."""
+    if numbers.shape[0] == 0:
+        return
     i = count[EVENTS]
     count[EVENTS] += 1
-    if ring:
-        if numbers.shape[0] == 0:
-            return
-        i %= numbers.shape[0]
     numbers[i, AT_PHASE] = now[PHASE]
     numbers[i, BEFORE] = before
     numbers[i, AFTER] = now[GAP_RATE]
@@ -950,7 +988,7 @@ def shortest(past, impacts, periods, seen, scale, tolerance):
     return impacts
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def recurrence(par, speed, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
@@ -1073,14 +1111,21 @@ def close_run(sums):
 
 
 @njit(cache=True, nogil=True)
-def set_down(par, mode, coupling, z, now, count, sums, work, over):
-    """The bar comes to rest on the wall: what motion and strain it has left is lost."""
+def set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers, wholes, states):
+    """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
     lost = all_energy(par, mode, coupling, z, now, work, over)
+    if wait > 0.0:
+        turn_clock(now, count, wait)
     undeformed(par, mode, coupling, z, now, work, over)
     sums[TAKEN] += lost
     count[MODE] = RESTING
+    if count[RUN] > 1 or wait > 0.0:
+        sums[CHATTERED], sums[OPEN], sums[OPEN_TIME], sums[OPEN_SQUARES] = 1.0, 0.0, 0.0, 0.0
+        count[CHATTERS] += 1
+        record(CHATTER, 0.0, lost, z, now, count, numbers, wholes, states)
+        lost = 0.0
     count[RESTS] += 1
-    return lost
+    record(REST, 0.0, lost, z, now, count, numbers, wholes, states)
 
 
 @njit(cache=True, nogil=True)
@@ -1088,7 +1133,7 @@ def fly(
     par, mode, har, coupling, breaks, values, releases, over,
     z, now, count, anchor, past, sums,
     end_period, end_phase, most_impacts, until_cycle, tolerance, skip, budget,
-    numbers, wholes, states, ring, osc, work,
+    numbers, wholes, states, osc, work,
 ):  # fmt: skip
     """The motion from the anchor on, event after event, until a stop rule holds or the record is full.
 
@@ -1098,8 +1143,10 @@ def fly(
     while True:
         if count[IMPACTS] >= most_impacts:
             return BY_IMPACTS
-        if not ring and count[EVENTS] > room:
+        if room > 0 and count[EVENTS] > room:
             return FULL
+        if count[WORK] >= budget:
+            return BY_WORK
         left = (end_period - count[PERIOD]) * TURN + (end_phase - now[PHASE])
         if count[MODE] == RESTING:
             wait = pull_ahead(par, har, now, count, releases, breaks, values)
@@ -1112,7 +1159,7 @@ def fly(
             count[MODE], count[RUN] = ON_WALL, 0
             now[HOLD] = par[WAVE] if mode.shape[1] else first_pull(par, har, now)
             now[LAST_FLIGHT], now[SINCE] = -1.0, 0.0
-            record(RELEASE, 0.0, 0.0, z, now, count, numbers, wholes, states, ring)
+            record(RELEASE, 0.0, 0.0, z, now, count, numbers, wholes, states)
             continue
         ahead = to_break(now, count, breaks)
         look(par, har, now, osc)
@@ -1123,24 +1170,14 @@ def fly(
             if now[GAP_RATE] > slow:
                 found, speed = CONTACT, now[GAP_RATE]
             elif now[GAP_RATE] >= -slow:
-                if stays(par, har, now, count):
-                    if count[RUN] > 1:
-                        sums[CHATTERED], sums[OPEN], sums[OPEN_TIME], sums[OPEN_SQUARES] = 1.0, 0.0, 0.0, 0.0
-                        record(CHATTER, 0.0, 0.0, z, now, count, numbers, wholes, states, ring)
-                        count[CHATTERS] += 1
-                    lost = set_down(par, mode, coupling, z, now, count, sums, work, over)
-                    record(REST, 0.0, lost, z, now, count, numbers, wholes, states, ring)
+                if stays(par, har, now, count) or count[PILE] > 100:
+                    set_down(par, mode, coupling, z, now, count, sums, work, over, 0.0, numbers, wholes, states)
                     continue
                 now[GAP_RATE] = 0.0
             else:
                 wait = chatter_left(par, now, osc, min(left, ahead))
                 if wait >= 0.0:
-                    turn_clock(now, count, wait)
-                    lost = set_down(par, mode, coupling, z, now, count, sums, work, over)
-                    sums[CHATTERED], sums[OPEN], sums[OPEN_TIME], sums[OPEN_SQUARES] = 1.0, 0.0, 0.0, 0.0
-                    record(CHATTER, 0.0, lost, z, now, count, numbers, wholes, states, ring)
-                    count[CHATTERS] += 1
-                    record(REST, 0.0, 0.0, z, now, count, numbers, wholes, states, ring)
+                    set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers, wholes, states)
                     continue
         if found == NOTHING:
             if left <= 0.0:
@@ -1165,6 +1202,8 @@ def fly(
                 now[SINCE] += ahead
                 now[HOLD] = max(now[HOLD] - ahead, 0.0)
                 count[MODE] = FLYING
+                if count[PIECE] == 0 and gone(par, mode, now, breaks, values):
+                    return BY_TIME if left < math.inf else DEPARTED
                 continue
             rest = drifted(par, now, tau)
             turn_modes(par, mode, z, work, over, tau, late, slip)
@@ -1173,23 +1212,26 @@ def fly(
             if breaks.shape[0] and to_break(now, count, breaks) > ahead:
                 set_phase(now, breaks[(count[PIECE] + 1) % breaks.shape[0]])  # rounded past the step
             now[SINCE] += tau
-        now[HOLD] = 0.0
+        now[HOLD], now[LAST_PLACE] = 0.0, 0.0
         count[MODE] = GRAZED if found == GRAZE else ON_WALL
         if found == GRAZE:
             amplitudes(par, mode, z, now, over)
             now[GAP], now[GAP_RATE] = 0.0, 0.0
-            record(GRAZING, 0.0, 0.0, z, now, count, numbers, wholes, states, ring)
+            count[PILE] = count[PILE] + 1 if tau < 4.0 * EPS else 0
+            if count[PILE] > 100:
+                now[HOLD], count[PILE] = 1e-8, 0
+            record(GRAZING, 0.0, 0.0, z, now, count, numbers, wholes, states)
             continue
         now[GAP_RATE] = speed
         strike(par, mode, coupling, z, now, count, anchor, past, sums, tolerance, skip, work, over,
-               numbers, wholes, states, ring)  # fmt: skip
+               numbers, wholes, states)  # fmt: skip
         if until_cycle and count[CONFIRMED] >= 2:
             return PERIODIC
 
 
 @njit(cache=True, nogil=True, inline="always")
 def strike(
-    par, mode, coupling, z, now, count, anchor, past, sums, tolerance, skip, work, over, numbers, wholes, states, ring
+    par, mode, coupling, z, now, count, anchor, past, sums, tolerance, skip, work, over, numbers, wholes, states
 ):
     """One impact with all that is kept of it."""
     speed = now[GAP_RATE]
@@ -1200,6 +1242,7 @@ def strike(
     else:
         count[RUN] = count[RUN] + 1 if now[SINCE] < now[LAST_FLIGHT] else 1
         now[LAST_FLIGHT] = now[SINCE]
+    count[PILE] = count[PILE] + 1 if now[SINCE] < 4.0 * EPS else 0
     now[SINCE] = 0.0
     count[IMPACTS] += 1
     tally(speed, lost, now, count, sums)
@@ -1207,7 +1250,7 @@ def strike(
         clear(sums)
     i = (count[IMPACTS] - 1) % past.shape[1]
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
-    record(IMPACT, speed, lost, z, now, count, numbers, wholes, states, ring)
+    record(IMPACT, speed, lost, z, now, count, numbers, wholes, states)
     if tolerance > 0.0:
         recurrence(par, speed, z, now, count, anchor, past, sums, tolerance)
 
@@ -1280,7 +1323,7 @@ def fly_many(
         code = fly(
             par, mode, har, coupling, breaks, values, releases, over, z, now, count, anchor, past, sums,
             ends[i], end_phases[i], most_impacts, until_cycle, tolerance, skip, budget,
-            none, nothing, none, True, osc, work,
+            none, nothing, none, osc, work,
         )  # fmt: skip
         conclude(now, count, past, sums, code, numbers[i], wholes[i])
         kept = tail.shape[2]

@@ -137,7 +137,10 @@ def read(path: str | os.PathLike[str]) -> Trajectory:
     if dataset.attrs.get("format") != _FORMAT:
         found = dataset.attrs.get("format", "no percuss file")
         raise PercussError(f"{name}: {found}", f"this version reads '{_FORMAT}'")
-    return _from_dataset(dataset)
+    try:
+        return _from_dataset(dataset)
+    except (KeyError, TypeError, ValueError) as error:
+        raise PercussError(f"{name}: the file is damaged: {error}", "write it again") from None
 
 
 def _from_dataset(dataset: xarray.Dataset) -> Trajectory:

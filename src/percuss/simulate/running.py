@@ -11,13 +11,13 @@ from percuss.model import System
 from percuss.model.checks import count, instance
 from percuss.simulate import kernels as kn
 from percuss.simulate.engine import Progress, Stretch, follow
+from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor
 from percuss.simulate.snapshot import Snapshot, begin
-from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
 from percuss.simulate.summary import Cycle, label_of
-from percuss.simulate.tables import tables_of
+from percuss.simulate.tables import prepared
 from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["MAX_MODES", "cycle_of", "go_on", "run"]
@@ -69,8 +69,7 @@ def run(
     instance("system", system, System)
     start = Start.rigid() if start is None else instance("start", start, Start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
-    spectrum = Spectrum(system, count("modes", modes, least=0, most=MAX_MODES))
-    tables = tables_of(spectrum)
+    spectrum, tables = prepared(system, count("modes", modes, least=0, most=MAX_MODES))
     snapshot = begin(spectrum, tables, start)
     anchor = Anchor(
         float(snapshot.now[kn.PHASE]),
@@ -88,9 +87,9 @@ def run(
 def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
     """A motion followed further."""
     snapshot = Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in _ARRAYS})
-    stretch = follow(tables_of(motion.spectrum), snapshot, stop, motion.begin_time, progress)
+    stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, progress)
     whole = Stretch(
-        motion.events.joined(stretch.events),
+        Events.of_all([motion.events, stretch.events]),
         np.concatenate([motion.states, stretch.states]),
         stretch.snapshot,
         stretch.outcome,

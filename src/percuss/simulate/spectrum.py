@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import ResonanceError
 from percuss.model import System
@@ -120,10 +121,12 @@ class Spectrum:
         load = self.system.load
         return load.values[piece] if load.is_piecewise else load.mean
 
-    def forced(self, phase: float, mean: float) -> tuple[Array, Array]:
-        """q_n and q_n' of the forced motion at a load phase; each of shape (N,)."""
-        turned = np.exp(1j * self.k * phase)
-        return (turned @ self.response).real + mean * self.statics, ((1j * self.k * turned) @ self.response).real
+    def forced(self, phase: npt.ArrayLike, mean: npt.ArrayLike) -> tuple[Array, Array]:
+        """q_n and q_n' of the forced motion at load phases; each of the shape of `phase`, and (N,) behind."""
+        phases = np.asarray(phase, dtype=float)
+        turned = np.exp(1j * self.k * phases[..., None])
+        shape = (turned @ self.response).real + np.asarray(mean)[..., None] * self.statics
+        return np.asarray(shape), np.asarray(((1j * self.k * turned) @ self.response).real)
 
     # -- the state in two forms: B77's u_n, u_n', and the kernels' amplitudes of the free motion --
 
@@ -134,10 +137,21 @@ class Spectrum:
         g = self.sign * velocity[1:] - rate + 0.5 * self.system.d * q
         return np.stack([q, np.where(np.arange(self.modes) < self.over, g, -g / self.lam)])
 
-    def modal(self, z: Array, gap: float, rigid_rate: float, phase: float, mean: float) -> tuple[Array, Array]:
-        """u_n and u_n', n = 0 … N, each of shape (N+1,), from the kernels' form of the state."""
+    def modal(
+        self, z: Array, gap: npt.ArrayLike, rigid_rate: npt.ArrayLike, phase: npt.ArrayLike, mean: npt.ArrayLike
+    ) -> tuple[Array, Array]:
+        """u_n and u_n', n = 0 … N, from the kernels' form of the state; of one state or of many.
+
+        Parameters
+        ----------
+        z
+            Amplitudes, shape (…, 2, N).
+        gap, rigid_rate, phase, mean
+            u(1), u_0', the load phase and the constant part of the load, shape (…).
+        """
         shape, rate = self.forced(phase, mean)
-        g = np.where(np.arange(self.modes) < self.over, z[1], -self.lam * z[1])
-        q, w = z[0] + shape, g - 0.5 * self.system.d * z[0] + rate
-        displacement = np.concatenate([[gap - q.sum()], q / self.sign])
-        return displacement, np.concatenate([[rigid_rate], w / self.sign])
+        g = np.where(np.arange(self.modes) < self.over, z[..., 1, :], -self.lam * z[..., 1, :])
+        q, w = z[..., 0, :] + shape, g - 0.5 * self.system.d * z[..., 0, :] + rate
+        first = np.asarray(gap) - q.sum(axis=-1)
+        displacement = np.concatenate([first[..., None], q / self.sign], axis=-1)
+        return displacement, np.concatenate([np.asarray(rigid_rate)[..., None], w / self.sign], axis=-1)

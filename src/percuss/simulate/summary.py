@@ -131,7 +131,7 @@ def summary_of(system: System, events: Events, cycle: Cycle | None) -> Summary:
     mean, std = _spread(part.period, part.phase)
     main_mean, main_std = _spread(part.period[main], part.phase[main])
     taken = None
-    if mean is not None:
+    if mean:
         during = (events.time > part.time[0]) & (events.time <= part.time[-1])
         taken = float(events.energy_lost[during].sum()) / (mean * (len(part) - 1)) * _TURN
     speed = float(inside.impact_velocity.mean()) if len(part) else None

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from percuss.model import System
 from percuss.model.checks import Array
 from percuss.simulate import kernels as kn
 from percuss.simulate.spectrum import Spectrum
 
-__all__ = ["Tables", "tables_of"]
+__all__ = ["Tables", "prepared", "tables_of"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,19 @@ class Tables:
     values: Array
     releases: Array
     over: int
+
+
+@lru_cache(maxsize=16)
+def prepared(system: System, modes: int) -> tuple[Spectrum, Tables]:
+    """Spectrum and tables of a system, kept for the next motion of it.
+
+    Raises
+    ------
+    ResonanceError
+        When a harmonic of the load meets an undamped elastic mode (B77 16).
+    """
+    spectrum = Spectrum(system, modes)
+    return spectrum, tables_of(spectrum)
 
 
 def tables_of(spectrum: Spectrum) -> Tables:

@@ -145,15 +145,23 @@ class Trajectory:
         a = self._anchor(i)
         return self.spectrum.modal(a.z, a.gap, a.rigid_rate, a.phase, self.spectrum.mean(a.piece))
 
+    @cached_property
+    def _modal_states(self) -> tuple[Array, Array]:
+        n, e = self.modes, self.events
+        z = self.states[:, 2:].reshape(len(e), 2, n)
+        values = np.asarray(self.system.load.values)
+        mean = values[e.piece] if values.size else np.full(len(e), self.system.load.mean)
+        return self.spectrum.modal(z, self.states[:, 0], self.states[:, 1], e.phase, mean)
+
     @property
     def displacement(self) -> Array:
         """u_n after each event, n = 0 … N; shape (events, N+1)."""
-        return np.array([self._at(i)[0] for i in range(len(self.events))]).reshape(-1, self.modes + 1)
+        return self._modal_states[0]
 
     @property
     def velocity(self) -> Array:
         """u_n' after each event, n = 0 … N; shape (events, N+1)."""
-        return np.array([self._at(i)[1] for i in range(len(self.events))]).reshape(-1, self.modes + 1)
+        return self._modal_states[1]
 
     def modal(self, t: npt.ArrayLike, side: Side = "right") -> Modes:
         """u_n(t) and u_n'(t), each of shape (N+1, len(t)).
@@ -210,7 +218,10 @@ class Trajectory:
         return np.asarray((-2.0 * np.pi * n * np.sin(np.pi * np.outer(places, n))) @ self.modal(t).displacement)
 
     def gap(self, t: npt.ArrayLike) -> Array:
-        """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),)."""
+        """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),).
+
+        For the time of one wave after a release the ripple of a finite number of modes may show above 0.
+        """
         return np.asarray(self.position(1.0, t)[0])
 
     def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
