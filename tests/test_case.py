@@ -171,7 +171,7 @@ def refusal(text: str) -> str:
             'frequency = "60 Hz"\nharmonic = 1.5',
             ["load.harmonic = 1.5", "whole number"],
         ),
-        ("[bar]", "[start]\n[bar]", ["start: unknown table"]),
+        ("[bar]", "[strat]\n[bar]", ["strat: unknown table", "did you mean 'start'?"]),
         ("[bar]", "[system]\ns = 1.0\n[bar]", ["either [system] or [bar] and [contact]"]),
     ],
 )

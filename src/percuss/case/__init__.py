@@ -1,7 +1,7 @@
 """Case files: one TOML description of a run, the catalogue of sample cases, and the one dispatcher.
 
-A case is read with `Case.read`, answered with `steady_answer`. The names are imported when first used, so that the
-catalogue can be listed without loading anything numerical.
+A case is read with `Case.read`, answered with `steady_answer` or `simulation_answer`. The names are imported when first
+used, so that the catalogue can be listed without loading anything numerical.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.case.catalogue import MACHINES, Machine, load_case
     from percuss.case.problems import CaseErrors
+    from percuss.case.running import Simulation
+    from percuss.case.simulation import SimulationAnswer, resumed_answer, simulation_answer
 
 __all__ = [
     "MACHINES",
@@ -22,8 +24,12 @@ __all__ = [
     "Machine",
     "OrbitAnswer",
     "PeriodAnswer",
+    "Simulation",
+    "SimulationAnswer",
     "SteadyAnswer",
     "load_case",
+    "resumed_answer",
+    "simulation_answer",
     "steady_answer",
 ]
 
@@ -34,8 +40,12 @@ _HOME = {
     "Machine": "catalogue",
     "OrbitAnswer": "answer",
     "PeriodAnswer": "answer",
+    "Simulation": "running",
+    "SimulationAnswer": "simulation",
     "SteadyAnswer": "answer",
     "load_case": "catalogue",
+    "resumed_answer": "simulation",
+    "simulation_answer": "simulation",
     "steady_answer": "answer",
 }
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from percuss.case.problems import from_parameter, raise_all
 from percuss.case.recorded import history_load, positive_area, positive_frequency
+from percuss.case.running import checked_simulation, checked_start
 from percuss.case.schema import (
     BarTable,
     ContactTable,
@@ -53,6 +54,10 @@ class Parts:
             self._try("system", tables.system, _check_system)
         if not isinstance(tables.load, HistoryForce):
             self.load = self._try("load", tables.load, _load)
+        if tables.start is not None:
+            self._try("start", tables.start, checked_start)
+        if tables.simulation is not None:
+            self._try("simulation", tables.simulation, checked_simulation)
         if self._problems:
             raise_all(self._problems)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +13,7 @@ from pydantic import ValidationError
 from percuss.case.building import Parts, system_of
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.reading import parsed, text_of
+from percuss.case.running import Simulation, simulation_of, start_of
 from percuss.case.schema import PhysicalCase, PlainCase, table_fields
 from percuss.case.suggest import did_you_mean
 from percuss.case.writing import toml_text
@@ -20,6 +22,7 @@ from percuss.errors import CaseError
 if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.history import HistoryReport
+    from percuss.simulate import Start
 
 __all__ = ["Case"]
 
@@ -31,7 +34,8 @@ class Case:
     Parameters
     ----------
     tables
-        The tables in the SI form ([bar], [load], [contact]) or the dimensionless one ([system], [load]).
+        The tables in the SI form ([bar], [load], [contact]) or the dimensionless one ([system], [load]), either with
+        [start] and [simulation] where it says how to simulate.
     file
         The name of the file, for messages.
     folder
@@ -89,14 +93,7 @@ class Case:
             When the text is not a case.
         """
         data = parsed(text, file)
-        form = _form(data, file)
-        try:
-            tables = form.model_validate(data)
-        except ValidationError as error:
-            load = data.get("load")
-            kind = load.get("kind") if isinstance(load, dict) else None
-            raise_all(from_validation(error, file, data, table_fields(form, kind)))
-        return cls(tables, file, folder)
+        return cls(_tables(data, file), file, folder)
 
     @property
     def title(self) -> str:
@@ -136,6 +133,63 @@ class Case:
         """What was assumed in reading the recording, one sentence each."""
         return self._system[1]
 
+    # -- simulation --
+
+    def simulation(self) -> Simulation:
+        """Modes and stop rule of the table [simulation]; what it leaves out has the defaults of `percuss.run`."""
+        return simulation_of(self.tables.simulation, self.system())
+
+    def start(self, modes: int | None = None) -> Start:
+        """The start that the table [start] describes: by default at rest one bar length off the wall.
+
+        Parameters
+        ----------
+        modes
+            Elastic modes of the simulation, which a start on a steady motion depends on; by default those of
+            [simulation].
+
+        Raises
+        ------
+        CaseError
+            When the case has no such steady motion.
+        """
+        kept = self.simulation().modes if modes is None else modes
+        return start_of(self.tables.start, self.system(), kept, self.file)
+
+    def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:
+        """The same hammer with other keys in [simulation], or with another [start]; None leaves a table as it is.
+
+        Parameters
+        ----------
+        start
+            The keys of [start]; those that the case had are gone.
+        simulation
+            Keys of [simulation]; those that are not named stay as they are.
+
+        Raises
+        ------
+        CaseError
+            As when a file with these tables is read.
+
+        Examples
+        --------
+        >>> from percuss.case import load_case
+        >>> case = load_case("mini-breaker").changed(start={"position": "-20 mm"}, simulation={"impacts": 50})
+        >>> round(case.start().displacement[0], 4), case.simulation().stop.impacts
+        (-0.0625, 50)
+        """
+        data = parsed(self.to_toml(), self.file)
+        if start is not None:
+            data["start"] = dict(start)
+        if simulation is not None:
+            data["simulation"] = {**data.get("simulation", {}), **simulation}
+        changed = Case(_tables(data, self.file), self.file, self.folder)
+        if "_system" in self.__dict__:  # the recording, which may be gone, is not read again
+            changed.__dict__["_system"] = self._system
+        return changed
+
+    # -- writing --
+
     def to_dict(self) -> dict[str, Any]:
         """The tables as plain values, only those that were given."""
         return self.tables.model_dump(exclude_unset=True)
@@ -143,6 +197,17 @@ class Case:
     def to_toml(self) -> str:
         """TOML text that reads back as an equal case."""
         return toml_text(self.to_dict())
+
+
+def _tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
+    """The checked tables of a parsed file."""
+    form = _form(data, file)
+    try:
+        return form.model_validate(data)
+    except ValidationError as error:
+        load = data.get("load")
+        kind = load.get("kind") if isinstance(load, dict) else None
+        raise_all(from_validation(error, file, data, table_fields(form, kind)))
 
 
 def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
@@ -100,6 +101,7 @@ _EXPECTED = {
     "int_parsing": "a whole number",
     "int_parsing_size": "a smaller whole number",
     "string_type": "text in quotes",
+    "bool_type": "true or false",
     "finite_number": "a finite number",
     "model_type": "a table",
     "dict_type": "a table",
@@ -123,9 +125,16 @@ def _problem(item: dict[str, Any], key: str, file: str) -> CaseError:
         return CaseError(file, f"{key}.kind", given, f"expected one of {', '.join(kinds)}", hint)
     if kind == "greater_than_equal":
         return CaseError(file, key, value, f"expected a whole number, {context['ge']} or greater")
+    if kind == "literal_error":
+        return CaseError(file, key, value, f"expected {context['expected']}", _near(value, context["expected"]))
     if cause is not None:
         return CaseError(file, key, value, f"expected {cause}")
     return CaseError(file, key, value, f"expected {_EXPECTED.get(kind) or item['msg']}")
+
+
+def _near(value: object, words: str) -> str:
+    """``did you mean …?`` for one of the words of pydantic's ``'rigid' or 'ringing'``."""
+    return did_you_mean(value, re.findall(r"'([^']*)'", words))
 
 
 _KINDS = "harmonic, square, fourier, history"

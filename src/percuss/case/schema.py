@@ -2,18 +2,34 @@
 
 The models keep what the file says (SI quantities as text with their units), so that a case can be written back as it
 was read; `percuss.case.building` makes the objects. A new load is a new class in one of the two unions at the end; a
-new table (``[start]``, ``[simulation]``) is a new optional field of both cases.
+new table is a new optional field of both cases.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import Field
 
-from percuss.errors import UnitError
-from percuss.units import si
+from percuss.case.values import (
+    Area,
+    Coefficients,
+    Column,
+    Damping,
+    Density,
+    Force,
+    ForceOrPressure,
+    ForceUnit,
+    Frequency,
+    Length,
+    NumberOrLength,
+    NumberOrTime,
+    NumberOrVelocity,
+    Numbers,
+    PlainNumber,
+    Stress,
+    Table,
+)
 
 __all__ = [
     "BarTable",
@@ -26,74 +42,15 @@ __all__ = [
     "HistoryLoad",
     "PhysicalCase",
     "PlainCase",
+    "PlainSimulation",
+    "PlainStart",
+    "SimulationTable",
     "SquareForce",
     "SquareLoad",
+    "StartTable",
     "SystemTable",
     "table_fields",
 ]
-
-
-def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
-    """A check that text is a number with a unit of one of the dimensions; the text itself is kept."""
-
-    def check(value: Any, info: ValidationInfo) -> Any:
-        name = info.field_name or "value"
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise UnitError(name, value, f"text with a number and a unit of {' or '.join(dimensions)}")
-        refusals = []
-        for dimension in dimensions:
-            try:
-                si(value, dimension, name)
-                return value
-            except UnitError as error:
-                refusals.append(error)
-        accepted = " or ".join(error.accepted for error in refusals)
-        raise UnitError(name, value, accepted, refusals[0].remedy)
-
-    return check
-
-
-def _unit(value: Any, info: ValidationInfo) -> Any:
-    """A check that text is a unit of force or pressure."""
-    name = info.field_name or "unit"
-    for dimension in ("force", "pressure"):
-        try:
-            if isinstance(value, str):
-                si(f"1 {value}", dimension, name)
-                return value
-        except UnitError:
-            continue
-    raise UnitError(name, value, 'a unit of force such as "kN", or of pressure such as "bar" beside an area')
-
-
-def _pairs(value: Any) -> Any:
-    """Lists of two numbers as tuples; what has another form is refused with its place."""
-    if not isinstance(value, list) or not value:
-        raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
-    for i, pair in enumerate(value):
-        good = isinstance(pair, list) and len(pair) == 2
-        if not good or any(isinstance(x, bool) or not isinstance(x, int | float) for x in pair):
-            raise ValueError(f"pairs [re, im] of numbers; number {i} of the list is {str(pair)[:40]}")
-    return tuple(tuple(float(x) for x in pair) for pair in value)
-
-
-Length = Annotated[str, BeforeValidator(_quantity("length"))]
-Area = Annotated[str, BeforeValidator(_quantity("area"))]
-Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
-Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
-Density = Annotated[str, BeforeValidator(_quantity("density"))]
-Damping = Annotated[str, BeforeValidator(_quantity("damping"))]
-Force = Annotated[str, BeforeValidator(_quantity("force"))]
-ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
-ForceUnit = Annotated[str, BeforeValidator(_unit)]
-Coefficients = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
-Column = str | int
-
-
-class Table(BaseModel):
-    """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class BarTable(Table):
@@ -180,21 +137,63 @@ class HistoryLoad(HistoryForce):
     force_scale: Force
 
 
+class StartTable(Table):
+    """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
+
+    position: NumberOrLength | None = None
+    velocity: NumberOrVelocity | None = None
+    time: NumberOrTime | None = None
+    modal_displacement: Numbers | None = None
+    modal_velocity: Numbers | None = None
+    orbit: int | None = None
+    periods: int | None = None
+    random: Literal["rigid", "still", "ringing"] | None = None
+    seed: int | None = None
+
+
+class PlainStart(StartTable):
+    """The same beside a dimensionless system, which knows no units."""
+
+    position: PlainNumber | None = None
+    velocity: PlainNumber | None = None
+    time: PlainNumber | None = None
+
+
+class SimulationTable(Table):
+    """How a simulation is made and when it ends; times with a unit, or in radians of the load's fundamental."""
+
+    modes: int | None = None
+    impacts: int | None = None
+    time: NumberOrTime | None = None
+    periodic: bool | None = None
+    tolerance: float | None = None
+
+
+class PlainSimulation(SimulationTable):
+    """The same beside a dimensionless system, which knows no units."""
+
+    time: PlainNumber | None = None
+
+
 class PhysicalCase(Table):
-    """The SI form: [bar], [load], [contact]."""
+    """The SI form: [bar], [load], [contact], and what a simulation takes."""
 
     title: str | None = None
     bar: BarTable
     load: Annotated[HarmonicForce | SquareForce | FourierForce | HistoryForce, Field(discriminator="kind")]
     contact: ContactTable
+    start: StartTable | None = None
+    simulation: SimulationTable | None = None
 
 
 class PlainCase(Table):
-    """The dimensionless form: [system], [load]."""
+    """The dimensionless form: [system], [load], and what a simulation takes."""
 
     title: str | None = None
     system: SystemTable
     load: Annotated[HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad, Field(discriminator="kind")]
+    start: PlainStart | None = None
+    simulation: PlainSimulation | None = None
 
 
 _LOADS: dict[type[Table], dict[str, type[Table]]] = {
@@ -211,7 +210,13 @@ _LOADS: dict[type[Table], dict[str, type[Table]]] = {
         "history": HistoryLoad,
     },
 }
-_TABLES: dict[str, type[Table]] = {"bar": BarTable, "contact": ContactTable, "system": SystemTable}
+_TABLES: dict[str, type[Table]] = {
+    "bar": BarTable,
+    "contact": ContactTable,
+    "system": SystemTable,
+    "start": StartTable,
+    "simulation": SimulationTable,
+}
 
 
 def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:

@@ -15,6 +15,7 @@ __all__ = ["COMMANDS", "run"]
 
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
+    "simulate": "how a hammer moves from a start, impact by impact",
     "machines": "the catalogue of sample cases",
     "new": "a commented sample case to start from",
 }
@@ -24,7 +25,7 @@ _HELP = """\
 usage: percuss COMMAND ...
        percuss --help | --version
 
-Steady impact motions of a bar driven against a wall: percussive drills, breakers, pile hammers.
+Impact motions of a bar driven against a wall, steady or simulated: percussive drills, breakers, pile hammers.
 
 commands:
 {commands}
@@ -36,6 +37,7 @@ examples:
   percuss steady hydraulic-drifter
   percuss new mini-breaker -o breaker.toml
   percuss steady breaker.toml --periods 1..3 --plot breaker.png
+  percuss simulate breaker.toml --plot motion.png
 
 'percuss COMMAND --help' tells more.
 """

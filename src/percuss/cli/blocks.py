@@ -1,10 +1,10 @@
-"""What a report is made of: a title, a summary, and sections of labelled lines."""
+"""What a report is made of: a title, a summary, sections of labelled lines, and grids of figures."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["BAD", "GOOD", "PLAIN", "Report", "Section"]
+__all__ = ["BAD", "GOOD", "PLAIN", "Grid", "Report", "Section"]
 
 GOOD, BAD, PLAIN = "good", "bad", ""
 
@@ -20,10 +20,19 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Grid:
+    """A heading and a table: the names of its columns, and its rows; all but the first column are figures."""
+
+    heading: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class Report:
     """What `percuss.cli.show` prints."""
 
     title: str
     summary: str
     tone: str
-    sections: tuple[Section, ...]
+    sections: tuple[Section | Grid, ...]

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.history import HistoryReport
 
-__all__ = ["steady_report"]
+__all__ = ["steady_report", "system_section"]
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
     """The report of `percuss steady`."""
-    sections = [_system_section(answer)]
+    sections = [system_section(answer.name, answer.system, answer.notes)]
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))
         count = len(period.orbits)
@@ -70,10 +70,10 @@ def every(m: int) -> str:
 # -- the hammer -----------------------------------------------------------------------------------------------------
 
 
-def _system_section(answer: SteadyAnswer) -> Section:
-    system = answer.system
-    rows: list[tuple[str, str]] = [("case", answer.name)]
-    bar = system.bar
+def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section:
+    """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
+    rows: list[tuple[str, str]] = [("case", name)]
+    bar, history = system.bar, system.load.report
     if bar is not None:
         first = float(bar.natural_frequencies(1)[0])
         rows.append(
@@ -90,10 +90,10 @@ def _system_section(answer: SteadyAnswer) -> Section:
         )
     )
     rows.append(("load", _load_text(system)))
-    if answer.history is not None:
-        rows.append(("history", _history_text(answer.history)))
-        rows += [("warning", warning) for warning in answer.history.warnings]
-    rows += [("note", note) for note in answer.notes]
+    if history is not None:
+        rows.append(("history", _history_text(history)))
+        rows += [("warning", warning) for warning in history.warnings]
+    rows += [("note", note) for note in notes]
     return Section("Hammer", tuple(rows))
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import sys
+from typing import TYPE_CHECKING
 
-from percuss.cli.blocks import Report
+from percuss.cli.blocks import Grid, Report, Section
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
 
 __all__ = ["plain_text", "show"]
 
@@ -23,15 +27,31 @@ def plain_text(report: Report) -> str:
     """The report as plain lines, one for each row, never wrapped."""
     lines = [report.title, "=" * len(report.title), report.summary]
     for section in report.sections:
-        lines += ["", section.heading if section.level == 1 else f"-- {section.heading}"]
+        lines.append("")
+        if isinstance(section, Grid):
+            lines += [section.heading, *_plain_grid(section)]
+            continue
+        lines.append(section.heading if section.level == 1 else f"-- {section.heading}")
         lines += [f"  {label:<16}{text}" for label, text in section.rows]
     return "\n".join(lines) + "\n"
 
 
+def _plain_grid(grid: Grid) -> list[str]:
+    """Aligned columns: the first to the left, the figures to the right."""
+    table = [grid.columns, *grid.rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(grid.columns))]
+
+    def line(row: tuple[str, ...]) -> str:
+        first, *rest = row
+        return "  " + "  ".join(
+            [f"{first:<{widths[0]}}", *(f"{x:>{w}}" for x, w in zip(rest, widths[1:], strict=True))]
+        )
+
+    return [line(row) for row in table]
+
+
 def _show_rich(report: Report) -> None:
     from rich.console import Console
-    from rich.padding import Padding
-    from rich.table import Table
     from rich.text import Text
 
     console = Console(highlight=False)
@@ -39,10 +59,36 @@ def _show_rich(report: Report) -> None:
     console.print(Text(report.summary, style=f"bold {_COLOURS[report.tone]}"))
     for section in report.sections:
         console.print()
-        console.print(Text(section.heading, style=f"bold {_COLOURS[section.tone]}"))
-        table = Table.grid(padding=(0, 2))
-        table.add_column(style="dim", no_wrap=True)
-        table.add_column()
-        for label, text in section.rows:
-            table.add_row(Text(label), Text(text))
-        console.print(Padding(table, (0, 0, 0, 2)))
+        if isinstance(section, Grid):
+            console.print(Text(section.heading, style="bold"))
+            console.print(_rich_grid(section))
+        else:
+            console.print(Text(section.heading, style=f"bold {_COLOURS[section.tone]}"))
+            console.print(_rich_rows(section))
+
+
+def _rich_rows(section: Section) -> RenderableType:
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for label, text in section.rows:
+        table.add_row(Text(label), Text(text))
+    return Padding(table, (0, 0, 0, 2))
+
+
+def _rich_grid(grid: Grid) -> RenderableType:
+    from rich import box
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for i, name in enumerate(grid.columns):
+        table.add_column(Text(name), justify="right" if i else "left")
+    for row in grid.rows:
+        table.add_row(*(Text(text) for text in row))
+    return Padding(table, (0, 0, 0, 2))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from percuss.cli.files import PICTURES, check_picture, named_case
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
-    from percuss.case import Case, SteadyAnswer
+    from percuss.case import SteadyAnswer
 
 __all__ = ["run"]
 
@@ -23,8 +23,6 @@ _EXAMPLES = """\
   percuss steady hydraulic-drifter
   percuss steady case.toml --periods 1..3 --plot case.png
   percuss steady case.toml --json > answer.json"""
-
-_SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def _parser() -> Parser:
@@ -45,7 +43,7 @@ def _parser() -> Parser:
         "and 32 for the multipliers)",
     )
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
-    parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(_SUFFIXES)}")
+    parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
     return parser
 
 
@@ -54,7 +52,7 @@ def run(arguments: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parsed(arguments)
     if options.plot is not None:
-        _check_plot(parser, options.plot)
+        check_picture(parser, options.plot)
     answer = _answer(options.case, options.periods, options.modes)
     text = _json(answer) if options.json else ""
     if options.plot is not None:
@@ -73,23 +71,6 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _check_plot(parser: Parser, path: str) -> None:
-    """Refuse what cannot be drawn before anything is computed."""
-    from importlib.util import find_spec
-
-    from percuss.errors import MissingExtraError
-
-    if not path.lower().endswith(_SUFFIXES):
-        parser.error(f"argument --plot: '{path}': the name must end in {', '.join(_SUFFIXES[:-1])} or {_SUFFIXES[-1]}")
-    folder = os.path.dirname(path) or "."
-    if not os.path.isdir(folder):
-        parser.error(f"argument --plot: '{path}': there is no folder '{folder}'")
-    if os.path.isdir(path):
-        parser.error(f"argument --plot: '{path}' is a directory")
-    if find_spec("matplotlib") is None:
-        raise MissingExtraError("matplotlib", "plot")
-
-
 def _answer(name: str, asked: tuple[int, ...], kept: int | None) -> SteadyAnswer:
     from percuss.case import steady_answer
 
@@ -100,35 +81,6 @@ def _answer(name: str, asked: tuple[int, ...], kept: int | None) -> SteadyAnswer
         raise
     except PercussError as error:  # the floors below do not know the file
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
-
-
-def named_case(name: str) -> Case:
-    """The case in a file, or of a machine of the catalogue; a file goes first.
-
-    Raises
-    ------
-    CaseError
-        When there is neither, or the file is not a case.
-    """
-    from percuss.case import MACHINES, Case, load_case
-    from percuss.case.catalogue import is_machine
-    from percuss.case.suggest import did_you_mean
-
-    if is_machine(name) and not os.path.isfile(name):
-        return load_case(name)
-    if name != "-" and not os.path.exists(name):
-        near = [entry for entry in _entries(os.path.dirname(name)) if entry.endswith(".toml")]
-        remedy = did_you_mean(name, [*near, *(machine.name for machine in MACHINES)])
-        what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
-        raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
-    return Case.read(name)
-
-
-def _entries(folder: str) -> list[str]:
-    try:
-        return [os.path.join(folder, entry) for entry in os.listdir(folder or ".")]
-    except OSError:
-        return []
 
 
 def _json(answer: SteadyAnswer) -> str:

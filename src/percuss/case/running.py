@@ -1,0 +1,190 @@
+"""The tables [start] and [simulation] of a case as objects: where a simulation starts, how it is made, when it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.schema import SimulationTable, StartTable
+from percuss.errors import CaseError, ParameterError
+from percuss.model.checks import count
+from percuss.simulate import Start, Stop
+from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.model import System
+
+__all__ = [
+    "DEFAULT_MODES",
+    "MAX_MODES",
+    "Simulation",
+    "checked_simulation",
+    "checked_start",
+    "simulation_of",
+    "start_of",
+]
+
+DEFAULT_MODES = 32
+"""Elastic modes of a simulation that asks for no number of them."""
+
+MAX_MODES = 4096
+"""The most of them."""
+
+_KINDS = {
+    "rigid": ("position", "velocity"),
+    "modal": ("modal_displacement", "modal_velocity"),
+    "orbit": ("orbit", "periods"),
+    "random": ("random", "seed"),
+}
+"""The ways to start, each with its keys; the first key of a kind that is not rigid or modal is needed."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the table [simulation] says: the number of elastic modes, and the stop rule."""
+
+    modes: int
+    stop: Stop
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """What a quantity with a unit is divided by; 1 while only its sign and its form are looked at."""
+
+    length: float = 1.0
+    velocity: float = 1.0
+    time: float = 1.0
+
+    @classmethod
+    def of(cls, system: System) -> _Scales:
+        return cls(system.length_scale, system.speed_scale, system.time_scale) if system.is_si else cls()
+
+    def number(self, value: float | str | None, dimension: str, name: str, default: float = 0.0) -> float:
+        if value is None:
+            return default
+        return si(value, dimension, name) / getattr(self, dimension) if isinstance(value, str) else float(value)
+
+
+# -- [simulation] ---------------------------------------------------------------------------------------------------
+
+
+def checked_simulation(table: SimulationTable) -> Simulation:
+    """What the table says, with times in whatever unit: it is there to be refused.
+
+    Raises
+    ------
+    ParameterError
+        For numbers out of range.
+    """
+    return _simulation(table, _Scales())
+
+
+def simulation_of(table: SimulationTable | None, system: System) -> Simulation:
+    """The table [simulation] of a case, and the defaults without it."""
+    return _simulation(table or SimulationTable(), _Scales.of(system))
+
+
+def _simulation(table: SimulationTable, scales: _Scales) -> Simulation:
+    modes = DEFAULT_MODES if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
+    options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
+    given = {name: value for name, value in options.items() if value is not None}
+    time = None if table.time is None else scales.number(table.time, "time", "time")
+    return Simulation(modes, Stop(time=time, **given))
+
+
+# -- [start] --------------------------------------------------------------------------------------------------------
+
+
+def checked_start(table: StartTable) -> None:
+    """Refuse a table that describes no start.
+
+    Raises
+    ------
+    ParameterError
+        When kinds of starts are mixed, something is missing, or a number is out of range.
+    """
+    kind = _kind(table)
+    if kind in ("rigid", "modal"):
+        _start(table, kind, _Scales())
+    if table.orbit is not None:
+        count("orbit", table.orbit)
+        count("periods", 1 if table.periods is None else table.periods, most=1000)
+    if table.seed is not None:
+        count("seed", table.seed, least=0)
+
+
+def start_of(table: StartTable | None, system: System, modes: int, file: str) -> Start:
+    """The start that a table describes.
+
+    Raises
+    ------
+    CaseError
+        When there is no steady motion of that number, or the start does not fit the simulation's modes.
+    """
+    if table is None:
+        return Start.rigid()
+    kind = _kind(table)
+    if kind == "orbit":
+        start = _orbit(table, system, modes, file)
+    elif kind == "random":
+        assert table.random is not None  # checked when the case was made
+        start = Start.random(system, seed=table.seed or 0, distribution=table.random)
+        start = start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
+    else:
+        start = _start(table, kind, _Scales.of(system))
+    try:
+        start.state(modes)
+    except ParameterError as error:
+        key, value, accepted = error.name, error.value, error.accepted
+        if key == "gap":  # u(1), which no key gives
+            key, value, accepted = "modal_displacement", table.modal_displacement, f"{accepted}; it stands at {value}"
+        raise CaseError(file, f"start.{key}", value, f"expected {accepted}", error.remedy) from None
+    return start
+
+
+def _start(table: StartTable, kind: str, scales: _Scales) -> Start:
+    time = scales.number(table.time, "time", "time")
+    if kind == "rigid":
+        position = scales.number(table.position, "length", "position", -1.0)
+        return Start.rigid(position, scales.number(table.velocity, "velocity", "velocity"), time)
+    displacement, velocity = table.modal_displacement, table.modal_velocity
+    if displacement is None:
+        displacement = (0.0,) * len(velocity or ())
+    return Start.modal(displacement, velocity, time)
+
+
+def _kind(table: StartTable) -> str:
+    """Which of the kinds a table is of."""
+    given = {kind: [key for key in keys if getattr(table, key) is not None] for kind, keys in _KINDS.items()}
+    kinds = [kind for kind, keys in given.items() if keys]
+    if len(kinds) > 1:
+        ways = " or ".join(f"{' and '.join(_KINDS[kind])} ({kind})" for kind in kinds)
+        extra = given[kinds[-1]]
+        remedy = f"remove {' and '.join(extra)}, or {' and '.join(key for kind in kinds[:-1] for key in given[kind])}"
+        raise ParameterError(extra[0], getattr(table, extra[0]), f"one kind of start: {ways}", remedy)
+    kind = kinds[0] if kinds else "rigid"
+    if kind in ("orbit", "random") and given[kind][0] != kind:
+        example = "orbit = 1" if kind == "orbit" else 'random = "rigid"'
+        raise ParameterError(given[kind][0], getattr(table, given[kind][0]), f"{kind} beside it", f"add {example}")
+    if kind == "orbit" and table.time is not None:
+        raise ParameterError("time", table.time, "no time beside orbit, which starts at its own phase", "remove time")
+    return kind
+
+
+def _orbit(table: StartTable, system: System, modes: int, file: str) -> Start:
+    from percuss.steady import steady_states  # the other starts do without
+
+    periods = 1 if table.periods is None else table.periods
+    orbits = steady_states(system, periods, modes=modes).orbits
+    assert table.orbit is not None
+    if table.orbit > len(orbits):
+        every = "every load period" if periods == 1 else f"in {periods} load periods"
+        accepted = f"a number from 1 to {len(orbits)}, the steady motions with one impact {every}"
+        if not orbits:
+            accepted = f"a steady motion with one impact {every}, and there is none"
+        raise CaseError(file, "start.orbit", table.orbit, f"expected {accepted}", f"see 'percuss steady {file}'")
+    orbit = orbits[table.orbit - 1]
+    if not orbit.impact_velocity > 0.0:
+        remedy = "see 'percuss steady'"
+        raise CaseError(file, "start.orbit", table.orbit, "this motion does not strike: it cannot happen", remedy)
+    return Start.orbit(orbit)

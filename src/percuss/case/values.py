@@ -1,0 +1,135 @@
+"""The kinds of values in a case file: numbers, text with a unit, lists; checked and kept as they are written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
+
+from percuss.errors import UnitError
+from percuss.units import si
+
+__all__ = [
+    "Area",
+    "Coefficients",
+    "Column",
+    "Damping",
+    "Density",
+    "Force",
+    "ForceOrPressure",
+    "ForceUnit",
+    "Frequency",
+    "Length",
+    "NumberOrLength",
+    "NumberOrTime",
+    "NumberOrVelocity",
+    "Numbers",
+    "PlainNumber",
+    "Stress",
+    "Table",
+]
+
+
+def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
+    """A check that text is a number with a unit of one of the dimensions; the text itself is kept."""
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        name = info.field_name or "value"
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise UnitError(name, value, f"text with a number and a unit of {' or '.join(dimensions)}")
+        refusals = []
+        for dimension in dimensions:
+            try:
+                si(value, dimension, name)
+                return value
+            except UnitError as error:
+                refusals.append(error)
+        accepted = " or ".join(error.accepted for error in refusals)
+        raise UnitError(name, value, accepted, refusals[0].remedy)
+
+    return check
+
+
+def _unit(value: Any, info: ValidationInfo) -> Any:
+    """A check that text is a unit of force or pressure."""
+    name = info.field_name or "unit"
+    for dimension in ("force", "pressure"):
+        try:
+            if isinstance(value, str):
+                si(f"1 {value}", dimension, name)
+                return value
+        except UnitError:
+            continue
+    raise UnitError(name, value, 'a unit of force such as "kN", or of pressure such as "bar" beside an area')
+
+
+def _pairs(value: Any) -> Any:
+    """Lists of two numbers as tuples; what has another form is refused with its place."""
+    if not isinstance(value, list) or not value:
+        raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
+    for i, pair in enumerate(value):
+        good = isinstance(pair, list) and len(pair) == 2
+        if not good or any(isinstance(x, bool) or not isinstance(x, int | float) for x in pair):
+            raise ValueError(f"pairs [re, im] of numbers; number {i} of the list is {str(pair)[:40]}")
+    return tuple(tuple(float(x) for x in pair) for pair in value)
+
+
+def _number_or(dimension: str) -> Callable[[Any, ValidationInfo], Any]:
+    """A check that a value is a plain number (dimensionless), or text with a unit of the dimension."""
+    quantity = _quantity(dimension)
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, str):
+            return quantity(value, info)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            accepted = f"a finite number (dimensionless), or text with a unit of {dimension}"
+            raise UnitError(info.field_name or "value", value, accepted)
+        return value
+
+    return check
+
+
+def _plain_number(value: Any, info: ValidationInfo) -> Any:
+    """A check that a value is a plain number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        remedy = "only a case in SI takes units" if isinstance(value, str) else ""
+        raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
+    return value
+
+
+def _numbers(value: Any) -> Any:
+    """A list of numbers as a tuple."""
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError("a list of numbers, for example [-1.0, 0.01]")
+    for i, number in enumerate(value):
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise ValueError(f"a list of numbers; number {i} of the list is {str(number)[:40]}")
+        if not math.isfinite(number):
+            raise ValueError(f"a list of finite numbers; number {i} of the list is {number}")
+    return tuple(float(number) for number in value)
+
+
+Length = Annotated[str, BeforeValidator(_quantity("length"))]
+Area = Annotated[str, BeforeValidator(_quantity("area"))]
+Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
+Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
+Density = Annotated[str, BeforeValidator(_quantity("density"))]
+Damping = Annotated[str, BeforeValidator(_quantity("damping"))]
+Force = Annotated[str, BeforeValidator(_quantity("force"))]
+ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
+ForceUnit = Annotated[str, BeforeValidator(_unit)]
+Coefficients = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
+Column = str | int
+PlainNumber = Annotated[float, BeforeValidator(_plain_number)]
+Numbers = Annotated[tuple[float, ...], BeforeValidator(_numbers)]
+NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
+NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
+NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]
+
+
+class Table(BaseModel):
+    """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)

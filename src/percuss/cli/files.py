@@ -1,0 +1,79 @@
+"""The files that commands take and make: found, or refused before anything is computed."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from percuss.errors import CaseError, MissingExtraError
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.cli.parser import Parser
+
+__all__ = ["PICTURES", "check_picture", "check_target", "named_case", "need"]
+
+PICTURES = (".png", ".svg", ".pdf")
+"""What a picture can be saved as."""
+
+
+def check_picture(parser: Parser, path: str) -> None:
+    """Refuse what cannot be drawn before anything is computed."""
+    if not path.lower().endswith(PICTURES):
+        parser.error(f"argument --plot: '{path}': the name must end in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
+    check_target(parser, "--plot", path)
+    need("matplotlib", "plot")
+
+
+def check_target(parser: Parser, option: str, path: str) -> None:
+    """Refuse a place where no file can be written."""
+    folder = os.path.dirname(path) or "."
+    if not os.path.isdir(folder):
+        parser.error(f"argument {option}: '{path}': there is no folder '{folder}'")
+    if os.path.isdir(path) or not os.path.basename(path):
+        parser.error(f"argument {option}: '{path}' is a directory")
+    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
+        parser.error(f"argument {option}: '{path}' cannot be written")
+
+
+def need(package: str, extra: str) -> None:
+    """Refuse when an optional package is not installed.
+
+    Raises
+    ------
+    MissingExtraError
+        Which says how to install it.
+    """
+    from importlib.util import find_spec
+
+    if find_spec(package) is None:
+        raise MissingExtraError(package, extra)
+
+
+def named_case(name: str) -> Case:
+    """The case in a file, or of a machine of the catalogue; a file goes first.
+
+    Raises
+    ------
+    CaseError
+        When there is neither, or the file is not a case.
+    """
+    from percuss.case import MACHINES, Case, load_case
+    from percuss.case.catalogue import is_machine
+    from percuss.case.suggest import did_you_mean
+
+    if is_machine(name) and not os.path.isfile(name):
+        return load_case(name)
+    if name != "-" and not os.path.exists(name):
+        near = [entry for entry in _entries(os.path.dirname(name)) if entry.endswith(".toml")]
+        remedy = did_you_mean(name, [*near, *(machine.name for machine in MACHINES)])
+        what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
+        raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
+    return Case.read(name)
+
+
+def _entries(folder: str) -> list[str]:
+    try:
+        return [os.path.join(folder, entry) for entry in os.listdir(folder or ".")]
+    except OSError:
+        return []

@@ -1,0 +1,172 @@
+"""``percuss simulate``: how a hammer moves from a start, impact by impact."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NoReturn
+
+from percuss.cli.arguments import events, start_keys, time_or_text, whole
+from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need
+from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.errors import CaseError, PercussError
+
+if TYPE_CHECKING:
+    import argparse
+
+    from percuss.case import Case, SimulationAnswer
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
+[start] and [simulation] of the case say the same as the options, which go first."""
+
+_EXAMPLES = """\
+  percuss simulate mini-breaker
+  percuss simulate case.toml --start position=-1,velocity=0,time=0.3 --impacts 2000
+  percuss simulate case.toml --start random --seed 7 --json > run.json
+  percuss simulate case.toml --start orbit:2 -o run.nc --plot run.png
+  percuss simulate --resume run.nc --impacts 5000 -o longer.nc"""
+
+_START = """\
+keys of [start]: position=-1,velocity=0,time=0.3 (plain numbers are dimensionless; with units for a case in SI:
+position='-3 cm'), orbit:K for steady motion number K of 'percuss steady', random, random:still or
+random:ringing"""
+
+LAST = 10
+"""Events in the report for people."""
+
+
+def _parser() -> Parser:
+    parser = Parser("simulate", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", nargs="?", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--impacts", metavar="N", type=whole, help="end after N impacts (default 2000)")
+    add("--time", metavar="T", type=time_or_text, help="end after T radians of the load, or '2 s' for a case in SI")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 (a rigid bar) to {MAX_MODES} (default 32)")
+    add("--start", metavar="START", type=start_keys, help=_START)
+    add("--seed", metavar="S", type=whole, help="of a random start (default 0)")
+    add("--full", action="store_true", help="go on when a periodic motion is found")
+    add("--resume", metavar="FILE", help="follow the motion that -o saved further; N and T count from its start")
+    add("--json", action="store_true", help="print the answer as JSON")
+    add("--events", metavar="WHICH", type=events, help="all, last:K or none (default: all in JSON, else last:10)")
+    add("-o", "--output", metavar="FILE", help="save the motion as NetCDF, for xarray and for --resume")
+    add("--plot", metavar="FILE", help=f"draw the motion: {', '.join(PICTURES)}")
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Simulate one case; returns the exit code, 130 when the simulation was interrupted."""
+    parser = _parser()
+    options = parser.parsed(arguments)
+    _check(parser, options)
+    answer = _resumed(options) if options.resume is not None else _answered(parser, options)
+    text = _json(answer, options) if options.json else ""
+    made = []
+    if options.output is not None:
+        answer.motion.save(options.output)
+        made.append(f"motion: {options.output}")
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.trajectory(answer), options.plot)
+        made.append(f"picture: {options.plot}")
+    if options.json:
+        print(text)
+    else:
+        from percuss.cli.motion import motion_report
+        from percuss.cli.show import show
+
+        show(motion_report(answer, LAST if options.events is None else options.events[0]))
+    for line in made:
+        print(line, file=sys.stderr if options.json else sys.stdout)
+    return 130 if answer.motion.outcome == "cancelled" else 0
+
+
+def _check(parser: Parser, options: argparse.Namespace) -> None:
+    """Refuse what cannot be answered or written before anything is computed."""
+    if options.resume is not None:
+        for name in ("case", "start", "modes", "seed"):
+            if getattr(options, name) is not None:
+                parser.error(f"{'CASE' if name == 'case' else f'--{name}'} does not go with --resume: the file has it")
+        _need_netcdf()
+    elif options.case is None:
+        parser.error("the following arguments are required: CASE (or --resume FILE)")
+    if options.output is not None:
+        check_target(parser, "-o", options.output)
+        if options.case is not None and os.path.exists(options.output) and _same(options.case, options.output):
+            parser.error(f"argument -o: '{options.output}' is the case itself")
+        _need_netcdf()
+    if options.plot is not None:
+        check_picture(parser, options.plot)
+        if options.output is not None and os.path.abspath(options.output) == os.path.abspath(options.plot):
+            parser.error("argument --plot: the picture needs another name than the motion (-o)")
+
+
+def _need_netcdf() -> None:
+    for package in ("xarray", "h5netcdf"):
+        need(package, "io")
+
+
+def _same(case: str, output: str) -> bool:
+    return os.path.exists(case) and os.path.samefile(case, output)
+
+
+def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
+    from percuss.case import simulation_answer
+    from percuss.cli.watch import watched
+
+    case = named_case(options.case)
+    case.system()  # the recording is read, and may be refused, before the options are looked at
+    try:
+        case = _changed(case, options)
+    except CaseError as error:
+        _as_option(parser, error)
+    with watched() as watch:
+        try:
+            return simulation_answer(case, watch)
+        except CaseError:
+            raise
+        except PercussError as error:  # the floors below do not know the file
+            raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
+
+
+def _resumed(options: argparse.Namespace) -> SimulationAnswer:
+    from percuss.case import resumed_answer
+    from percuss.cli.watch import watched
+    from percuss.errors import ParameterError
+
+    if isinstance(options.time, str):
+        raise ParameterError("--time", options.time, "a plain number of radians beside --resume")
+    with watched() as watch:
+        return resumed_answer(options.resume, options.impacts, options.time, watch)
+
+
+def _changed(case: Case, options: argparse.Namespace) -> Case:
+    """The case with what the options say in place of its tables."""
+    start = options.start
+    if options.seed is not None:
+        given = case.to_dict().get("start") or {}
+        start = {**(given if start is None else start), "seed": options.seed}
+    wanted = {name: getattr(options, name) for name in ("modes", "impacts", "time")}
+    simulation = {name: value for name, value in wanted.items() if value is not None}
+    if options.full:
+        simulation["periodic"] = False
+    return case.changed(start, simulation or None)
+
+
+def _as_option(parser: Parser, error: CaseError) -> NoReturn:
+    """A refusal of a table of the case, told of the option that said so."""
+    first = getattr(error, "problems", (error,))[0]
+    table, _, name = first.key.partition(".")
+    remedy = f" — {first.remedy}" if first.remedy else ""
+    option = f"--start: {name} =" if table == "start" else f"--{name}:"
+    parser.error(f"argument {option} {first.value!r}: {first.accepted}{remedy}")
+
+
+def _json(answer: SimulationAnswer, options: argparse.Namespace) -> str:
+    from percuss.case.simulation_json import simulation_text
+
+    return simulation_text(answer, None if options.events is None else options.events[0])

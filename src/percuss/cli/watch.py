@@ -1,0 +1,99 @@
+"""While a person waits for a simulation: a note on compiling, a progress bar, and a Ctrl-C that keeps what is done."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from percuss.simulate import Progress
+
+__all__ = ["Watch", "watched"]
+
+PATIENCE = 0.5
+"""Seconds before a progress bar is shown."""
+
+COMPILING = 2.0
+"""Seconds that loading the kernels from numba's cache does not take."""
+
+
+class Watch:
+    """The progress callback of a simulation: draws the bar, and asks for the end after an interruption."""
+
+    def __init__(self, seen: bool) -> None:
+        self.interrupted = False
+        self._seen = seen
+        self._since = time.monotonic()
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __call__(self, progress: Progress) -> bool:
+        if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
+            self._bar, self._task = _new_bar()
+        if self._bar is not None:
+            self._bar.update(self._task, completed=progress.fraction, impacts=f"{progress.impacts} impacts")
+        return self.interrupted
+
+    def interrupt(self, *_: object) -> None:
+        """The handler of Ctrl-C: the first ends the simulation in order, the second at once."""
+        if self.interrupted:
+            raise KeyboardInterrupt
+        self.interrupted = True
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+
+@contextmanager
+def watched() -> Iterator[Watch]:
+    """A `Watch` with the kernels ready, in charge of Ctrl-C until the end of the block."""
+    seen = sys.stderr is not None and sys.stderr.isatty()
+    _warm(seen)
+    watch = Watch(seen)
+    # only the main thread may handle signals
+    mine = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
+    try:
+        yield watch
+    finally:
+        if mine:
+            signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+        watch.close()
+
+
+def _warm(seen: bool) -> None:
+    """Load the kernels, and tell a person when that means compiling them: Ctrl-C ends this at once."""
+    note = threading.Timer(COMPILING, _tell_of_compiling)
+    note.daemon = True
+    if seen:
+        note.start()
+    try:
+        from percuss.model import Load, System
+        from percuss.simulate import Stop, run
+
+        run(System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0)), modes=0, stop=Stop(impacts=0))
+    finally:
+        note.cancel()
+
+
+def _tell_of_compiling() -> None:
+    text = "percuss: compiling the kernels, about half a minute; later runs take them from a cache"
+    print(text, file=sys.stderr, flush=True)
+
+
+def _new_bar() -> tuple[Any, Any]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("simulating"), BarColumn(), TextColumn("{task.fields[impacts]}"), TimeRemainingColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    bar.start()
+    return bar, bar.add_task("", total=1.0, impacts="")
