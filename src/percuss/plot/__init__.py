@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.plot.canvas import save
     from percuss.plot.steady_picture import steady
+    from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["save", "steady"]
+__all__ = ["save", "steady", "trajectory"]
 
 
-_HOME = {"save": "canvas", "steady": "steady_picture"}
+_HOME = {"save": "canvas", "steady": "steady_picture", "trajectory": "trajectory_picture"}
 
 
 def __getattr__(name: str) -> object:

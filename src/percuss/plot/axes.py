@@ -22,6 +22,7 @@ class Units:
     length: float
     length_label: str
     speed: float
+    speed_label: str
     stress: float
     stress_label: str
 
@@ -37,6 +38,7 @@ def units_of(system: System) -> Units:
             1.0,
             "gap u(1, t)",
             1.0,
+            "velocity of the striking end",
             1.0,
             "strain u_x",
         )
@@ -50,6 +52,7 @@ def units_of(system: System) -> Units:
         1e3 * system.length_scale,
         "striking end [mm]",
         system.speed_scale,
+        "velocity of the striking end [m/s]",
         system.stress_scale / 1e6,
         "stress [MPa]",
     )

@@ -1,0 +1,227 @@
+"""The picture of a simulated motion: its last flights, its history, its map, and the waves in the bar."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from percuss.plot.axes import Units, units_of
+from percuss.plot.canvas import COLOURS, INK, new_figure, style
+from percuss.plot.window import Window, window_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from percuss.simulate import Events, Trajectory
+
+__all__ = ["trajectory"]
+
+MOST_POINTS = 20_000
+"""Points of a scatter; of more impacts an even choice is drawn."""
+
+_TURN = 2.0 * math.pi
+
+_MARKS = {
+    "impact": ("o", COLOURS[1], 4.0),
+    "grazing": ("|", COLOURS[3], 9.0),
+    "chatter": ("s", COLOURS[4], 5.0),
+    "rest": ("v", COLOURS[0], 6.0),
+    "release": ("^", COLOURS[2], 6.0),
+}
+
+
+class _Titled(Protocol):
+    """An answer: a motion with the title of its case."""
+
+    @property
+    def motion(self) -> Trajectory: ...
+    @property
+    def title(self) -> str: ...
+
+
+def trajectory(motion: Trajectory | _Titled) -> Figure:
+    """Draw a simulated motion, or the answer that holds one.
+
+    Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole
+    motion; (c) load phase and striking speed of every impact: the impact map; (d) the phase portrait of the striking
+    end; (e) the stress along the bar over time, or the energy of a rigid bar.
+
+    Raises
+    ------
+    MissingExtraError
+        When matplotlib is not installed.
+
+    Examples
+    --------
+    >>> from percuss import Load, Start, System, run
+    >>> from percuss.plot import trajectory
+    >>> system = System(s=20.0, d=0.0048, restitution=0.2, load=Load.harmonic(0.9, 1.0))
+    >>> len(trajectory(run(system, Start.rigid(time=0.3), modes=8)).axes) >= 5
+    True
+    """
+    title, motion = _parts(motion)
+    figure = new_figure(11.0, 7.0)
+    units = units_of(motion.system)
+    with style():
+        grid = figure.add_gridspec(2, 3)
+        window = window_of(motion)
+        _gap(figure.add_subplot(grid[0, :2]), window, units)
+        _speeds(figure.add_subplot(grid[0, 2]), motion, units)
+        _map(figure.add_subplot(grid[1, 0]), motion, units)
+        _portrait(figure.add_subplot(grid[1, 1]), window, units)
+        _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
+        figure.suptitle(
+            f"{title} — {motion.label}" if title else motion.label, x=0.01, ha="left", fontsize=11, fontweight="bold"
+        )
+    return figure
+
+
+def _parts(shown: Trajectory | _Titled) -> tuple[str, Trajectory]:
+    from percuss.simulate import Trajectory
+
+    return ("", shown) if isinstance(shown, Trajectory) else (shown.title, shown.motion)
+
+
+def _clock(motion: Trajectory, units: Units, span: float) -> tuple[float, str]:
+    """What one radian is on a time axis of that span, and what the axis is called."""
+    if not motion.system.is_si:
+        return (1.0, "time [rad]") if motion.system.load.is_constant else (1.0 / _TURN, "time [load periods]")
+    seconds = span * units.time >= 5e3
+    return (units.time * 1e-3, "time [s]") if seconds else (units.time, "time [ms]")
+
+
+def _gap(axes: Any, window: Window, units: Units) -> None:
+    motion = window.motion
+    clock, label = _clock(motion, units, window.last)
+    _wall(axes)
+    axes.plot(window.times * clock, window.gap * units.length, color=INK, linewidth=1.1)
+    for kind, (marker, colour, size) in reversed(_MARKS.items()):  # impacts on top
+        times = window.events.of(kind).time
+        if times.size:
+            key = {"marker": marker, "color": colour, "markersize": size, "linestyle": "none", "clip_on": False}
+            axes.plot(times * clock, np.zeros(times.size), label=kind, zorder=3, **key)
+    if len(window.events):
+        axes.legend(loc="lower right", ncols=5)
+        low = float(window.gap.min()) * units.length
+        axes.set_ylim(1.25 * low if low < 0.0 else -1.0, -0.06 * low if low < 0.0 else 0.06)
+    else:
+        _nothing(axes, "no impact in the time that was followed", 0.06)
+    _time_axis(axes, window.first, window.last, clock, few=False)
+    axes.set_title("(a) the striking end: " + window.what)
+    axes.set_xlabel(label)
+    axes.set_ylabel(units.length_label)
+
+
+def _time_axis(axes: Any, first: float, last: float, clock: float, few: bool = True) -> None:
+    """A time axis with some room for a mark at its very end, and `few` figures where there is no room for more."""
+    room = 0.005 * (last - first) or 0.5
+    axes.set_xlim((first - room) * clock, (last + room) * clock)
+    axes.locator_params(axis="x", nbins=4 if few else "auto")
+    axes.ticklabel_format(axis="x", useOffset=False)
+
+
+def _wall(axes: Any) -> None:
+    axes.axhline(0.0, color=INK, linewidth=2.5)
+    place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
+    axes.annotate("wall", (1.0, 0.0), (0, 4), **place)
+
+
+def _thinned(events: Events) -> Events:
+    """At most `MOST_POINTS` of the events, always the same; by chance, for an even choice may beat with a cycle."""
+    if len(events) <= MOST_POINTS:
+        return events
+    return events[np.sort(np.random.default_rng(0).choice(len(events), MOST_POINTS, replace=False))]
+
+
+def _parts_of(motion: Trajectory) -> list[tuple[Events, str, str]]:
+    """The impacts before and in the settled part, with their colours and names; all as one when no cycle was found."""
+    struck = motion.events.of("impact")
+    if motion.transient is None:
+        return [(_thinned(struck), COLOURS[1], "")]
+    before, after = struck[: motion.transient], struck[motion.transient :]
+    return [(_thinned(before), COLOURS[5], "transient"), (_thinned(after), COLOURS[1], "settled")]
+
+
+def _speeds(axes: Any, motion: Trajectory, units: Units) -> None:
+    axes.set_title("(b) striking speeds")
+    clock, label = _clock(motion, units, motion.end_time)
+    axes.set_xlabel(label)
+    size = 1.5 if motion.impacts > 2000 else 3.0
+    _scatter(axes, motion, units, size, lambda part: part.time * clock)
+    _time_axis(axes, motion.begin_time, motion.end_time, clock)
+    if motion.transient is not None:
+        axes.legend(loc="best")
+
+
+def _map(axes: Any, motion: Trajectory, units: Units) -> None:
+    axes.set_title("(c) impact map")
+    axes.set_xlabel("phase of the load")
+    axes.set_xlim(0.0, _TURN)
+    axes.set_xticks([0.25 * i * _TURN for i in range(5)], ["0", "π/2", "π", "3π/2", "2π"])
+    size = 0.8 if motion.impacts > 5000 else 1.5 if motion.impacts > 500 else 3.5
+    _scatter(axes, motion, units, size, lambda part: part.phase)
+
+
+def _scatter(axes: Any, motion: Trajectory, units: Units, size: float, place: Callable[[Events], Any]) -> None:
+    """Striking speeds over whatever `place` takes from the impacts."""
+    axes.set_ylabel("striking speed [m/s]" if motion.system.is_si else "striking speed")
+    if not motion.impacts:
+        _nothing(axes, "no impact")
+        return
+    for part, colour, name in _parts_of(motion):
+        look = {"markersize": size, "markeredgewidth": 0.0, "rasterized": len(part) > 5000, "label": name or None}
+        axes.plot(place(part), part.impact_velocity * units.speed, "o", color=colour, **look)
+    axes.set_ylim(bottom=0.0)
+
+
+def _portrait(axes: Any, window: Window, units: Units) -> None:
+    axes.set_title("(d) phase portrait: " + window.what)
+    axes.axvline(0.0, color=INK, linewidth=2.5)
+    axes.axhline(0.0, color=INK, linewidth=0.4)
+    times, velocity = window.velocity
+    gap = np.interp(times, window.times, window.gap)
+    axes.plot(gap * units.length, velocity * units.speed, color=COLOURS[0], linewidth=0.9)
+    axes.set_xlabel(units.length_label)
+    axes.set_ylabel(units.speed_label)
+    axes.set_xmargin(0.08)
+
+
+def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
+    motion = window.motion
+    clock, label = _clock(motion, units, window.last)
+    axes.set_xlabel(label)
+    if not motion.modes:
+        axes.set_title("(e) energy of the rigid bar: " + window.what)
+        times, energy = window.energy
+        axes.plot(times * clock, energy * (motion.system.energy_scale if motion.system.is_si else 1.0), color=INK)
+        _time_axis(axes, window.first, window.last, clock)
+        axes.set_ylabel("kinetic energy [J]" if motion.system.is_si else "kinetic energy")
+        return
+    what = units.stress_label.split(" [")[0]
+    axes.set_title(f"(e) {what} along the bar, the end of (a)")
+    if window.last <= window.first:
+        _nothing(axes, "nothing has moved")
+        return
+    field, first, last = window.strain
+    field = field * units.stress
+    size = float(np.percentile(np.abs(field), 99.5)) or float(np.abs(field).max()) or 1.0
+    picture = axes.imshow(
+        field,
+        extent=(first * clock, last * clock, 0.0, units.length),
+        aspect="auto",
+        origin="lower",
+        interpolation="bilinear",
+        cmap="RdBu",
+        vmin=-size,
+        vmax=size,
+    )
+    _time_axis(axes, first, last, clock)
+    axes.set_ylabel("from the driven end [mm]" if motion.system.is_si else "x (0 driven end, 1 striking end)")
+    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, compression negative", pad=0.01)
+
+
+def _nothing(axes: Any, text: str, height: float = 0.5) -> None:
+    axes.text(0.5, height, text, transform=axes.transAxes, ha="center", va="center", color=INK)
