@@ -103,8 +103,8 @@ def test_a_saved_motion_is_read_without_the_engine(tmp_path):
         f"run(system, Start.rigid(), modes=3, stop=Stop(impacts=7)).save({path!r})"
     )
     code = (
-        f"from percuss import Trajectory; m = Trajectory.load({path!r});"
-        " assert m.impacts == 7 and m.gap(m.end_time).size == 1 and m.energy_balance().input > 0.0 and m.summary.blow_rate"
+        f"from percuss import Trajectory; m = Trajectory.load({path!r}); assert m.impacts == 7;"
+        " assert m.gap(m.end_time).size == 1 and m.energy_balance().input > 0.0 and m.summary.blow_rate"
     )
     assert "numba" not in loaded_after(code)
 

@@ -156,6 +156,7 @@ def test_every_key_of_the_json_is_documented():
             return set(value).union(*map(keys, value.values()))
         return set().union(*map(keys, value)) if isinstance(value, list) else set()
 
-    found = json.loads(output_of_command("percuss steady hydraulic-drifter --periods 1..2 --json"))
     page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
-    assert sorted(key for key in keys(found) if f"`{key}`" not in page) == []
+    for command in ("steady hydraulic-drifter --periods 1..2", "simulate hydraulic-drifter --events last:3"):
+        found = json.loads(output_of_command(f"percuss {command} --json"))
+        assert sorted(key for key in keys(found) if f"`{key}`" not in page) == []
