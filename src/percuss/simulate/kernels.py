@@ -472,7 +472,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
         found = NOTHING
         if v > 0.0:
             ahead = 2.0 * (abs(y) + noise) / v
-            if v > (abs(a) + jerk * ahead) * ahead:  # the rate cannot fall to half before y has passed 0
+            if v > (abs(a) + jerk * ahead) * ahead:  # y grows until it has surely passed 0
                 found = CONTACT
         if found == NOTHING and (y > -noise or stuck):
             found, top = touch(tau, y, v, a, noise)
@@ -686,9 +686,12 @@ def turn_over(par, mode, z, now, work, over):
 @njit(cache=True, nogil=True, inline="always")
 def impact(par, mode, coupling, z, now, work, over):
     """The velocity field turned over, u_t → −R u_t (B77 10), the displacements kept; the gap is set to 0."""
-    forced_modes(coupling, work, now[COSINE], now[SINE], 1)
-    now[KINETIC_ENERGY] = turn_over(par, mode, z, now, work, over)
-    amplitudes(par, mode, z, now, over)
+    if mode.shape[1]:
+        forced_modes(coupling, work, now[COSINE], now[SINE], 1)
+        now[KINETIC_ENERGY] = turn_over(par, mode, z, now, work, over)
+        amplitudes(par, mode, z, now, over)
+    else:
+        now[KINETIC_ENERGY] = 0.5 * now[RIGID_RATE] * now[RIGID_RATE]
     now[RIGID_RATE] *= -par[R]
     now[GAP_RATE] *= -par[R]
     now[GAP] = 0.0
@@ -1205,10 +1208,14 @@ def fly(
                 if count[PIECE] == 0 and gone(par, mode, now, breaks, values):
                     return BY_TIME if left < math.inf else DEPARTED
                 continue
-            rest = drifted(par, now, tau)
-            turn_modes(par, mode, z, work, over, tau, late, slip)
-            turn_clock(now, count, tau)
-            now[RIGID_RATE] = rigid_rate(par, har, rest, now[COSINE], now[SINE]) if mode.shape[1] else speed
+            if mode.shape[1]:
+                rest = drifted(par, now, tau)
+                turn_modes(par, mode, z, work, over, tau, late, slip)
+                turn_clock(now, count, tau)
+                now[RIGID_RATE] = rigid_rate(par, har, rest, now[COSINE], now[SINE])
+            else:
+                turn_clock(now, count, tau)
+                now[RIGID_RATE] = speed
             if breaks.shape[0] and to_break(now, count, breaks) > ahead:
                 set_phase(now, breaks[(count[PIECE] + 1) % breaks.shape[0]])  # rounded past the step
             now[SINCE] += tau
