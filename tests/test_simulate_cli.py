@@ -420,3 +420,10 @@ def test_help_loads_no_compiler() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "percuss simulate" in done.stdout
+
+
+def test_every_outcome_has_words():
+    from percuss.cli.motion import _OUTCOMES
+    from percuss.simulate import OUTCOMES
+
+    assert set(_OUTCOMES) == set(OUTCOMES)

@@ -143,6 +143,10 @@ def _warnings(motion: Trajectory) -> list[str]:
         found.append(f"{some} so slight that rounding does not tell an impact from a miss; the bar goes on unchanged")
     if motion.outcome == "work":
         found.append("ended early: one flight hovers before the wall for longer than can be followed")
+    if motion.outcome == "memory":
+        found.append(
+            "ended early: the record has reached 1 GB; follow it further from a saved file, or with fewer modes"
+        )
     if motion.outcome == "cancelled":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     if motion.label == "undecided" and motion.outcome in ("impacts", "time"):

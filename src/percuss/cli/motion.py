@@ -24,6 +24,7 @@ _OUTCOMES = {
     "periodic": "a periodic motion is found",
     "departed": "the bar has left the wall for good",
     "work": "one flight takes too much work",
+    "memory": "the record has reached 1 GB",
     "cancelled": "interrupted",
 }
 

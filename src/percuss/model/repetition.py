@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 LEAST_SAMPLES = 8  # per cycle
+_ROUNDING = 1e-12  # what computing with n samples leaves of a slow record, relative to it
 
 
 def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]:
@@ -36,6 +37,8 @@ def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]
         total = np.concatenate([[0.0], np.cumsum(x)])
         left, right = np.maximum(np.arange(n) - window // 2, 0), np.minimum(np.arange(n) + window // 2 + 1, n)
         x = x - (total[right] - total[left]) / (right - left)
+    if float(np.abs(x).max()) <= _ROUNDING * float(np.abs(even).max()):
+        raise no_repetition()  # nothing but rounding is left, and its correlation means nothing
     size = 1 << (2 * n - 1).bit_length()
     spectrum = np.fft.rfft(x, size)
     product = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[:n]

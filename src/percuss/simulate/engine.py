@@ -19,7 +19,7 @@ from percuss.simulate.tables import Tables
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
 
 _STRIDE = 1 << 20  # evaluations of the modal sum between two looks at the clock
-_MOST_MEMORY = 1 << 30  # bytes of recorded states
+_MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _TOO_MANY = 2 << 30  # modes times evaluations in one flight that end a simulation
 ENDS = {
     kn.BY_IMPACTS: "impacts",
@@ -76,7 +76,7 @@ def follow(
     if tables.values.size:
         par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
     end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
-    stride = _STRIDE // (modes + 30)
+    stride, row = _STRIDE // (modes + 30), states.itemsize * (states.shape[1] + kn.EVENT_NUMBERS + kn.EVENT_COUNTS)
     events: list[Events] = []
     after: list[Array] = []
     tired, tired_at, outcome, recorded = 0, -1, "", 0
@@ -90,7 +90,7 @@ def follow(
             numbers, wholes, states, osc, work,
         )  # fmt: skip
         n = int(state.count[kn.EVENTS])
-        outcome, recorded = ENDS.get(code, ""), recorded + states[:n].nbytes
+        outcome, recorded = ENDS.get(code, ""), recorded + n * row
         if recorded > _MOST_MEMORY and not outcome:
             outcome = "memory"
         if code == kn.BY_WORK:

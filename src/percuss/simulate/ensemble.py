@@ -186,7 +186,7 @@ def simulate_many(
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> many = simulate_many(system, Starts.random(system, 100, seed=1), modes=4, stop=Stop(impacts=500))
     >>> max(many.shares, key=many.shares.get)
-    'z=1/1'
+    'chatter/1'
     """
     job = _Job(systems, starts, modes, Stop() if stop is None else instance("stop", stop, Stop), keep, discard)
     workers = _cores() if threads is None else count("threads", threads, least=1, most=1024)

@@ -867,33 +867,35 @@ def stays(par, har, now, count):
 
 
 @njit(cache=True, nogil=True)
-def pull_ahead(par, har, now, count, releases, breaks, values):
-    """Time until the load pulls a resting bar off the wall; −1 when it never does.
+def pull_ahead(par, har, now, releases, values):
+    """Time until the load pulls a resting bar off the wall, and the load phase then; −1 and now when it never does.
 
     `releases`: the phases at which the load begins to pull, ascending; for step loads the begin of those steps.
     """
     p, _ = load_at(har, par[MEAN], now[COSINE], now[SINE])
     if p < (0.0 if values.shape[0] else -64.0 * EPS * par[FORCE]):
-        return 0.0
+        return 0.0, now[PHASE]
     if releases.shape[0] == 0:
-        return -1.0
+        return -1.0, now[PHASE]
     for i in range(releases.shape[0]):
         if releases[i] >= now[PHASE]:
-            return releases[i] - now[PHASE]
-    return releases[0] - now[PHASE] + TURN
+            return releases[i] - now[PHASE], releases[i]
+    return releases[0] - now[PHASE] + TURN, releases[0]
 
 
 @njit(cache=True, nogil=True)
-def set_clock(par, now, count, breaks, values, tau):
-    """The clock of a resting bar turned by τ, with the step of the load that holds then."""
-    turn_clock(now, count, tau)
+def set_clock(par, now, count, breaks, values, phase):
+    """The clock of a resting bar put to the next time of a load phase, with the step of the load that holds then.
+
+    The phase is set as it is, so that each release at it is the same one to the last bit.
+    """
+    if phase < now[PHASE]:
+        count[PERIOD] += 1
+    set_phase(now, phase)
     if values.shape[0]:
-        if now[PHASE] > TURN * (1.0 - 4.0 * EPS):
-            set_phase(now, 0.0)
-            count[PERIOD] += 1
         piece = values.shape[0] - 1
         for i in range(values.shape[0]):
-            if breaks[i] <= now[PHASE] + 4.0 * EPS * TURN:
+            if breaks[i] <= phase:
                 piece = i
         count[PIECE] = piece
         par[MEAN] = values[piece]
@@ -901,9 +903,18 @@ def set_clock(par, now, count, breaks, values, tau):
 
 @njit(cache=True, nogil=True)
 def first_pull(par, har, now):
-    """A time from the release on for which the load surely pulls."""
+    """A time from the release of a rigid bar on for which the load surely pulls: 0 when it jumps to a pull."""
     p, rate = load_at(har, par[MEAN], now[COSINE], now[SINE])
-    return 0.5 * min(reach(min(p, 0.0), rate, par[BEND]), 1.0)
+    if har.shape[1] == 0:
+        return 0.0
+    ahead = 0.5 * min(reach(min(p, 0.0), rate, par[BEND]), 1.0)
+    if ahead < 1e-7:  # a zero of higher order
+        ahead = 1e-7
+        while ahead < 1.0 and p > -64.0 * EPS * par[FORCE]:
+            ahead *= 2.0
+            s, c = sine_cosine(now[PHASE] + ahead)
+            p, rate = load_at(har, par[MEAN], c, s)
+    return ahead
 
 
 # -- the record -----------------------------------------------------------------------------------------------------
@@ -992,13 +1003,16 @@ def shortest(past, impacts, periods, seen, scale, tolerance):
 
 
 @njit(cache=True, nogil=True)
-def recurrence(par, speed, z, now, count, anchor, past, sums, tolerance):
+def recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
     Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
-    compared again from there on. Two returns with the same p and n confirm it.
+    compared again from there on. Two returns with the same p and n confirm it. Where the bar rests, only the first
+    impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike.
     """
     since = count[IMPACTS] - count[ANCHOR]
+    if count[RESTS] > 0 and not fresh and since < 4 * count[PATIENCE]:
+        return
     periods = count[PERIOD] - count[ANCHOR_PERIOD]
     if count[ANCHOR] > 0 and returned(par, speed, z, now, anchor, tolerance):
         ahead = now[PHASE] - anchor[0]
@@ -1152,14 +1166,15 @@ def fly(
             return BY_WORK
         left = (end_period - count[PERIOD]) * TURN + (end_phase - now[PHASE])
         if count[MODE] == RESTING:
-            wait = pull_ahead(par, har, now, count, releases, breaks, values)
+            wait, phase = pull_ahead(par, har, now, releases, values)
             if wait < 0.0:
                 return AT_REST
             if wait >= left:
                 return BY_TIME
-            set_clock(par, now, count, breaks, values, wait)
+            set_clock(par, now, count, breaks, values, phase)
             undeformed(par, mode, coupling, z, now, work, over)
             count[MODE], count[RUN] = ON_WALL, 0
+            count[WORK] += 1
             now[HOLD] = par[WAVE] if mode.shape[1] else first_pull(par, har, now)
             now[LAST_FLIGHT], now[SINCE] = -1.0, 0.0
             record(RELEASE, 0.0, 0.0, z, now, count, numbers, wholes, states)
@@ -1244,7 +1259,8 @@ def strike(
     speed = now[GAP_RATE]
     impact(par, mode, coupling, z, now, work, over)
     lost = (1.0 - par[R] * par[R]) * now[KINETIC_ENERGY]
-    if now[LAST_FLIGHT] < 0.0:
+    fresh = now[LAST_FLIGHT] < 0.0
+    if fresh:
         count[RUN], now[LAST_FLIGHT] = 1, math.inf
     else:
         count[RUN] = count[RUN] + 1 if now[SINCE] < now[LAST_FLIGHT] else 1
@@ -1259,7 +1275,7 @@ def strike(
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
     record(IMPACT, speed, lost, z, now, count, numbers, wholes, states)
     if tolerance > 0.0:
-        recurrence(par, speed, z, now, count, anchor, past, sums, tolerance)
+        recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance)
 
 
 # -- many motions ---------------------------------------------------------------------------------------------------

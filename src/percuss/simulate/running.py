@@ -64,7 +64,7 @@ def run(
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> motion = run(system, Start.rigid(position=-1.0, time=0.3), modes=8)
     >>> print(motion.label, motion.outcome)
-    z=1/1 periodic
+    chatter/1 periodic
     """
     instance("system", system, System)
     start = Start.rigid() if start is None else instance("start", start, Start)

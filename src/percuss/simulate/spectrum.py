@@ -128,6 +128,27 @@ class Spectrum:
         shape = (turned @ self.response).real + np.asarray(mean)[..., None] * self.statics
         return np.asarray(shape), np.asarray(((1j * self.k * turned) @ self.response).real)
 
+    def forced_strain_beyond(self, x: Array, phase: Array, mean: Array) -> Array:
+        """Strain of the forced motion in the modes above N, which the closed form has and the sum has not (theory §2).
+
+        Parameters
+        ----------
+        x, phase
+            Places and load phases; the result has the shape (len(x), len(phase)).
+        mean
+            The constant part of the load, shape (len(phase),).
+        """
+        s2, n = self.system.s**2, np.arange(1, self.modes + 1)
+        shapes = -2.0 * np.pi * n * np.sin(np.pi * np.outer(x, n)) / self.sign
+        static = (x - 1.0) / s2 - shapes @ self.statics
+        q = np.sqrt(self.k**2 - 1j * self.k * self.system.d) / self.system.s
+        below = 1.0 - np.exp(-2j * q)
+        clear = np.abs(below) > 1e-9  # else a mode above N is in resonance, and there is no closed form
+        places = np.exp(-1j * np.outer(x, q)) - np.exp(-1j * np.outer(2.0 - x, q))
+        whole = -places / (s2 * np.where(clear, below, 1.0)) * self.pk  # −sin q(1 − x)/(s² sin q)
+        beyond = np.where(clear, whole - shapes @ self.response.T, 0.0)
+        return np.asarray(static[:, None] * mean + (beyond @ np.exp(1j * np.outer(self.k, phase))).real)
+
     # -- the state in two forms: B77's u_n, u_n', and the kernels' amplitudes of the free motion --
 
     def amplitudes(self, displacement: Array, velocity: Array, phase: float, mean: float) -> Array:

@@ -21,6 +21,9 @@ Profile = npt.ArrayLike | Callable[[Array], npt.ArrayLike]
 DEFAULT_RANDOM_MODES = 32
 """Elastic modes that a random start excites."""
 
+MOST = 1e12
+"""The largest load phase, displacement and velocity of a start: beyond, no digit of an impact's phase is left."""
+
 _NOISE = 1e-12  # a gap this small, relative to the displacements, is a bar on the wall
 
 
@@ -83,10 +86,13 @@ class Start:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", finite("time", self.time))
-        if abs(self.time) > 1e15:
-            raise ParameterError("time", self.time, "a load phase of at most 1e15 radians")
+        if abs(self.time) > MOST:
+            raise ParameterError("time", self.time, f"a load phase of at most {MOST:g} radians")
         for name in ("displacement", "velocity"):
-            object.__setattr__(self, name, _numbers(name, getattr(self, name)))
+            values = _numbers(name, getattr(self, name))
+            if max(map(abs, values)) > MOST:
+                raise ParameterError(name, max(values, key=abs), f"numbers of at most {MOST:g}")
+            object.__setattr__(self, name, values)
         if self.gap is not None:
             object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, count
-from percuss.simulate.start import DEFAULT_RANDOM_MODES, Start
+from percuss.simulate.start import DEFAULT_RANDOM_MODES, MOST, Start
 
 __all__ = ["DISTRIBUTIONS", "Starts"]
 
@@ -51,16 +51,14 @@ class Starts:
             if values.ndim != dimensions or len(values) != len(self.displacement):
                 accepted = f"an array of {len(self.displacement)} rows, {dimensions}-dimensional"
                 raise ParameterError(name, f"shape {values.shape}", accepted)
-            if not np.all(np.isfinite(values)):
-                raise ParameterError(name, values, "finite numbers")
+            if not np.all(np.abs(values) <= MOST):
+                raise ParameterError(name, values, f"finite numbers of at most {MOST:g}")
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         if self.displacement.shape[1] < 1 or self.velocity.shape[1] < 1:
             raise ParameterError("displacement", f"shape {self.displacement.shape}", "at least u_0 of each start")
         if np.any(self.gap > 0.0):
             raise ParameterError("gap", float(self.gap.max()), "0 (on the wall) or less")
-        if np.any(np.abs(self.time) > 1e15):
-            raise ParameterError("time", float(np.abs(self.time).max()), "load phases of at most 1e15 radians")
 
     # -- ways to make them --
 

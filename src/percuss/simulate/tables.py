@@ -77,6 +77,7 @@ def tables_of(spectrum: Spectrum) -> Tables:
         par[row] = float(np.sum(k**order * np.abs(spectrum.gap))) * (1.0 + 1e-12)
     par[kn.FORCE] = float(np.abs(load.values).max()) if load.is_piecewise else abs(load.mean) + float(np.abs(pk).sum())
     par[kn.BEND] = float(np.sum(k**2 * np.abs(pk))) * (1.0 + 1e-12)
+    par[kn.RIPPLE] = 1e-3
     if modes:
         par[kn.WAVE], par[kn.RIPPLE] = (1.0 + 0.5 / modes) / system.s, 0.5 / (modes * system.s)
     if load.is_piecewise:

@@ -213,9 +213,18 @@ class Trajectory:
         return self._shapes(x) @ self.modal(t, side).velocity
 
     def strain(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
-        """u_x(x, t), negative in compression; shape (len(x), len(t)). 0 in a bar that rests on the wall."""
-        places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
-        return np.asarray((-2.0 * np.pi * n * np.sin(np.pi * np.outer(places, n))) @ self.modal(t).displacement)
+        """u_x(x, t), negative in compression; shape (len(x), len(t)). 0 in a bar that rests on the wall.
+
+        The free motion has N modes; the forced one is summed over all of them, so that −s² u_x(0, t) = p(t).
+        """
+        places, times = array("x", x, 0.0, 1.0), array("t", t, -np.inf, np.inf)
+        n = np.arange(self.modes + 1)
+        found = (-2.0 * np.pi * n * np.sin(np.pi * np.outer(places, n))) @ self.modal(times).displacement
+        load, flies = self.system.load, ~self._rests(times)
+        steps = np.asarray(load.values)
+        mean = steps[load.piece(times[flies])] if steps.size else np.full(int(flies.sum()), load.mean)
+        found[:, flies] += self.spectrum.forced_strain_beyond(places, times[flies], mean)
+        return np.asarray(found)
 
     def gap(self, t: npt.ArrayLike) -> Array:
         """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),).
@@ -234,9 +243,12 @@ class Trajectory:
     def contact_force(self, t: npt.ArrayLike) -> Array:
         """Force p(t) with which a bar that rests presses on the wall, quasi-static; 0 elsewhere. Shape (len(t),)."""
         times = array("t", t, self.begin_time, self.end_time)
+        return np.where(self._rests(times), self.system.load.value(times), 0.0)
+
+    def _rests(self, times: Array) -> npt.NDArray[np.bool_]:
         last = np.searchsorted(self.events.time, times, side="right") - 1
         codes = np.append(self.events.code, _REST if self.resting else _RELEASE)
-        return np.where(codes[last] == _REST, self.system.load.value(times), 0.0)
+        return np.asarray(codes[last] == _REST)
 
     def _shapes(self, x: npt.ArrayLike) -> Array:
         places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
