@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from interval_oracle import KINDS, Flight, first_contact, gap, random_flight
 
+from interval_oracle import KINDS, Flight, first_contact, gap, random_flight
 from percuss.model import Load, System
 from percuss.simulate import Start, Stop, run
 

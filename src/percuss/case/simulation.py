@@ -145,7 +145,7 @@ def _warnings(motion: Trajectory) -> list[str]:
         found.append("ended early: one flight hovers before the wall for longer than can be followed")
     if motion.outcome == "memory":
         found.append(
-            "ended early: the record has reached 1 GB; follow it further from a saved file, or with fewer modes"
+            "ended early: the record has reached 1 GB; follow a saved one further, or take fewer modes"
         )
     if motion.outcome == "cancelled":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
