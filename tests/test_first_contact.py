@@ -65,5 +65,5 @@ def check(flight: Flight, horizon: float, on_wall: bool) -> str:
 @pytest.mark.parametrize("kind", KINDS)
 def test_first_contacts(kind):
     rng = np.random.default_rng(20260)
-    seen = [check(*random_flight(rng, kind)) for _ in range(150)]
+    seen = [check(*random_flight(rng, kind)) for _ in range(1700)]
     assert seen.count("contact") > 20

@@ -144,9 +144,7 @@ def _warnings(motion: Trajectory) -> list[str]:
     if motion.outcome == "work":
         found.append("ended early: one flight hovers before the wall for longer than can be followed")
     if motion.outcome == "memory":
-        found.append(
-            "ended early: the record has reached 1 GB; follow a saved one further, or take fewer modes"
-        )
+        found.append("ended early: the record has reached 1 GB; follow a saved one further, or take fewer modes")
     if motion.outcome == "cancelled":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     if motion.label == "undecided" and motion.outcome in ("impacts", "time"):

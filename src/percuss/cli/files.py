@@ -32,6 +32,8 @@ def check_target(parser: Parser, option: str, path: str) -> None:
         parser.error(f"argument {option}: '{path}': there is no folder '{folder}'")
     if os.path.isdir(path) or not os.path.basename(path):
         parser.error(f"argument {option}: '{path}' is a directory")
+    if os.path.exists(path) and not os.path.isfile(path):
+        parser.error(f"argument {option}: '{path}' is not a regular file")
     if not os.access(path if os.path.exists(path) else folder, os.W_OK):
         parser.error(f"argument {option}: '{path}' cannot be written")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.model.checks import Array
 from percuss.simulate.trajectory import EnergyBalance
 
@@ -23,6 +24,9 @@ def energy_balance(motion: Trajectory, first: float | None = None, last: float |
     """Energy between two times; see `Trajectory.energy_balance`."""
     begin = motion.begin_time if first is None else first
     end = motion.end_time if last is None else last
+    if not motion.begin_time <= begin <= end <= motion.end_time:
+        accepted = f"two times in order from {motion.begin_time:.6g} to {motion.end_time:.6g}"
+        raise ParameterError("first, last", f"{begin:.6g}, {end:.6g}", accepted)
     times = motion.events.time
     inside = (times > begin) & (times <= end)
     edges = np.unique(np.concatenate([[begin], times[inside], _breaks(motion, begin, end), [end]]))

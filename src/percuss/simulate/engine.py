@@ -18,9 +18,9 @@ from percuss.simulate.tables import Tables
 
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
 
-_STRIDE = 1 << 20  # evaluations of the modal sum between two looks at the clock
+_STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
-_TOO_MANY = 2 << 30  # modes times evaluations in one flight that end a simulation
+_TOO_MANY = 64  # such strides without an impact end a simulation
 ENDS = {
     kn.BY_IMPACTS: "impacts",
     kn.BY_TIME: "time",

@@ -223,6 +223,9 @@ class _Job:
         for system in self.systems:
             instance("systems", system, System)
         single = [starts] if isinstance(starts, Start) else starts
+        listed = isinstance(single, Sequence) and all(isinstance(start, Start) for start in single)
+        if not isinstance(single, Starts) and not listed:
+            raise ParameterError("starts", starts, "a Start, Starts, or a list of Start")
         self.starts = single if isinstance(single, Starts) else Starts.of(list(single), self.modes)
         self.members = max(len(self.systems), len(self.starts))
         if {len(self.systems), len(self.starts)} - {1, self.members} or not self.systems:

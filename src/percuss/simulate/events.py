@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from percuss.errors import ParameterError
 from percuss.model.checks import Array
 
 __all__ = ["KINDS", "Event", "Events"]
@@ -79,7 +80,15 @@ class Events:
         return np.array(KINDS)[self.code]
 
     def of(self, kind: str) -> Events:
-        """The events of one kind."""
+        """The events of one kind.
+
+        Raises
+        ------
+        ParameterError
+            For a kind that there is not.
+        """
+        if kind not in KINDS:
+            raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
         return self[self.code == KINDS.index(kind)]
 
     def __len__(self) -> int:

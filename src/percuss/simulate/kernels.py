@@ -87,6 +87,7 @@ CHATTER_TIME = 1e-5  # a chatter is completed when at most this time of it is le
 CHATTER_ERROR = 1e-13  # … and its end is known to this
 NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 SMALL = 1e-3  # an angle whose fifth power does not matter
+SLICE = 1 << 17  # evaluations of a member of an ensemble between two looks at the outside
 WINDOW = 256  # last impacts kept for the classifier, at least
 SAME = 64  # of them looked at
 SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
@@ -98,7 +99,7 @@ SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity
 # -- the parts of a motion ------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def sine_cosine(x):
     """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials."""
     if not abs(x) < 1e5:
@@ -124,7 +125,7 @@ def sine_cosine(x):
     return -sine if which & 2 else sine, -cosine if (which + 1) & 2 else cosine
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def drift(d, tau):
     """(1 − e^{−dτ})/d and its integral, for any d ≥ 0; theory §2, mode 0."""
     x = d * tau
@@ -145,7 +146,7 @@ def drift(d, tau):
     return first, (tau - first) / d
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def smooth(par, now, osc, tau):
     """S(τ) − S(0), S'(τ), S''(τ): the gap without the free elastic part."""
     d, b = par[D], now[DRIFT]
@@ -167,7 +168,7 @@ def smooth(par, now, osc, tau):
     return y, v, a
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def rigid_rate(par, har, drifted, c, s):
     """u_0', the velocity of the mean of the bar: of its drift, and of its oscillation at a load phase."""
     wr, wi, v = c, s, drifted
@@ -178,14 +179,14 @@ def rigid_rate(par, har, drifted, c, s):
     return v
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def drifted(par, now, tau):
     """Velocity of the drift at τ."""
     first, _ = drift(par[D], tau)
     return now[DRIFT] + (par[MEAN] - par[D] * now[DRIFT]) * first
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def load_at(har, mean, c, s):
     """p and p' of a load that is a Fourier series, at the phase whose cosine and sine are given."""
     wr, wi, p, rate = 1.0, 0.0, mean, 0.0
@@ -196,7 +197,7 @@ def load_at(har, mean, c, s):
     return p, rate
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def damped_pair(d, square, omega, tau):
     """C and S of the free motion q = q(0) C + (q'(0) + d q(0)/2) S of a mode with λ² = `square` of either sign."""
     if square > 0.0:
@@ -211,7 +212,7 @@ def damped_pair(d, square, omega, tau):
     return fade * 0.5 * (1.0 + both), fade * -math.expm1(-2.0 * kappa * tau) / (2.0 * kappa)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def fading(d, tau):
     """e^{−dτ/2} and e^{−dτ/2} − 1."""
     x = 0.5 * d * tau
@@ -223,7 +224,7 @@ def fading(d, tau):
     return math.exp(-x), math.expm1(-x)
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def phasors(par, mode, work, over, tau):
     """e^{iλ_nτ} − 1 of the oscillating modes into `work`, but for a turn by −δ_n times the result.
 
@@ -262,7 +263,7 @@ def phasors(par, mode, work, over, tau):
     return tau
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def elastic(par, mode, z, now, work, over, tau):
     """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`."""
     n = mode.shape[1]
@@ -300,7 +301,7 @@ def elastic(par, mode, z, now, work, over, tau):
     return y, v, a, slip
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def amplitudes(par, mode, z, now, over):
     """f and f'' at the anchor, and bounds of |f|, |f'|, |f''|, |f'''| ever after."""
     d = par[D]
@@ -339,7 +340,7 @@ def amplitudes(par, mode, z, now, over):
     now[SUP], now[SUP1], now[SUP2], now[SUP3] = sup * grown, sup1 * grown, sup2 * grown, sup3 * grown
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def look(par, har, now, osc):
     """What a flight from the anchor needs to know of the smooth part."""
     c, s = now[COSINE], now[SINE]
@@ -361,7 +362,7 @@ def look(par, har, now, osc):
 # -- the next contact -----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def reach(u, v, m):
     """How far u + v h + m h²/2 stays below 0 from h = 0 on, where it does reach 0 if m < 0; 0 when it is not below."""
     if u > 0.0 or (u == 0.0 and v >= 0.0):
@@ -372,7 +373,7 @@ def reach(u, v, m):
     return (root - v) / m if m > 0.0 else math.inf
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def reach_cubic(u, v, a, m, m2):
     """How far u + v h + a h²/2 + m h³/6 surely stays below 0, knowing besides that the curvature is at most `m2`.
 
@@ -397,7 +398,7 @@ def reach_cubic(u, v, a, m, m2):
     return best
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, limit):
     """The first contact after the anchor, or the proof that there is none before `horizon`.
 
@@ -417,7 +418,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
     noise = 0.0 if on_wall else error * abs(y0)
     evaluations = 0
     if begin > 0.0:
-        for tries in range(100):  # the ripple of a finite number of modes may still lap at the wall
+        for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
             tau = begin + tries * par[RIPPLE]
             if tau >= horizon:
                 return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
@@ -428,8 +429,8 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             noise = error * (abs(y0) + (speed + abs(par[MEAN]) * tau) * tau)
             if y + noise < 0.0:
                 break
-        if y + noise >= 0.0:
-            return CONTACT, tau, max(v, 0.0), evaluations, 0.0, slip
+            if v > 0.0 or tries == 8:  # the load pushes again: the bar is still, or back, on the wall
+                return CONTACT, tau, max(v, 0.0), evaluations, 0.0, slip
     while True:
         # how far the gap is free by the smooth part with a bound of the elastic one …
         t, at, u1, u2 = tau, tau, y + noise, y0 + ds + top + noise
@@ -479,12 +480,13 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             if found == GRAZE:
                 return (GRAZE if top < horizon else NOTHING), min(top, horizon), 0.0, evaluations, math.inf, 0.0
         if found == CONTACT:
-            bend, h = 0.0, 0.0  # y''', from the last two evaluations
+            bend, h, settled = 0.0, 0.0, False  # y''', from the last two evaluations
             for i in range(12):
                 h = -2.0 * y / (v + math.sqrt(max(v * v - 2.0 * a * y, 0.0)))  # root of the local parabola
                 tau = max(tau + h, 0.0)
                 close = h * h * jerk < 16.0 * EPS * v
                 if close or (i and (abs(h) <= 4.0 * EPS * tau or abs(h * h * h) * (jerk + a * a / v) < EPS * tau * v)):
+                    settled = True
                     break
                 before = a
                 ds, vs, sa = smooth(par, now, osc, tau)
@@ -494,12 +496,14 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
                 bend = (a - before) / h if h != 0.0 else 0.0
             if tau > horizon:
                 return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+            if not settled:
+                h = 0.0  # the last evaluation was made there
             return CONTACT, tau, v + h * (a + 0.5 * h * bend), evaluations, h, slip
         if evaluations >= limit:
             return TIRED, tau, v, evaluations, 0.0, 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def away(par, now, u, moved, tau):
     """Whether the bar has left for good: no later S can exceed `-top`, for a mean load that does not push."""
     first, _ = drift(par[D], tau)
@@ -516,7 +520,7 @@ def away(par, now, u, moved, tau):
     return u + coming + 2.0 * par[REACH] < 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def touch(tau, y, v, a, noise):
     """What to call a gap that is within its error of the wall while the rate does not decide; a graze with its time."""
     if v <= 0.0:
@@ -526,7 +530,7 @@ def touch(tau, y, v, a, noise):
     return GRAZE, tau - v / a
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def release_phases(har, mean, bend, force, out):
     """Phases at which a Fourier series turns from push to pull, ascending, into `out`; returns how many there are.
 
@@ -564,7 +568,7 @@ def release_phases(har, mean, bend, force, out):
 # -- moving the anchor ----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def turn_clock(now, count, tau):
     """The load phase after τ, in [0, 2π), and the load periods gone by."""
     phase = now[PHASE] + tau
@@ -581,14 +585,14 @@ def turn_clock(now, count, tau):
     now[SINE], now[COSINE] = sine_cosine(phase)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def set_phase(now, phase):
     """The phase put where it is known to be."""
     now[PHASE] = phase
     now[SINE], now[COSINE] = sine_cosine(phase)
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def turn_modes(par, mode, z, work, over, tau, late, slip):
     """The amplitudes of the free motion at τ.
 
@@ -620,7 +624,7 @@ def turn_modes(par, mode, z, work, over, tau, late, slip):
         z[0, j], z[1, j] = work[ASIDE_RE, j], work[ASIDE_IM, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def advance(par, mode, z, now, osc, work, over, tau):
     """The anchor moved to τ under a constant load, without an impact; the clock is turned apart."""
     ds, vs, _ = smooth(par, now, osc, tau)
@@ -631,7 +635,7 @@ def advance(par, mode, z, now, osc, work, over, tau):
     now[GAP_RATE] = vs + fv
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def forced_modes(coupling, work, c, s, order):
     """Displacement (order 0) or velocity (1) of every q_n under the harmonics, into `work`.
 
@@ -652,7 +656,7 @@ def forced_modes(coupling, work, c, s, order):
                 work[FORCED, j] -= coupling[k, 0, j] * ei + coupling[k, 1, j] * er
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def kinetic_energy(par, mode, z, now, work, over):
     """½ ∫ u_t² dx, with the forced velocities in `work`."""
     d, total = par[D], 0.0
@@ -665,7 +669,7 @@ def kinetic_energy(par, mode, z, now, work, over):
     return 0.5 * now[RIGID_RATE] * now[RIGID_RATE] + 0.25 * total
 
 
-@njit(cache=True, nogil=True, fastmath=SUMS)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def turn_over(par, mode, z, now, work, over):
     """The modal velocities times −R, with the forced ones in `work`; returns ½ ∫ u_t² dx before it."""
     d, r, total = par[D], par[R], 0.0
@@ -683,7 +687,7 @@ def turn_over(par, mode, z, now, work, over):
     return 0.5 * now[RIGID_RATE] * now[RIGID_RATE] + 0.25 * total
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def impact(par, mode, coupling, z, now, work, over):
     """The velocity field turned over, u_t → −R u_t (B77 10), the displacements kept; the gap is set to 0."""
     if mode.shape[1]:
@@ -697,7 +701,7 @@ def impact(par, mode, coupling, z, now, work, over):
     now[GAP] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def undeformed(par, mode, coupling, z, now, work, over):
     """The bar at rest on the wall: all displacements and velocities 0, so that the free part is less the forced one."""
     d = par[D]
@@ -714,7 +718,7 @@ def undeformed(par, mode, coupling, z, now, work, over):
     now[GAP], now[GAP_RATE], now[RIGID_RATE] = 0.0, 0.0, 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def place(par, mode, coupling, values, z, now, count, work, over, u, v, gap, phase, period, piece):
     """The anchor at a start: u_n and u_n', n = 0, 1, … (those left out are 0), the gap, the clock."""
     for i in range(NUMBERS):
@@ -748,7 +752,7 @@ def place(par, mode, coupling, values, z, now, count, work, over, u, v, gap, pha
     count[MODE] = RESTING if still else (ON_WALL if gap == 0.0 else FLYING)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def step_load(par, mode, z, now, count, over, breaks, values):
     """On to the next step of a piecewise constant load: the static shape jumps, so the free part jumps back."""
     piece = count[PIECE] + 1
@@ -770,7 +774,7 @@ def step_load(par, mode, z, now, count, over, breaks, values):
     amplitudes(par, mode, z, now, over)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def gone(par, mode, now, breaks, values):
     """Whether a bar under a load of steps has left for good; asked each time the first step begins.
 
@@ -793,9 +797,9 @@ def gone(par, mode, now, breaks, values):
     now[LAST_PLACE] = place
     if mean > 0.0 or before == 0.0:
         return False
-    growth, later = 2.0 * jumps * stiff, 0.0
-    if par[D] > 0.0:
-        later = growth / -math.expm1(-0.5 * par[D] * turn)
+    growth, later = 4.0 * jumps * stiff, 0.0
+    if par[D] > 0.0 and mode.shape[1]:
+        later = growth / -math.expm1(-min(0.5 * par[D], mode[OMEGA, 0] * mode[OMEGA, 0] / par[D]) * turn)
     if place - before + growth >= 0.0:
         if place - before >= 0.0 or par[D] == 0.0:
             return False
@@ -804,7 +808,7 @@ def gone(par, mode, now, breaks, values):
     return place + swing + now[SUP] + force * stiff + growth < 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def to_break(now, count, breaks):
     """Time to the next step of the load."""
     if breaks.shape[0] == 0:
@@ -819,7 +823,7 @@ def to_break(now, count, breaks):
 # -- chatter and rest -----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def chatter_left(par, now, osc, horizon):
     """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
 
@@ -846,7 +850,7 @@ def chatter_left(par, now, osc, horizon):
     return left * (1.0 - d * left / 6.0 - rate * left / (3.0 * push))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def all_energy(par, mode, coupling, z, now, work, over):
     """Kinetic and elastic energy of the bar at the anchor: ½ ∫ u_t² dx + ½ s² ∫ u_x² dx."""
     forced_modes(coupling, work, now[COSINE], now[SINE], 1)
@@ -858,7 +862,7 @@ def all_energy(par, mode, coupling, z, now, work, over):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def stays(par, har, now, count):
     """Whether a bar without rebound stays on the wall: pushed by the load or, bouncing in no time, by its own shape."""
     p, _ = load_at(har, par[MEAN], now[COSINE], now[SINE])
@@ -866,7 +870,7 @@ def stays(par, har, now, count):
     return (struck and par[R] == 0.0 and p > 0.0) or now[ACCELERATION] >= 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def pull_ahead(par, har, now, releases, values):
     """Time until the load pulls a resting bar off the wall, and the load phase then; −1 and now when it never does.
 
@@ -883,7 +887,7 @@ def pull_ahead(par, har, now, releases, values):
     return releases[0] - now[PHASE] + TURN, releases[0]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def set_clock(par, now, count, breaks, values, phase):
     """The clock of a resting bar put to the next time of a load phase, with the step of the load that holds then.
 
@@ -901,7 +905,7 @@ def set_clock(par, now, count, breaks, values, phase):
         par[MEAN] = values[piece]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def first_pull(par, har, now):
     """A time from the release of a rigid bar on for which the load surely pulls: 0 when it jumps to a pull."""
     p, rate = load_at(har, par[MEAN], now[COSINE], now[SINE])
@@ -917,10 +921,26 @@ def first_pull(par, har, now):
     return ahead
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def pull_lasts(par, har, now, most):
+    """Time from a release on, `most` at most, until a Fourier series pushes again."""
+    if har.shape[1] == 0:
+        return most
+    t, least = 0.0, 64.0 * EPS * par[FORCE]
+    c, s = now[COSINE], now[SINE]
+    for _ in range(10000):
+        p, rate = load_at(har, par[MEAN], c, s)
+        if t >= most or (p > least and t > 0.0):
+            return min(t, most)
+        t += max(reach(min(p, 0.0), rate, par[BEND]), 1e-6)
+        s, c = sine_cosine(now[PHASE] + t)
+    return min(t, most)
+
+
 # -- the record -----------------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def record(kind, before, lost, z, now, count, numbers, wholes, states):
     """One event with the state after it, unless the record has no rows."""
     if numbers.shape[0] == 0:
@@ -945,7 +965,7 @@ def record(kind, before, lost, z, now, count, numbers, wholes, states):
             states[i, STATE_NUMBERS + n + j] = z[1, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def remember(speed, z, now, count, anchor):
     """The state just after an impact, to be compared with later ones."""
     n = z.shape[1]
@@ -957,23 +977,24 @@ def remember(speed, z, now, count, anchor):
     count[RESTS], count[CHATTERS] = 0, 0
 
 
-@njit(cache=True, nogil=True)
-def returned(par, speed, z, now, anchor, tolerance):
+@njit(cache=True, nogil=True, error_model="numpy")
+def returned(par, mode, speed, z, now, anchor, tolerance):
     """Whether the state is the remembered one, each number to `tolerance` of its scale."""
-    apart = abs(now[PHASE] - anchor[0])
-    if min(apart, TURN - apart) > tolerance:
+    turn = abs(now[PHASE] - anchor[0])
+    if min(turn, TURN - turn) > tolerance:
         return False
     bound = tolerance * (par[FORCE] + abs(speed))
     if abs(speed - anchor[1]) > bound or abs(now[RIGID_RATE] - anchor[2]) > bound:
         return False
     n = z.shape[1]
-    apart = 0.0
+    most = 0.0
     for j in range(n):
-        apart = max(apart, abs(z[0, j] - anchor[3 + j]), abs(z[1, j] - anchor[3 + n + j]))
-    return apart <= bound
+        off = max(abs(z[0, j] - anchor[3 + j]), abs(z[1, j] - anchor[3 + n + j]))
+        most = max(most, off * (1.0 + mode[LAMBDA, j]))  # of displacements and of velocities
+    return most <= bound
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def apart(past, shift, first, last, scale):
     """Greatest distance of the impacts number `first` … `last` − 1 from those `shift` before, phases and speeds."""
     most = 0.0
@@ -984,7 +1005,7 @@ def apart(past, shift, first, last, scale):
     return most
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def shortest(past, impacts, periods, seen, scale, tolerance):
     """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
 
@@ -1002,8 +1023,8 @@ def shortest(past, impacts, periods, seen, scale, tolerance):
     return impacts
 
 
-@njit(cache=True, nogil=True)
-def recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance):
+@njit(cache=True, nogil=True, error_model="numpy")
+def recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
     Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
@@ -1014,7 +1035,7 @@ def recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance):
     if count[RESTS] > 0 and not fresh and since < 4 * count[PATIENCE]:
         return
     periods = count[PERIOD] - count[ANCHOR_PERIOD]
-    if count[ANCHOR] > 0 and returned(par, speed, z, now, anchor, tolerance):
+    if count[ANCHOR] > 0 and returned(par, mode, speed, z, now, anchor, tolerance):
         ahead = now[PHASE] - anchor[0]
         if ahead < -math.pi:
             periods -= 1
@@ -1044,7 +1065,7 @@ def recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance):
         remember(speed, z, now, count, anchor)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def wanders(past, impacts):
     """Whether no shift by up to `SHIFTS` impacts brings the last impacts back to `LOOSE`ly the same phases and speeds.
 
@@ -1080,14 +1101,14 @@ LAST_PERIOD, LAST_PHASE, MAIN_PERIOD, MAIN_PHASE, CHATTERED, BEGUN = range(13, 1
 SUMS_KEPT = 19
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def clear(sums):
     """The sums begun anew, now: at the first return of a cycle, and when the impacts to be discarded are over."""
     for i in range(LAST_PERIOD):
         sums[i] = 0.0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def tally(speed, lost, now, count, sums):
     """An impact entered into the sums."""
     sums[TAKEN] += lost
@@ -1116,7 +1137,7 @@ def tally(speed, lost, now, count, sums):
     sums[LAST_PERIOD], sums[LAST_PHASE], sums[BEGUN] = count[PERIOD], now[PHASE], 1.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def close_run(sums):
     """The open sequence was no chatter: its impacts are main blows."""
     for i in range(3):
@@ -1127,7 +1148,7 @@ def close_run(sums):
 # -- the motion -----------------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers, wholes, states):
     """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
     lost = all_energy(par, mode, coupling, z, now, work, over)
@@ -1145,7 +1166,7 @@ def set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers
     record(REST, 0.0, lost, z, now, count, numbers, wholes, states)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def fly(
     par, mode, har, coupling, breaks, values, releases, over,
     z, now, count, anchor, past, sums,
@@ -1175,7 +1196,7 @@ def fly(
             undeformed(par, mode, coupling, z, now, work, over)
             count[MODE], count[RUN] = ON_WALL, 0
             count[WORK] += 1
-            now[HOLD] = par[WAVE] if mode.shape[1] else first_pull(par, har, now)
+            now[HOLD] = pull_lasts(par, har, now, par[WAVE]) if mode.shape[1] else first_pull(par, har, now)
             now[LAST_FLIGHT], now[SINCE] = -1.0, 0.0
             record(RELEASE, 0.0, 0.0, z, now, count, numbers, wholes, states)
             continue
@@ -1193,7 +1214,9 @@ def fly(
                     continue
                 now[GAP_RATE] = 0.0
             else:
-                wait = chatter_left(par, now, osc, min(left, ahead))
+                wait = chatter_left(par, now, osc, ahead)
+                if wait >= left:
+                    return BY_TIME
                 if wait >= 0.0:
                     set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers, wholes, states)
                     continue
@@ -1204,22 +1227,25 @@ def fly(
             found, tau, speed, steps, late, slip = next_contact(
                 par, mode, z, now, osc, work, over, on_wall, now[HOLD], horizon, budget - count[WORK]
             )
+            if found == NOTHING and left <= ahead:
+                return BY_TIME if left < math.inf else DEPARTED  # nothing moved, so that going on gives the same bits
             count[WORK] += steps + 1
             if found == AWAY:
                 found = NOTHING  # until the load's next step
-                if breaks.shape[0] == 0:
+                if breaks.shape[0] == 0 or left <= ahead:
                     return BY_TIME if left < math.inf else DEPARTED
             if found == TIRED:
                 now[HOLD] = tau
                 return BY_WORK
             if found == NOTHING:
-                if left <= ahead:
-                    return BY_TIME if left < math.inf else DEPARTED
                 advance(par, mode, z, now, osc, work, over, ahead)
                 step_load(par, mode, z, now, count, over, breaks, values)
                 now[SINCE] += ahead
-                now[HOLD] = max(now[HOLD] - ahead, 0.0)
                 count[MODE] = FLYING
+                if now[HOLD] > 0.0:  # just released: not out of the wall's reach before the load may push again
+                    now[HOLD] = max(now[HOLD] - ahead, 0.0) if par[MEAN] < 0.0 else 0.0
+                    if now[HOLD] == 0.0 and now[GAP] >= 0.0:
+                        now[GAP], count[MODE] = 0.0, ON_WALL
                 if count[PIECE] == 0 and gone(par, mode, now, breaks, values):
                     return BY_TIME if left < math.inf else DEPARTED
                 continue
@@ -1251,7 +1277,7 @@ def fly(
             return PERIODIC
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def strike(
     par, mode, coupling, z, now, count, anchor, past, sums, tolerance, skip, work, over, numbers, wholes, states
 ):
@@ -1275,7 +1301,7 @@ def strike(
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
     record(IMPACT, speed, lost, z, now, count, numbers, wholes, states)
     if tolerance > 0.0:
-        recurrence(par, speed, fresh, z, now, count, anchor, past, sums, tolerance)
+        recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, tolerance)
 
 
 # -- many motions ---------------------------------------------------------------------------------------------------
@@ -1289,7 +1315,7 @@ ENDED_AT, RATE_OF, MAIN_RATE, MEAN_INTERVAL, STD_INTERVAL, MEAN_MAIN, STD_MAIN, 
 MEMBER_NUMBERS = 10
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def spread(n, total, squares):
     """Mean and standard deviation from sums; NaN without any."""
     if n == 0.0:
@@ -1298,7 +1324,7 @@ def spread(n, total, squares):
     return mean, math.sqrt(max(squares / n - mean * mean, 0.0))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def conclude(now, count, past, sums, code, numbers, wholes):
     """What is kept of a member: how it ended, its cycle, and its means."""
     settled = count[CONFIRMED] >= 2
@@ -1320,7 +1346,7 @@ def conclude(now, count, past, sums, code, numbers, wholes):
     wholes[WANDERING] = 1 if wanders(past, count[IMPACTS]) else 0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def fly_many(
     par, mode, har, coupling, breaks, values, releases, over,
     displacement, velocity, gaps, periods, phases, pieces, ends, end_phases,
@@ -1343,11 +1369,15 @@ def fly_many(
             anchor[j] = 0.0
         for j in range(SUMS_KEPT):
             sums[j] = 0.0
-        code = fly(
-            par, mode, har, coupling, breaks, values, releases, over, z, now, count, anchor, past, sums,
-            ends[i], end_phases[i], most_impacts, until_cycle, tolerance, skip, budget,
-            none, nothing, none, osc, work,
-        )  # fmt: skip
+        code = BY_WORK
+        while code == BY_WORK and count[WORK] < budget and not stopped[0]:
+            code = fly(
+                par, mode, har, coupling, breaks, values, releases, over, z, now, count, anchor, past, sums,
+                ends[i], end_phases[i], most_impacts, until_cycle, tolerance, skip, min(count[WORK] + SLICE, budget),
+                none, nothing, none, osc, work,
+            )  # fmt: skip
+        if stopped[0] and code == BY_WORK:
+            return i
         conclude(now, count, past, sums, code, numbers[i], wholes[i])
         kept = tail.shape[2]
         for j in range(min(kept, count[IMPACTS])):

@@ -111,7 +111,9 @@ def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write the file beside its place and move it there when it is whole."""
     dataset = to_dataset(motion)
     _need("h5netcdf")
-    target = os.fspath(path)
+    target = os.path.realpath(path)  # a link stays a link
+    if os.path.exists(target) and not os.path.isfile(target):
+        raise PercussError(f"{os.fspath(path)}: not a regular file", "give the name of a file")
     part = f"{target}.part"
     try:
         dataset.to_netcdf(part, engine="h5netcdf")

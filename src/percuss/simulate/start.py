@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from dataclasses import field as _field
 from typing import Protocol
 
 import numpy as np
@@ -81,8 +80,8 @@ class Start:
     velocity: tuple[float, ...] = (0.0,)
     time: float = 0.0
     gap: float | None = None
-    source: ModalOrbit | None = _field(default=None, compare=False)
-    profile: tuple[Profile, Profile] | None = _field(default=None, compare=False)
+    source: ModalOrbit | None = None
+    profile: tuple[Profile, Profile] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", finite("time", self.time))
@@ -143,6 +142,8 @@ class Start:
 
         A perturbation of displacement moves the striking end off the wall: it must not move it beyond.
         """
+        if not hasattr(orbit, "modal_state"):
+            raise ParameterError("orbit", orbit, "a steady motion, such as one of steady_states(system).orbits")
         du, dv = _numbers("displacement", displacement), _numbers("velocity", velocity)
         return cls(du, dv, float(orbit.phase), source=orbit)
 
@@ -239,7 +240,7 @@ def _sampled(name: str, profile: Profile) -> Profile:
     if callable(profile):
         return profile
     values = np.atleast_1d(np.asarray(_numbers(name, profile)))
-    return np.repeat(values, 2) if values.size == 1 else values
+    return tuple((np.repeat(values, 2) if values.size == 1 else values).tolist())
 
 
 def _values(profile: Profile, x: Array) -> Array:

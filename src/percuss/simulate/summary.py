@@ -58,7 +58,8 @@ class Summary:
         In the whole motion.
     first, last
         The settled part: from this impact to that one, numbered from 0. Whole cycles when a periodic motion was
-        found, else the second half (all of them when they are fewer than 20).
+        found, else the second half (all of them when they are fewer than 20, or when the bar has come to rest or left
+        for good: then there are no rates).
     blow_rate, main_blow_rate
         Impacts per load period; main: a completed chatter counts once, at its first impact. None with fewer than two.
     interval_mean, interval_std
@@ -119,17 +120,21 @@ def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return main
 
 
-def summary_of(system: System, events: Events, cycle: Cycle | None) -> Summary:
-    """Means over the settled part of a motion: of the cycle, or of the second half when none was found."""
+def summary_of(system: System, events: Events, cycle: Cycle | None, over: bool = False) -> Summary:
+    """Means over the settled part of a motion: of the cycle, or of the second half when none was found.
+
+    `over`: the motion has ended for good, in rest or by leaving; it has no rates then, and the rest is of all impacts.
+    """
     struck = events.of("impact")
     n = len(struck)
-    first, last = _settled(events, struck, cycle)
+    first, last = (0, max(n - 1, 0)) if over else _settled(events, struck, cycle)
     part = struck[first : last + 1]
     inside = part[1:] if len(part) > 1 else part
     main = main_blows(events)[first : last + 1]
-    main[:1] = main[-1:] = True
-    mean, std = _spread(part.period, part.phase)
-    main_mean, main_std = _spread(part.period[main], part.phase[main])
+    if cycle is not None:
+        main[:1] = main[-1:] = True
+    mean, std = _spread(part.period[:0] if over else part.period, part.phase)
+    main_mean, main_std = _spread(part.period[:0] if over else part.period[main], part.phase[main])
     taken = None
     if mean:
         during = (events.time > part.time[0]) & (events.time <= part.time[-1])

@@ -119,7 +119,7 @@ class Trajectory:
     @cached_property
     def summary(self) -> Summary:
         """Blow rate, its scatter, energies; in SI besides for a system made from SI."""
-        return summary_of(self.system, self.events, self.cycle)
+        return summary_of(self.system, self.events, self.cycle, over=self.outcome in ("rest", "departed"))
 
     @property
     def transient(self) -> int | None:
@@ -178,6 +178,8 @@ class Trajectory:
         ParameterError
             For times outside the simulated ones.
         """
+        if side not in ("left", "right"):
+            raise ParameterError("side", side, "'left' or 'right'")
         times = array("t", t, -np.inf, np.inf)
         if times.size and (times.min() < self.begin_time or times.max() > self.end_time):
             accepted = f"times from {self.begin_time:.6g} to {self.end_time:.6g}"
