@@ -221,7 +221,7 @@ def refusal(make: Any, *tables: str) -> str:
         ("position = true", ["start.position = True", "finite number"]),
         ("positon = -1.0", ["start.positon = -1.0", "[start] takes position, velocity, time", "'position'?"]),
         ("velocity = inf", ["start.velocity = inf", "finite"]),
-        ("time = 1e16", ["start.time = 1e+16", "1e15"]),
+        ("time = 1e16", ["start.time = 1e+16", "1e+12"]),
         ("modal_displacement = []", ["start.modal_displacement = []", "a list of numbers"]),
         ("modal_displacement = -1.0", ["start.modal_displacement = -1.0", "a list of numbers"]),
         ('modal_displacement = [-1.0, "x"]', ["start.modal_displacement", "number 1 of the list is x"]),

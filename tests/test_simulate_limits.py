@@ -110,7 +110,7 @@ def test_unexcited_modes_change_nothing_of_the_rigid_bar():
 def loads(draw):
     size = draw(st.sampled_from([1.0, 1.0, 1e-6, 1e6]))
     kind = draw(st.sampled_from(["harmonic", "harmonic", "steps", "fourier", "constant"]))
-    mean = draw(st.sampled_from([1.0, 1.0, -1.0])) * draw(st.one_of(st.just(0.0), decades(-10, 0.5), decades(-1, 0.3)))
+    mean = draw(st.sampled_from([1.0, 1.0, -1.0])) * draw(st.one_of(st.just(0.0), decades(-4, 0.5), decades(-1, 0.3)))
     if kind == "harmonic":
         return Load.harmonic(size * mean, size, draw(st.integers(1, 9)))
     if kind == "constant":
@@ -158,7 +158,7 @@ def motions(draw):
     )
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(motions())
 def test_every_motion_ends_with_a_sound_record(motion):
     system, start, modes, stop, scale = motion

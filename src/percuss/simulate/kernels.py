@@ -416,12 +416,12 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
     tau, y, v, a = 0.0, y0, now[GAP_RATE], now[ACCELERATION]
     ds, vs, df = 0.0, now[SMOOTH_RATE], 0.0
     noise = 0.0 if on_wall else error * abs(y0)
-    evaluations = 0
+    evaluations, looks = 0, 0
     if begin > 0.0:
         for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
             tau = begin + tries * par[RIPPLE]
             if tau >= horizon:
-                return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             ds, vs, sa = smooth(par, now, osc, tau)
             df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
             evaluations += 1
@@ -430,7 +430,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             if y + noise < 0.0:
                 break
             if v > 0.0 or tries == 8:  # the load pushes again: the bar is still, or back, on the wall
-                return CONTACT, tau, max(v, 0.0), evaluations, 0.0, slip
+                return CONTACT, tau, max(v, 0.0), evaluations + looks, 0.0, slip
     while True:
         # how far the gap is free by the smooth part with a bound of the elastic one …
         t, at, u1, u2 = tau, tau, y + noise, y0 + ds + top + noise
@@ -443,9 +443,9 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             gain = step
             t = at + step
             if t >= horizon:
-                return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             ds, vs, sa = smooth(par, now, osc, t)
-            at = t
+            at, looks = t, looks + 1
             noise = error * (abs(y0) + (speed + abs(par[MEAN]) * t) * t)
             u2 = y0 + ds + top + noise
             u1 = y0 + ds + df + now[SUP1] * (t - tau) + noise
@@ -454,12 +454,12 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             if n == 0 and gain < 1e-14 * t:
                 break
             if par[MEAN] <= 0.0 and away(par, now, u2, ds, t):
-                return AWAY, t, 0.0, evaluations, 0.0, 0.0
+                return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
         # … and by its own Taylor polynomial
         if evaluations > 1 or not t > tau:
             t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + now[SUP2]))
         if t >= horizon:
-            return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+            return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
         stuck = not t > tau
         if stuck:
             t = tau + EPS * max(tau, 1e-300)
@@ -478,7 +478,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
         if found == NOTHING and (y > -noise or stuck):
             found, top = touch(tau, y, v, a, noise)
             if found == GRAZE:
-                return (GRAZE if top < horizon else NOTHING), min(top, horizon), 0.0, evaluations, math.inf, 0.0
+                return (GRAZE if top < horizon else NOTHING), min(top, horizon), 0.0, evaluations + looks, math.inf, 0.0
         if found == CONTACT:
             bend, h, settled = 0.0, 0.0, False  # y''', from the last two evaluations
             for i in range(12):
@@ -495,12 +495,12 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
                 y, v, a = y0 + ds + df, max(vs + fv, 1e-300), sa + fa
                 bend = (a - before) / h if h != 0.0 else 0.0
             if tau > horizon:
-                return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             if not settled:
                 h = 0.0  # the last evaluation was made there
-            return CONTACT, tau, v + h * (a + 0.5 * h * bend), evaluations, h, slip
-        if evaluations >= limit:
-            return TIRED, tau, v, evaluations, 0.0, 0.0
+            return CONTACT, tau, v + h * (a + 0.5 * h * bend), evaluations + looks, h, slip
+        if evaluations + looks >= limit:
+            return TIRED, tau, v, evaluations + looks, 0.0, 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -1295,7 +1295,7 @@ def strike(
     now[SINCE] = 0.0
     count[IMPACTS] += 1
     tally(speed, lost, now, count, sums)
-    if count[IMPACTS] == skip:
+    if count[IMPACTS] == skip and count[CONFIRMED] == 0:
         clear(sums)
     i = (count[IMPACTS] - 1) % past.shape[1]
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
