@@ -12,10 +12,8 @@ RESOLUTION = 1e-12 * 2.0 * np.pi
 
 def simulated(flight: Flight, horizon: float) -> tuple[str, float, float]:
     """Kind, time and speed of the first event of the engine."""
-    if flight.breaks:
-        load = Load.steps(flight.breaks, flight.values)
-    else:
-        load = Load.fourier(np.asarray(flight.coefficients))
+    steps = bool(flight.breaks)
+    load = Load.steps(flight.breaks, flight.values) if steps else Load.fourier(np.asarray(flight.coefficients))
     system = System(s=flight.s, d=flight.d, restitution=0.5, load=load)
     start = Start.modal(flight.displacement, flight.velocity, flight.time)
     stop = Stop(impacts=1, time=horizon, periodic=False)
