@@ -9,6 +9,7 @@ from percuss.case.schema import SimulationTable, StartTable
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count
 from percuss.simulate import Start, Stop
+from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -26,9 +27,6 @@ __all__ = [
 
 DEFAULT_MODES = 32
 """Elastic modes of a simulation that asks for no number of them."""
-
-MAX_MODES = 4096
-"""The most of them."""
 
 _KINDS = {
     "rigid": ("position", "velocity"),

@@ -19,10 +19,11 @@ from percuss.model import System
 from percuss.model.checks import Array, count, instance
 from percuss.simulate import kernels as kn
 from percuss.simulate.engine import ENDS
-from percuss.simulate.running import MAX_MODES, run
+from percuss.simulate.running import run
+from percuss.simulate.snapshot import clocks
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
-from percuss.simulate.stop import OUTCOMES, Stop
+from percuss.simulate.stop import MAX_MODES, OUTCOMES, Stop
 from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.tables import Tables, prepared
 from percuss.simulate.trajectory import Trajectory
@@ -248,11 +249,11 @@ class _Job:
             np.ascontiguousarray(a if len(a) == n else a[rows]) for a in (s.displacement, s.velocity)
         )
         self.gaps, time = np.ascontiguousarray(s.gap[rows]), s.time[rows]
-        self.periods, self.phases = _clocks(time)
+        self.periods, self.phases = clocks(time)
         if self.stop.time is None:
             self.ends, self.end_phases = np.full(n, np.inf), np.zeros(n)
         else:
-            turns, self.end_phases = _clocks(time + self.stop.time)
+            turns, self.end_phases = clocks(time + self.stop.time)
             self.ends = turns.astype(float)
 
     # -- the work --
@@ -381,11 +382,3 @@ def _code(outcome: str) -> int:
     """The kernels' number of an outcome; −1 for what they do not know."""
     known = {name: code for code, name in ENDS.items()} | {"work": kn.BY_WORK, "memory": kn.BY_WORK}
     return known.get(outcome, -1)
-
-
-def _clocks(time: Array) -> tuple[npt.NDArray[np.int64], Array]:
-    """Load periods gone by and phases in [0, 2π), as `snapshot.clock` does it."""
-    turns = np.floor(time / kn.TURN)
-    phase = np.maximum((time - turns * kn.TURN) - turns * kn.TURN_LOW, 0.0)
-    over = phase >= kn.TURN
-    return (turns + over).astype(np.int64), np.where(over, 0.0, phase)

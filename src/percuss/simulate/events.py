@@ -11,10 +11,12 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model.checks import Array
 
-__all__ = ["KINDS", "Event", "Events"]
+__all__ = ["CHATTER", "IMPACT", "KINDS", "RELEASE", "REST", "Event", "Events"]
 
 KINDS = ("impact", "grazing", "chatter", "rest", "release")
 """Kinds of events, in the order of their numbers."""
+
+IMPACT, GRAZING, CHATTER, REST, RELEASE = range(len(KINDS))
 
 _TURN = 2.0 * np.pi
 

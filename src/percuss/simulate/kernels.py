@@ -453,7 +453,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
                 break
             if n == 0 and gain < 1e-14 * t:
                 break
-            if par[MEAN] <= 0.0 and away(par, now, u2, ds, t):
+            if par[MEAN] <= 0.0 and away(par, now, u2, t):
                 return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
         # … and by its own Taylor polynomial
         if evaluations > 1 or not t > tau:
@@ -504,7 +504,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def away(par, now, u, moved, tau):
+def away(par, now, u, tau):
     """Whether the bar has left for good: no later S can exceed `-top`, for a mean load that does not push."""
     first, _ = drift(par[D], tau)
     fade = 1.0 - par[D] * first
@@ -1080,8 +1080,8 @@ def wanders(past, impacts):
         near = True
         for i in range(impacts - SAME, impacts):
             a, b = i % past.shape[1], (i - shift) % past.shape[1]
-            apart = abs(past[0, a] - past[0, b])
-            if min(apart, TURN - apart) > LOOSE or abs(past[1, a] - past[1, b]) > LOOSE * top:
+            turn = abs(past[0, a] - past[0, b])
+            if min(turn, TURN - turn) > LOOSE or abs(past[1, a] - past[1, b]) > LOOSE * top:
                 near = False
                 break
         if near:

@@ -15,15 +15,12 @@ from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor
 from percuss.simulate.snapshot import Snapshot, begin
 from percuss.simulate.start import Start
-from percuss.simulate.stop import Stop
+from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.tables import prepared
 from percuss.simulate.trajectory import Trajectory
 
-__all__ = ["MAX_MODES", "cycle_of", "go_on", "run"]
-
-MAX_MODES = 4096
-"""The most elastic modes of a simulation."""
+__all__ = ["cycle_of", "go_on", "run"]
 
 _ARRAYS = ("z", "now", "count", "cycle", "past", "sums")
 

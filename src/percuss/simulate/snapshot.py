@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -14,7 +13,7 @@ from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.tables import Tables
 
-__all__ = ["Snapshot", "begin", "clock"]
+__all__ = ["Snapshot", "begin", "clock", "clocks"]
 
 
 @dataclass(frozen=True)
@@ -53,13 +52,19 @@ class Snapshot:
         return float(self.count[kn.PERIOD]) * kn.TURN + float(self.now[kn.PHASE])
 
 
+def clocks(time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:
+    """Load periods gone by at some times, and the phases in [0, 2π)."""
+    times = np.asarray(time, dtype=float)
+    turns = np.floor(times / kn.TURN)
+    phase = np.maximum((times - turns * kn.TURN) - turns * kn.TURN_LOW, 0.0)
+    over = phase >= kn.TURN
+    return np.asarray(turns + over, dtype=np.int64), np.where(over, 0.0, phase)
+
+
 def clock(time: float) -> tuple[int, float]:
-    """Load periods gone by, and the phase in [0, 2π)."""
-    periods = math.floor(time / kn.TURN)
-    phase = (time - periods * kn.TURN) - periods * kn.TURN_LOW
-    if phase < 0.0:
-        phase = 0.0
-    return (periods + 1, 0.0) if phase >= kn.TURN else (periods, phase)
+    """The same at one time."""
+    turns, phase = clocks(time)
+    return int(turns), float(phase)
 
 
 def begin(spectrum: Spectrum, tables: Tables, start: Start) -> Snapshot:

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from percuss.errors import ParameterError
 from percuss.model.checks import count, finite
 
-__all__ = ["DEFAULT_IMPACTS", "OUTCOMES", "Stop"]
+__all__ = ["DEFAULT_IMPACTS", "MAX_MODES", "OUTCOMES", "Stop"]
 
 DEFAULT_IMPACTS = 2000
 """Impacts after which a motion ends when nothing else is asked for."""
+
+MAX_MODES = 4096
+"""The most elastic modes of a simulation."""
 
 MOST_IMPACTS = 10**9
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.simulate.events import Events
+from percuss.simulate.events import CHATTER, IMPACT, Events
 
 __all__ = ["Cycle", "SISummary", "Summary", "label_of", "main_blows", "summary_of"]
 
@@ -112,9 +112,9 @@ def label_of(outcome: str, cycle: Cycle | None, wanders: bool) -> str:
 
 def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Which of the impacts are main blows: all but those that follow the first one of a completed chatter."""
-    struck = np.flatnonzero(events.code == 0)
+    struck = np.flatnonzero(events.code == IMPACT)
     main = np.ones(struck.size, dtype=bool)
-    for at in np.flatnonzero(events.code == 2):
+    for at in np.flatnonzero(events.code == CHATTER):
         last = int(np.searchsorted(struck, at))
         main[max(last - int(events.resolved[at]) + 1, 0) : last] = False
     return main

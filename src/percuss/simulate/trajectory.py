@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, array
-from percuss.simulate.events import Events
+from percuss.simulate.events import CHATTER, IMPACT, RELEASE, REST, Events
 from percuss.simulate.flight import Anchor, Modes, modal_motion
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.stop import Stop
@@ -29,7 +29,6 @@ __all__ = ["EnergyBalance", "Trajectory"]
 
 Side = Literal["left", "right"]
 
-_CHATTER, _REST, _RELEASE = 2, 3, 4
 _TURN = 2.0 * np.pi
 
 
@@ -109,7 +108,7 @@ class Trajectory:
     @property
     def impacts(self) -> int:
         """The number of impacts."""
-        return int(np.count_nonzero(self.events.code == 0))
+        return int(np.count_nonzero(self.events.code == IMPACT))
 
     @property
     def main_blows(self) -> npt.NDArray[np.bool_]:
@@ -195,11 +194,11 @@ class Trajectory:
         return Modes(u, v)
 
     def _between(self, i: int, times: Array) -> Modes:
-        rests = self.events.code[i] == _REST if i >= 0 else self.resting
+        rests = self.events.code[i] == REST if i >= 0 else self.resting
         nothing = np.zeros((self.modes + 1, times.size))
         if rests:
             return Modes(nothing, nothing)
-        if i + 1 < len(self.events) and self.events.code[i + 1] == _CHATTER:
+        if i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER:
             return Modes(self._at(i)[0][:, None] + nothing, nothing)  # infinitely many bounces of less than 1e-9
         periods, phase = divmod(self.begin_time, _TURN) if i < 0 else (self.events.period[i], self.events.phase[i])
         return modal_motion(self.spectrum, self._anchor(i), np.maximum((times - periods * _TURN) - phase, 0.0))
@@ -249,8 +248,8 @@ class Trajectory:
 
     def _rests(self, times: Array) -> npt.NDArray[np.bool_]:
         last = np.searchsorted(self.events.time, times, side="right") - 1
-        codes = np.append(self.events.code, _REST if self.resting else _RELEASE)
-        return np.asarray(codes[last] == _REST)
+        codes = np.append(self.events.code, REST if self.resting else RELEASE)
+        return np.asarray(codes[last] == REST)
 
     def _shapes(self, x: npt.ArrayLike) -> Array:
         places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
