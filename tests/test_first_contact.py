@@ -5,7 +5,8 @@ import pytest
 
 from interval_oracle import KINDS, Flight, first_contact, gap, random_flight
 from percuss.model import Load, System
-from percuss.simulate import Start, Stop, run
+from percuss.simulate import Start, Stop, Trajectory, run
+from percuss.simulate.events import IMPACT
 
 RESOLUTION = 1e-12 * 2.0 * np.pi
 
@@ -65,3 +66,50 @@ def test_first_contacts(kind):
     rng = np.random.default_rng(20260)
     seen = [check(*random_flight(rng, kind)) for _ in range(1700)]
     assert seen.count("contact") > 20
+
+
+def repeating(motion: Trajectory) -> list[int]:
+    """The impacts that come at nearly the load phase of the one, two or four before: their flights are tried first."""
+    struck = motion.events.of("impact").phase
+    near = []
+    for i in range(5, len(struck) - 1):
+        turn = np.abs(struck[i] - struck[[i - 1, i - 2, i - 4]])
+        if np.minimum(turn, 2.0 * np.pi - turn).min() < 0.01:
+            near.append(i)
+    return near
+
+
+@pytest.mark.parametrize("modes", [0, 1, 8, 32])
+def test_contacts_of_motions_that_nearly_repeat(modes):
+    """The short cut for a flight like one before it neither misses a contact nor invents one."""
+    rng = np.random.default_rng(7 + modes)
+    tried = 0
+    for _ in range(150):
+        s, d, r = (
+            float(np.exp(rng.uniform(-1.0, 4.0))),
+            float(rng.choice([0.0, 0.01, 0.3])),
+            float(rng.uniform(0, 0.95)),
+        )
+        harmonics = rng.normal(size=(int(rng.integers(1, 4)), 2)) @ [1.0, 1.0j]
+        load = Load.fourier([float(rng.uniform(0.2, 1.2)) * np.abs(harmonics).sum(), *harmonics])
+        stop = Stop(impacts=60, periodic=False)
+        start = Start.rigid(-float(rng.uniform(0.1, 5.0)), time=float(rng.uniform(0.0, 6.0)))
+        motion = run(System(s=s, d=d, restitution=r, load=load), start, modes=modes, stop=stop)
+        events = motion.events
+        rows = np.flatnonzero(events.code == IMPACT)
+        near = repeating(motion)
+        for i in rng.choice(near, min(3, len(near)), replace=False) if near else ():
+            row, after = rows[i], rows[i] + 1
+            if events.code[after] != IMPACT or not events.rebound_velocity[row] < -1e-6:
+                continue
+            coefficients = tuple(complex(c) for c in load.coefficients)
+            flight = Flight(
+                s, d, coefficients, (), (), events.phase[row], motion.displacement[row], motion.velocity[row]
+            )
+            length = (events.period[after] - events.period[row]) * 2.0 * np.pi + events.phase[after] - events.phase[row]
+            true = first_contact(flight, length + 1.0, on_wall=True)
+            error = 1e-14 * scale(flight) * (1.0 + length)
+            assert true.kind == "contact", f"{flight}\n{true}, engine {length}"
+            assert abs(length - true.time) < max(RESOLUTION, error / true.speed), f"{flight}\n{true}, engine {length}"
+            tried += 1
+    assert tried > 100

@@ -322,7 +322,7 @@ class _Job:
                 np.zeros(kn.NUMBERS),
                 np.zeros(kn.COUNTS, dtype=np.int64),
                 np.zeros(3 + 2 * n),
-                np.zeros((3, max(kn.WINDOW, self.last))),
+                np.zeros((3, max(kn.WINDOW, 1 << max(self.last - 1, 0).bit_length()))),
                 np.zeros(kn.SUMS_KEPT),
                 np.zeros((2, k)),
                 np.zeros((kn.WORK_ROWS, n)),

@@ -16,7 +16,9 @@ bound; |f|, |f'|, |f''|, |f'''| are bounded by sums of amplitudes. From each anc
 
 each of which is stepped over with the bound of its own curvature, and never past its first root. The contact itself is
 accepted where y' exceeds what the curvature can take back before y has reached 0; the root is then unique and Newton's
-method (Halley's form) converges to it. What rounding cannot decide is returned as a graze.
+method (Halley's form) converges to it. What rounding cannot decide is returned as a graze. A motion that nearly repeats
+is spared the steps: the flight after a like impact is tried first, and the same bounds, taken forward from the anchor
+and backward from there, must leave no time between them.
 """
 
 import math
@@ -88,9 +90,10 @@ CHATTER_ERROR = 1e-13  # … and its end is known to this
 NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 SMALL = 1e-3  # an angle whose fifth power does not matter
 SLICE = 1 << 17  # evaluations of a member of an ensemble between two looks at the outside
-WINDOW = 256  # last impacts kept for the classifier, at least
+WINDOW = 256  # last impacts kept for the classifier, at least; always a power of 2
 SAME = 64  # of them looked at
 SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
+ALIKE = 1e-2  # phases of impacts after which the flight may be alike
 LOOSE = 1e-3  # and how near it must come back
 
 SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity keep their meaning
@@ -101,7 +104,10 @@ SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sine_cosine(x):
-    """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials."""
+    """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials.
+
+    Never to be inlined into a function with reordered sums: they would undo its rounding.
+    """
     if not abs(x) < 1e5:
         return math.sin(x), math.cos(x)
     turns = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0  # to the nearest whole number
@@ -146,7 +152,7 @@ def drift(d, tau):
     return first, (tau - first) / d
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def smooth(par, now, osc, tau):
     """S(τ) − S(0), S'(τ), S''(τ): the gap without the free elastic part."""
     d, b = par[D], now[DRIFT]
@@ -362,7 +368,7 @@ def look(par, har, now, osc):
 # -- the next contact -----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def reach(u, v, m):
     """How far u + v h + m h²/2 stays below 0 from h = 0 on, where it does reach 0 if m < 0; 0 when it is not below."""
     if u > 0.0 or (u == 0.0 and v >= 0.0):
@@ -399,11 +405,46 @@ def reach_cubic(u, v, a, m, m2):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, limit):
+def below(u, v, m):
+    """From where to where u − v h + m h²/2 is below 0, for h ≥ 0; an empty span when it never is."""
+    inside = v * v - 2.0 * m * u
+    if v <= 0.0 or inside <= 0.0:
+        return math.inf, 0.0
+    both = v + math.sqrt(inside)
+    return max(2.0 * u / both, 0.0), (both / m if m > 0.0 else math.inf)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def below_since(u, v, over, speed, m, near):
+    """Up to which h one of u − v h + m h²/2 and over − speed h + m h²/2 is below 0 from `near` on; −1: not there."""
+    first, last = below(u, v, m)
+    if not first <= near:
+        return -1.0
+    first, end = below(over, speed, m)
+    return max(last, end) if first <= last else last
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def like_flight(now, count, past):
+    """The flight that followed the most alike of the impacts 1, 2 and 4 before this one; 0 when none is like it."""
+    n, ring, best, flight = count[IMPACTS], past.shape[1] - 1, ALIKE, 0.0
+    for k in (1, 2, 4):
+        if n > k:
+            i, j = (n - 1 - k) & ring, (n - k) & ring
+            turn = abs(now[PHASE] - past[0, i])
+            turn = min(turn, TURN - turn)
+            if turn < best:
+                best, flight = turn, (past[2, j] - past[2, i]) * TURN + (past[0, j] - past[0, i])
+    return flight
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, horizon, limit):
     """The first contact after the anchor, or the proof that there is none before `horizon`.
 
-    `begin` > 0: the flight up to there is known to be free. Returns what was found, its time, the gap's rate there, the
-    number of evaluations of the modal sum, how much later than the last one the contact is, and what `phasors` said.
+    `begin` > 0: the flight up to there is known to be free. `guess` > 0: a time worth trying. Returns what was found,
+    its time, the gap's rate there, the number of evaluations of the modal sum, how much later than the last one the
+    contact is, and what `phasors` said.
     """
     n = mode.shape[1]
     y0, free = now[GAP], now[FREE]
@@ -416,8 +457,21 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
     tau, y, v, a = 0.0, y0, now[GAP_RATE], now[ACCELERATION]
     ds, vs, df = 0.0, now[SMOOTH_RATE], 0.0
     noise = 0.0 if on_wall else error * abs(y0)
-    evaluations, looks = 0, 0
-    if begin > 0.0:
+    evaluations, looks, slip = 0, 0, 0.0
+    free_from, y_there, v_there, a_there = math.inf, 0.0, 0.0, 0.0
+    if 0.0 < guess < horizon:
+        ds, vs, sa = smooth(par, now, osc, guess)
+        df, fv, fa, slip = elastic(par, mode, z, now, work, over, guess)
+        evaluations += 1
+        y_there, v_there, a_there = y0 + ds + df, vs + fv, sa + fa
+        wrong = abs(y_there) + error * (abs(y0) + (speed + abs(par[MEAN]) * guess) * guess)
+        ahead = 2.0 * wrong / v_there
+        if v_there > 0.0 and v_there > (abs(a_there) + jerk * ahead) * ahead:  # y grows from before to after its root …
+            free_from = guess - below_since(wrong, vs - now[SUP1], max(ds + top + wrong, 0.0), vs, up, ahead)
+            if free_from > guess:
+                free_from = math.inf
+        ds, vs, df = 0.0, now[SMOOTH_RATE], 0.0
+    elif begin > 0.0:
         for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
             tau = begin + tries * par[RIPPLE]
             if tau >= horizon:
@@ -432,6 +486,7 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
             if v > 0.0 or tries == 8:  # the load pushes again: the bar is still, or back, on the wall
                 return CONTACT, tau, max(v, 0.0), evaluations + looks, 0.0, slip
     while True:
+        found = NOTHING
         # how far the gap is free by the smooth part with a bound of the elastic one …
         t, at, u1, u2 = tau, tau, y + noise, y0 + ds + top + noise
         for _ in range(200):
@@ -442,6 +497,9 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
                 break
             gain = step
             t = at + step
+            if math.inf > t >= free_from:
+                found = CONTACT
+                break
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             ds, vs, sa = smooth(par, now, osc, t)
@@ -455,30 +513,34 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, horizon, li
                 break
             if par[MEAN] <= 0.0 and away(par, now, u2, t):
                 return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
-        # … and by its own Taylor polynomial
-        if evaluations > 1 or not t > tau:
-            t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + now[SUP2]))
-        if t >= horizon:
-            return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-        stuck = not t > tau
-        if stuck:
-            t = tau + EPS * max(tau, 1e-300)
-        tau = t
-        if at != tau:
-            ds, vs, sa = smooth(par, now, osc, tau)
-        df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
-        evaluations += 1
-        y, v, a = y0 + ds + df, vs + fv, sa + fa
-        noise = error * (abs(y0) + (speed + abs(par[MEAN]) * tau) * tau)
-        found = NOTHING
-        if v > 0.0:
-            ahead = 2.0 * (abs(y) + noise) / v
-            if v > (abs(a) + jerk * ahead) * ahead:  # y grows until it has surely passed 0
-                found = CONTACT
-        if found == NOTHING and (y > -noise or stuck):
-            found, top = touch(tau, y, v, a, noise)
-            if found == GRAZE:
-                return (GRAZE if top < horizon else NOTHING), min(top, horizon), 0.0, evaluations + looks, math.inf, 0.0
+        if found == CONTACT:
+            tau, y, v, a = guess, y_there, v_there, a_there
+        if found == NOTHING:
+            # … and by its own Taylor polynomial
+            if evaluations > 1 or not t > tau:
+                t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + now[SUP2]))
+            if t >= horizon:
+                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
+            stuck = not t > tau
+            if stuck:
+                t = tau + EPS * max(tau, 1e-300)
+            tau = t
+            if at != tau:
+                ds, vs, sa = smooth(par, now, osc, tau)
+            df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
+            evaluations += 1
+            y, v, a = y0 + ds + df, vs + fv, sa + fa
+            noise = error * (abs(y0) + (speed + abs(par[MEAN]) * tau) * tau)
+            free_from = math.inf  # the phasors have moved on
+            if v > 0.0:
+                ahead = 2.0 * (abs(y) + noise) / v
+                if v > (abs(a) + jerk * ahead) * ahead:  # y grows until it has surely passed 0
+                    found = CONTACT
+            if found == NOTHING and (y > -noise or stuck):
+                found, top = touch(tau, y, v, a, noise)
+                if found == GRAZE:
+                    found, top = (GRAZE, top) if top < horizon else (NOTHING, horizon)
+                    return found, top, 0.0, evaluations + looks, math.inf, 0.0
         if found == CONTACT:
             bend, h, settled = 0.0, 0.0, False  # y''', from the last two evaluations
             for i in range(12):
@@ -808,7 +870,7 @@ def gone(par, mode, now, breaks, values):
     return place + swing + now[SUP] + force * stiff + growth < 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def to_break(now, count, breaks):
     """Time to the next step of the load."""
     if breaks.shape[0] == 0:
@@ -823,7 +885,7 @@ def to_break(now, count, breaks):
 # -- chatter and rest -----------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def chatter_left(par, now, osc, horizon):
     """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
 
@@ -940,7 +1002,7 @@ def pull_lasts(par, har, now, most):
 # -- the record -----------------------------------------------------------------------------------------------------
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def record(kind, before, lost, z, now, count, numbers, wholes, states):
     """One event with the state after it, unless the record has no rows."""
     if numbers.shape[0] == 0:
@@ -965,7 +1027,7 @@ def record(kind, before, lost, z, now, count, numbers, wholes, states):
             states[i, STATE_NUMBERS + n + j] = z[1, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def remember(speed, z, now, count, anchor):
     """The state just after an impact, to be compared with later ones."""
     n = z.shape[1]
@@ -977,7 +1039,7 @@ def remember(speed, z, now, count, anchor):
     count[RESTS], count[CHATTERS] = 0, 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def returned(par, mode, speed, z, now, anchor, tolerance):
     """Whether the state is the remembered one, each number to `tolerance` of its scale."""
     turn = abs(now[PHASE] - anchor[0])
@@ -997,15 +1059,15 @@ def returned(par, mode, speed, z, now, anchor, tolerance):
 @njit(cache=True, nogil=True, error_model="numpy")
 def apart(past, shift, first, last, scale):
     """Greatest distance of the impacts number `first` … `last` − 1 from those `shift` before, phases and speeds."""
-    most = 0.0
+    most, ring = 0.0, past.shape[1] - 1
     for i in range(first, last):
-        a, b = i % past.shape[1], (i - shift) % past.shape[1]
+        a, b = i & ring, (i - shift) & ring
         turn = abs(past[0, a] - past[0, b])
         most = max(most, min(turn, TURN - turn), abs(past[1, a] - past[1, b]) / scale)
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def shortest(past, impacts, periods, seen, scale, tolerance):
     """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
 
@@ -1023,7 +1085,7 @@ def shortest(past, impacts, periods, seen, scale, tolerance):
     return impacts
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
@@ -1073,13 +1135,13 @@ def wanders(past, impacts):
     """
     if impacts < SAME + SHIFTS:
         return False
-    top = 0.0
+    top, ring = 0.0, past.shape[1] - 1
     for i in range(impacts - SAME, impacts):
-        top = max(top, abs(past[1, i % past.shape[1]]))
+        top = max(top, abs(past[1, i & ring]))
     for shift in range(1, SHIFTS + 1):
         near = True
         for i in range(impacts - SAME, impacts):
-            a, b = i % past.shape[1], (i - shift) % past.shape[1]
+            a, b = i & ring, (i - shift) & ring
             turn = abs(past[0, a] - past[0, b])
             if min(turn, TURN - turn) > LOOSE or abs(past[1, a] - past[1, b]) > LOOSE * top:
                 near = False
@@ -1223,9 +1285,11 @@ def fly(
         if found == NOTHING:
             if left <= 0.0:
                 return BY_TIME
-            horizon = min(left, ahead)
+            horizon, guess = min(left, ahead), 0.0
+            if count[MODE] == ON_WALL and now[LAST_FLIGHT] > 0.0 and now[HOLD] == 0.0:
+                guess = like_flight(now, count, past)
             found, tau, speed, steps, late, slip = next_contact(
-                par, mode, z, now, osc, work, over, on_wall, now[HOLD], horizon, budget - count[WORK]
+                par, mode, z, now, osc, work, over, on_wall, now[HOLD], guess, horizon, budget - count[WORK]
             )
             if found == NOTHING and left <= ahead:
                 return BY_TIME if left < math.inf else DEPARTED  # nothing moved, so that going on gives the same bits
@@ -1297,7 +1361,7 @@ def strike(
     tally(speed, lost, now, count, sums)
     if count[IMPACTS] == skip and count[CONFIRMED] == 0:
         clear(sums)
-    i = (count[IMPACTS] - 1) % past.shape[1]
+    i = (count[IMPACTS] - 1) & (past.shape[1] - 1)
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
     record(IMPACT, speed, lost, z, now, count, numbers, wholes, states)
     if tolerance > 0.0:
@@ -1381,7 +1445,7 @@ def fly_many(
         conclude(now, count, past, sums, code, numbers[i], wholes[i])
         kept = tail.shape[2]
         for j in range(min(kept, count[IMPACTS])):
-            at = (count[IMPACTS] - 1 - j) % past.shape[1]
+            at = (count[IMPACTS] - 1 - j) & (past.shape[1] - 1)
             for row in range(3):
                 tail[i, row, kept - 1 - j] = past[row, at]
     return last
