@@ -15,7 +15,7 @@ from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
 from percuss.case.running import DEFAULT_MODES, MAX_MODES
 from percuss.case.simulation_json import simulation_text
-from percuss.errors import CaseError, PercussError, ResonanceError
+from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate.starts import DISTRIBUTIONS
 
 SI = """
@@ -347,6 +347,21 @@ def test_resumed_bit_for_bit(tmp_path: Path) -> None:
     assert found.title == "part"
     assert resumed_answer(tmp_path / "part.nc").motion.impacts == 26
     assert resumed_answer(tmp_path / "part.nc", time=whole.events.time[20]).motion.impacts < 40
+    with pytest.raises(ParameterError, match="more than the 13"):
+        resumed_answer(tmp_path / "part.nc", impacts=13)
+    with pytest.raises(ParameterError, match="more than the"):
+        resumed_answer(tmp_path / "part.nc", time=1.0)
+    with pytest.raises(ParameterError, match="no scales"):
+        resumed_answer(tmp_path / "part.nc", time="2 s")
+
+
+def test_resumed_to_a_time_in_seconds(tmp_path: Path) -> None:
+    pytest.importorskip("h5netcdf")
+    case = load_case("pneumatic-jackleg").changed(simulation={"modes": 0, "impacts": 5, "periodic": False})
+    simulation_answer(case).motion.save(tmp_path / "part.nc")
+    motion = resumed_answer(tmp_path / "part.nc", time="1 s").motion
+    assert motion.outcome == "time"
+    assert (motion.end_time - motion.begin_time) * motion.system.time_scale == pytest.approx(1.0, rel=1e-12)
 
 
 def test_resumed_from_nothing(tmp_path: Path) -> None:

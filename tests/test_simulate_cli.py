@@ -291,7 +291,7 @@ def test_plot(percuss: Any) -> None:
         (["--resume", "run.nc", "--modes", "3"], ["--modes does not go with --resume"]),
         (["--resume", "none.nc"], ["none.nc: no such file"]),
         (["--resume", "case.toml"], ["case.toml: not a NetCDF 4 file"]),
-        (["--resume", "run.nc", "--time", "2 s"], ["--time", "radians"]),
+        (["--resume", "none.nc", "--time", "2 s"], ["none.nc: no such file"]),
     ],
 )
 def test_wrong_arguments(percuss: Any, arguments: list[str], parts: list[str]) -> None:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from percuss.errors import ParameterError
 from percuss.simulate import Stop, Trajectory
+from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -110,7 +112,7 @@ def simulation_answer(case: Case, progress: Callable[[Progress], object] | None 
 def resumed_answer(
     path: str | os.PathLike[str],
     impacts: int | None = None,
-    time: float | None = None,
+    time: float | str | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> SimulationAnswer:
     """The motion of a file that `Trajectory.save` wrote, followed further with the same bits.
@@ -118,21 +120,35 @@ def resumed_answer(
     Parameters
     ----------
     impacts, time
-        When to end, both counted from the start of the motion; time in radians. None for both: as many impacts again.
-        A periodic motion that is found does not end it.
+        When to end, both counted from the start of the motion; time in radians, or text with a unit where the file
+        has scales. None for both: as many impacts again. A periodic motion that is found does not end it.
 
     Raises
     ------
     PercussError
         When the file cannot be read or holds no trajectory.
+    ParameterError
+        When the motion in the file already goes as far.
     """
     motion = Trajectory.load(path)
     if impacts is None and time is None:
         stop = None
     else:
+        time = _radians(motion, time) if isinstance(time, str) else time
+        gone = motion.end_time - motion.begin_time
+        if impacts is not None and impacts <= motion.impacts:
+            raise ParameterError("impacts", impacts, f"more than the {motion.impacts} that the file holds")
+        if time is not None and time <= gone:
+            raise ParameterError("time", time, f"more than the {gone:.6g} rad that the file holds")
         tolerance = motion.stop.tolerance
         stop = replace(Stop(impacts=impacts, time=time), periodic=False, tolerance=tolerance)
     return SimulationAnswer(os.fspath(path), Path(path).stem, motion.continued(stop, progress))
+
+
+def _radians(motion: Trajectory, text: str) -> float:
+    if not motion.system.is_si:
+        raise ParameterError("time", text, "a plain number of radians: the file has no scales")
+    return si(text, "time", "time") / motion.system.time_scale
 
 
 def _warnings(motion: Trajectory) -> list[str]:

@@ -88,7 +88,7 @@ def _rich_grid(grid: Grid) -> RenderableType:
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for i, name in enumerate(grid.columns):
-        table.add_column(Text(name), justify="right" if i else "left")
+        table.add_column(Text(name), justify="right" if i else "left", overflow="fold")  # narrow: no figure is cut
     for row in grid.rows:
         table.add_row(*(Text(text) for text in row))
     return Padding(table, (0, 0, 0, 2))

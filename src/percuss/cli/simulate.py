@@ -136,10 +136,7 @@ def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
 def _resumed(options: argparse.Namespace) -> SimulationAnswer:
     from percuss.case import resumed_answer
     from percuss.cli.watch import watched
-    from percuss.errors import ParameterError
 
-    if isinstance(options.time, str):
-        raise ParameterError("--time", options.time, "a plain number of radians beside --resume")
     with watched() as watch:
         return resumed_answer(options.resume, options.impacts, options.time, watch)
 

@@ -1,0 +1,78 @@
+"""What is to be carried out, whoever asks for it: independent items with columns of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Column", "Columns", "Job"]
+
+Columns = dict[str, npt.NDArray[Any]]
+"""Arrays by name, each of shape (items, *shape of one item)."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number, or one small array of numbers, of every item.
+
+    Parameters
+    ----------
+    dtype
+        numpy's name of the type: ``float64``, ``int16``, ``bool``.
+    shape
+        Of one item.
+    unit
+        As xarray's ``units`` attribute has it; empty for dimensionless.
+    fill
+        What an item not yet computed holds; NaN by default for floats, −1 for integers, False for bool.
+    meaning
+        A sentence, kept beside the data as ``long_name``.
+    """
+
+    dtype: str = "float64"
+    shape: tuple[int, ...] = ()
+    unit: str = ""
+    fill: float | int | bool | None = None
+    meaning: str = ""
+
+    @property
+    def empty(self) -> float | int | bool:
+        """The fill value, chosen by the type when none is given."""
+        if self.fill is not None:
+            return self.fill
+        kind = np.dtype(self.dtype).kind
+        return False if kind == "b" else -1 if kind in "iu" else float("nan")
+
+
+class Job(Protocol):
+    """Independent items, computed in any order and in any portions, each always the same to the last bit.
+
+    A job travels to other processes and machines, so it must be picklable; what is dear to make is made where it is
+    needed and kept there.
+    """
+
+    @property
+    def size(self) -> int:
+        """Number of items."""
+        ...
+
+    @property
+    def columns(self) -> Mapping[str, Column]:
+        """What is computed of each item."""
+        ...
+
+    @property
+    def ask(self) -> dict[str, Any]:
+        """All that was asked for, of JSON's types: the same ask gives the same numbers."""
+        ...
+
+    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
+        """Items `first` … `last` − 1; an item that fails carries its outcome in a column.
+
+        `stopped` says when the answer is no longer wanted; what is returned then does not matter.
+        """
+        ...
