@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.case import Case
     from percuss.case.catalogue import MACHINES, Machine, load_case
+    from percuss.case.family import CaseFamily
     from percuss.case.problems import CaseErrors
     from percuss.case.running import Simulation
     from percuss.case.simulation import SimulationAnswer, resumed_answer, simulation_answer
@@ -21,6 +22,7 @@ __all__ = [
     "MACHINES",
     "Case",
     "CaseErrors",
+    "CaseFamily",
     "Machine",
     "OrbitAnswer",
     "PeriodAnswer",
@@ -37,6 +39,7 @@ _HOME = {
     "MACHINES": "catalogue",
     "Case": "case",
     "CaseErrors": "problems",
+    "CaseFamily": "family",
     "Machine": "catalogue",
     "OrbitAnswer": "answer",
     "PeriodAnswer": "answer",

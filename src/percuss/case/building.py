@@ -27,7 +27,10 @@ from percuss.errors import CaseError, ParameterError
 from percuss.model import Bar, Contact, Load, System
 from percuss.units import si
 
-__all__ = ["Parts", "system_of"]
+__all__ = ["Parts", "Recording", "recording_of", "system_of"]
+
+Recording = tuple[Load, tuple[str, ...]]
+"""The load of a recording, and what was assumed in reading it."""
 
 AnyLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | HarmonicLoad | SquareLoad | FourierLoad
 
@@ -71,21 +74,25 @@ class Parts:
         return None
 
 
-def system_of(
-    tables: PhysicalCase | PlainCase, parts: Parts, file: str, folder: Path
-) -> tuple[System, tuple[str, ...]]:
-    """The system of a case, and what was assumed in reading its recording where the load is one.
+def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> Recording | None:
+    """The load of the recording that a case names, or None when its load is a formula.
 
     Raises
     ------
     CaseError
-        When the recording cannot be read or used, or does not fit the case.
+        When the recording cannot be read or used.
     """
-    load = parts.load
-    notes: tuple[str, ...] = ()
-    if load is None and isinstance(tables.load, HistoryForce):
-        load, notes = history_load(tables.load, file, folder)
-    assert load is not None  # Parts has raised otherwise
+    return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryForce) else None
+
+
+def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
+    """The system of a case.
+
+    Raises
+    ------
+    CaseError
+        When the load does not fit the case.
+    """
     try:
         if isinstance(tables, PlainCase):
             table = tables.system
@@ -99,7 +106,7 @@ def system_of(
         raise from_parameter(error, file, "load", {}) from None
     except ArithmeticError:
         raise _extreme(file, "") from None
-    return system, notes
+    return system
 
 
 def _out_of_scale(error: ParameterError, tables: PhysicalCase | PlainCase, file: str) -> CaseError:

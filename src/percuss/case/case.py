@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from percuss.case.building import Parts, system_of
+from percuss.case.building import Parts, Recording, recording_of, system_of
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.reading import parsed, text_of
 from percuss.case.running import Simulation, simulation_of, start_of
@@ -20,7 +20,7 @@ from percuss.case.writing import toml_text
 from percuss.errors import CaseError
 
 if TYPE_CHECKING:
-    from percuss.model import System
+    from percuss.model import Load, System
     from percuss.model.history import HistoryReport
     from percuss.simulate import Start
 
@@ -110,8 +110,28 @@ class Case:
         return Parts(self.tables, self.file)
 
     @cached_property
-    def _system(self) -> tuple[System, tuple[str, ...]]:
-        return system_of(self.tables, self._parts, self.file, self.folder)
+    def _recording(self) -> Recording | None:
+        return recording_of(self.tables, self.file, self.folder)
+
+    def load(self) -> Load:
+        """The load as the case has it: in N with its frequency, or dimensionless; reads the recording when it is one.
+
+        Raises
+        ------
+        CaseError
+            When the recording cannot be read or used.
+        """
+        load = self._parts.load if self._recording is None else self._recording[0]
+        assert load is not None  # the parts have raised otherwise
+        return load
+
+    @cached_property
+    def _system(self) -> System:
+        return self.with_load(self.load())
+
+    def with_load(self, load: Load) -> System:
+        """The system of this case under another load, in the units of `load`."""
+        return system_of(self.tables, self._parts, load, self.file)
 
     def system(self) -> System:
         """The system that the case describes; reads the recording at the first call when the load is one.
@@ -121,7 +141,7 @@ class Case:
         CaseError
             When the recording cannot be read or used, or does not fit the case.
         """
-        return self._system[0]
+        return self._system
 
     @property
     def history_report(self) -> HistoryReport | None:
@@ -131,7 +151,7 @@ class Case:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed in reading the recording, one sentence each."""
-        return self._system[1]
+        return () if self._recording is None else self._recording[1]
 
     # -- simulation --
 
@@ -183,9 +203,36 @@ class Case:
             data["start"] = dict(start)
         if simulation is not None:
             data["simulation"] = {**data.get("simulation", {}), **simulation}
+        return self._with(data)
+
+    def varied(self, values: Mapping[str, Any]) -> Case:
+        """The same case with other values of some keys, such as ``{"bar.length": "0.4 m"}``; None takes a key away.
+
+        Raises
+        ------
+        CaseError
+            As when a file with these tables is read.
+
+        Examples
+        --------
+        >>> from percuss.case import load_case
+        >>> case = load_case("mini-breaker")
+        >>> case.varied({"bar.length": "0.4 m"}).system().s > case.system().s
+        True
+        """
+        data = self.to_dict()
+        for key, value in values.items():
+            table, _, name = key.partition(".")
+            data[table] = {**data.get(table, {}), name: value}
+            if value is None:
+                del data[table][name]
+        return self._with(data)
+
+    def _with(self, data: dict[str, Any]) -> Case:
+        """A case of other tables beside the same recording, which is read once at most: it may be gone by now."""
         changed = Case(_tables(data, self.file), self.file, self.folder)
-        if "_system" in self.__dict__:  # the recording, which may be gone, is not read again
-            changed.__dict__["_system"] = self._system
+        if "_recording" in self.__dict__ and changed.tables.load == self.tables.load:
+            changed.__dict__["_recording"] = self._recording
         return changed
 
     # -- writing --

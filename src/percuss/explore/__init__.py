@@ -1,1 +1,80 @@
-"""Maps, boundaries, basins and numerical experiments: any function of a system over any parameters."""
+"""Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
+
+`sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves,
+`experiment` and `basins` count where starts end. What is long is carried out by many workers, kept chunk by chunk in an
+archive, and resumed (`carry_out`). The names are imported when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from percuss.explore.archive import Archive as Archive
+    from percuss.explore.axis import Axis as Axis
+    from percuss.explore.basins import Basins as Basins
+    from percuss.explore.basins import basins as basins
+    from percuss.explore.boundaries import Boundaries as Boundaries
+    from percuss.explore.boundaries import boundaries as boundaries
+    from percuss.explore.experiment import Experiment as Experiment
+    from percuss.explore.experiment import experiment as experiment
+    from percuss.explore.family import PARAMETERS as PARAMETERS
+    from percuss.explore.family import Family as Family
+    from percuss.explore.family import SystemFamily as SystemFamily
+    from percuss.explore.family import vary as vary
+    from percuss.explore.job import Column as Column
+    from percuss.explore.job import Job as Job
+    from percuss.explore.lyapunov import Lyapunov as Lyapunov
+    from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
+    from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
+    from percuss.explore.progress import JobProgress as JobProgress
+    from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
+    from percuss.explore.quantities import QUANTITIES as QUANTITIES
+    from percuss.explore.quantities import REASONS as REASONS
+    from percuss.explore.running import carry_out as carry_out
+    from percuss.explore.running import estimate as estimate
+    from percuss.explore.shares import Share as Share
+    from percuss.explore.sweeps import Sweep as Sweep
+    from percuss.explore.sweeps import sweep as sweep
+
+_HOME = {
+    "Archive": "archive",
+    "Axis": "axis",
+    "Basins": "basins",
+    "Boundaries": "boundaries",
+    "CELL_OUTCOMES": "quantities",
+    "Column": "job",
+    "Experiment": "experiment",
+    "Family": "family",
+    "Job": "job",
+    "JobProgress": "progress",
+    "Lyapunov": "lyapunov",
+    "PARAMETERS": "family",
+    "QUANTITIES": "quantities",
+    "REASONS": "quantities",
+    "Share": "shares",
+    "Sweep": "sweeps",
+    "SystemFamily": "family",
+    "basins": "basins",
+    "boundaries": "boundaries",
+    "carry_out": "running",
+    "estimate": "running",
+    "experiment": "experiment",
+    "lyapunov_exponent": "lyapunov",
+    "lyapunov_many": "lyapunov",
+    "sweep": "sweeps",
+    "vary": "family",
+}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,162 @@
+"""The hammers that differ from a case in some of its keys: what a map of a machine is made over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.case import Case
+from percuss.case.schema import HistoryForce, table_fields
+from percuss.case.suggest import did_you_mean
+from percuss.errors import ParameterError
+from percuss.explore.family import PARAMETERS, describe_system, vary
+from percuss.model import System
+
+if TYPE_CHECKING:
+    from percuss.simulate import Start
+
+__all__ = ["CaseFamily"]
+
+_SCALE = "load.scale"
+_FREQUENCY = "load.frequency"
+_EITHER = (
+    ("bar.area", "bar.diameter"),
+    ("bar.damping", "bar.damping_ratio"),
+    ("contact.restitution", "contact.receiving_area"),
+)
+_TABLES = ("system", "bar", "contact", "load")
+
+
+@dataclass(frozen=True)
+class CaseFamily:
+    """The systems of a case with other values of its keys, in their units, or of dimensionless parameters.
+
+    A parameter is a key of the case, ``bar.length`` or in short ``length``, which takes the unit of the axis; or
+    ``load.scale``, a factor on the whole load; or one of the dimensionless parameters of any system
+    (`percuss.explore.PARAMETERS`), which are put last. A recording keeps its waveform under another ``frequency``.
+
+    Parameters
+    ----------
+    case
+        The hammer that the others are made from.
+    units
+        Of the keys that are varied, by name; none for plain numbers.
+
+    Examples
+    --------
+    >>> from percuss.case import CaseFamily, load_case
+    >>> family = CaseFamily(load_case("mini-breaker"), {"frequency": "Hz"})
+    >>> family.system({"frequency": 30.0}).frequency
+    30.0
+    """
+
+    case: Case
+    units: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "units", dict(self.units))
+
+    def key(self, name: str) -> str:
+        """The dotted key that a name stands for; "" for a dimensionless parameter.
+
+        Raises
+        ------
+        ParameterError
+            For a name that the case does not have, with those it has.
+        """
+        if name in PARAMETERS and not self.units.get(name):
+            return ""
+        known = self._keys
+        if name in known:
+            return name
+        found = [key for key in known if key.partition(".")[2] == name]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise ParameterError("parameter", name, f"one of {' and '.join(found)}")
+        words = [*PARAMETERS, *known]
+        hint = did_you_mean(name, [*words, *(key.partition(".")[2] for key in known)])
+        raise ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
+
+    @cached_property
+    def _keys(self) -> list[str]:
+        """Keys of the case that hold one number."""
+        fields = table_fields(type(self.case.tables), self.case.tables.load.kind)
+        none = {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
+        keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
+        return [*keys, _SCALE]
+
+    def check(self, names: Mapping[str, str]) -> None:
+        """ParameterError for a name or a unit that does not go with the case."""
+        for name, unit in names.items():
+            if self.units.get(name, "") != unit:
+                raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
+            key = self.key(name)
+            if not key:
+                PARAMETERS[name].check(self.case.system())
+            elif key == _SCALE and unit:
+                raise ParameterError(name, unit, "a plain number: a factor on the load")
+
+    def system(self, values: Mapping[str, float]) -> System:
+        """The system of the case with these values.
+
+        Raises
+        ------
+        CaseError, ParameterError
+            When there is none.
+        """
+        return vary(self._scaled(values), {name: v for name, v in values.items() if not self.key(name)})
+
+    def _scaled(self, values: Mapping[str, float]) -> System:
+        """The system with the values of the keys, before the dimensionless parameters."""
+        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in values.items() if self.key(name)}
+        if not keys:
+            return self.case.system()
+        scale, _ = keys.pop(_SCALE, (1.0, ""))
+        recorded = isinstance(self.case.tables.load, HistoryForce)
+        frequency = keys.pop(_FREQUENCY, None) if recorded else None
+        case = self._varied(keys)
+        if scale == 1.0 and frequency is None:
+            return case.system()
+        load = case.load()
+        if frequency is not None:
+            from percuss.units import si
+
+            load = replace(load, frequency=si(_text(*frequency), "frequency", "frequency"))
+        return case.with_load(load.scaled(scale, frequency=load.frequency))
+
+    def _varied(self, keys: Mapping[str, tuple[float, str]]) -> Case:
+        if not keys:
+            return self.case
+        if isinstance(self.case.tables.load, HistoryForce):
+            self.case.load()  # read once, and kept by all
+        values: dict[str, Any] = {
+            key: _text(value, unit) if unit else int(value) if key == "load.harmonics" else value
+            for key, (value, unit) in keys.items()
+        }
+        for pair in _EITHER:
+            for given, other in (pair, pair[::-1]):
+                if given in values:
+                    values.setdefault(other, None)
+        return self.case.varied(values)
+
+    def start(self, values: Mapping[str, float], modes: int) -> Start:
+        """The start that the case's table [start] describes, in the scales of these values."""
+        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in values.items() if self.key(name)}
+        keys.pop(_SCALE, None)
+        if isinstance(self.case.tables.load, HistoryForce):
+            keys.pop(_FREQUENCY, None)
+        return self._varied(keys).start(modes)
+
+    def describe(self) -> dict[str, Any]:
+        """The case, and the load of its recording."""
+        about: dict[str, Any] = {"case": self.case.to_dict(), "units": dict(self.units)}
+        if isinstance(self.case.tables.load, HistoryForce):
+            about["recording"] = describe_system(self.case.system())
+        return about
+
+
+def _text(value: float, unit: str) -> str:
+    return f"{value!r} {unit}"

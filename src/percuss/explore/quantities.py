@@ -1,0 +1,135 @@
+"""What a map can show of each of its cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from percuss.errors import ParameterError
+from percuss.explore.job import Column
+
+__all__ = [
+    "BRANCHES",
+    "CELL_OUTCOMES",
+    "DEFAULT_QUANTITIES",
+    "QUANTITIES",
+    "REASONS",
+    "Quantity",
+    "columns_of",
+    "needs",
+]
+
+BRANCHES = 8
+"""The most orbits of a cell whose phases are kept."""
+
+CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system", "failed")
+"""How a cell ended, by number: ``outcome`` of every map.
+
+``does not push``: the load is constant or its mean is not greater than 0: there is no steady motion to look for.
+``resonance``: an undamped bar driven at one of its own frequencies. ``not accurate``: a computation failed its own
+check. ``no system``: the parameters make none. The last four leave NaN, −1 or False in the cell.
+"""
+
+REASONS = ("stable", "fold", "flip", "spiral", "elastic", "neutral")
+"""Why the orbit of a cell is stable or not, by number."""
+
+Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a cell: the columns it is kept in, what must be computed for it, and what it says.
+
+    Attributes
+    ----------
+    columns
+        One for most; five whole numbers for the label.
+    group
+        ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``.
+    one
+        Whether it is of the one orbit that is most stable.
+    """
+
+    columns: dict[str, Column]
+    group: Group
+    one: bool = False
+
+
+def _single(
+    name: str, group: Group, meaning: str, dtype: str = "float64", unit: str = "", one: bool = False
+) -> Quantity:
+    return Quantity({name: Column(dtype, (), unit, meaning=meaning)}, group, one)
+
+
+_LABEL = {
+    "label_outcome": Column("int8", meaning="how the simulation ended, by its number in percuss.simulate.OUTCOMES"),
+    "label_impacts": Column("int64", fill=0, meaning="p of the motion label z=p/n; 0 when no cycle was found"),
+    "label_periods": Column("int64", fill=0, meaning="n of the motion label z=p/n"),
+    "label_kind": Column("int8", fill=0, meaning="cycle without rest (0), with rest (1), with chatter and rest (2)"),
+    "label_wanders": Column("bool", meaning="whether the last impacts come near none of the ones before"),
+}
+
+_BEST = "of the steady motion with the greatest stability margin"
+
+QUANTITIES: dict[str, Quantity] = {
+    "exists": _single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
+    "orbits": _single("orbits", "orbits", "number of steady motions, physically possible or not", "int16"),
+    "phases": Quantity(
+        {"phases": Column("float64", (BRANCHES,), "rad", meaning="impact phases of all steady motions, ascending")},
+        "orbits",
+    ),
+    "phase": _single("phase", "orbits", f"impact phase {_BEST}", unit="rad", one=True),
+    "reduced_stable": _single("reduced_stable", "orbits", "whether one is stable by B77's reduced criterion", "bool"),
+    "reduced_margin": _single("reduced_margin", "orbits", "1 − largest modulus of the reduced criterion, the greatest"),
+    "stable": _single("stable", "exact", "whether one is stable by the exact multipliers", "bool"),
+    "margin": _single("margin", "exact", "1 − largest modulus of the exact multipliers, the greatest"),
+    "reason": _single("reason", "exact", f"why, {_BEST}: {', '.join(REASONS)}, by number", "int8", one=True),
+    "admissible": _single(
+        "admissible", "orbits", f"whether the bar keeps off the wall between impacts, {_BEST}", "bool", one=True
+    ),
+    "impact_velocity": _single("impact_velocity", "orbits", f"striking speed {_BEST}", unit="m/s", one=True),
+    "blow_energy": _single("blow_energy", "orbits", f"kinetic energy before the blow, {_BEST}", unit="J", one=True),
+    "power": _single("power", "orbits", f"percussive power, {_BEST}", unit="W", one=True),
+    "rest": _single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
+    "label": Quantity(_LABEL, "simulation"),
+    "blow_rate": _single("blow_rate", "simulation", "impacts per load period"),
+    "blow_scatter": _single("blow_scatter", "simulation", "standard deviation of the intervals over their mean"),
+    "main_blow_rate": _single("main_blow_rate", "simulation", "the same, a completed chatter counted once"),
+    "main_blow_scatter": _single("main_blow_scatter", "simulation", "scatter of the main blows"),
+    "lyapunov": _single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
+}  # fmt: skip
+"""Everything that can be asked of a cell, by name."""
+
+DEFAULT_QUANTITIES = ("exists", "orbits", "phase", "reduced_stable", "stable", "margin")
+
+
+def checked(names: Sequence[str]) -> tuple[str, ...]:
+    """The names, each once and in order.
+
+    Raises
+    ------
+    ParameterError
+        For a quantity that there is not, with the list of those that there are.
+    """
+    for name in names:
+        if name not in QUANTITIES:
+            raise ParameterError("quantities", name, f"one of {', '.join(QUANTITIES)}")
+    if not names:
+        raise ParameterError("quantities", list(names), f"one or more of {', '.join(QUANTITIES)}")
+    return tuple(dict.fromkeys(names))
+
+
+def needs(names: Sequence[str]) -> set[Group]:
+    """The groups of what must be computed."""
+    return {QUANTITIES[name].group for name in names}
+
+
+def columns_of(names: Sequence[str], si: bool) -> dict[str, Column]:
+    """The columns of these quantities, after that of the outcome; without units of SI for dimensionless systems."""
+    found = {"outcome": Column("int8", meaning=f"{', '.join(CELL_OUTCOMES)}, by number")}
+    for name in names:
+        for key, column in QUANTITIES[name].columns.items():
+            unit = column.unit if si or column.unit == "rad" else ""
+            found[key] = Column(column.dtype, column.shape, unit, column.fill, column.meaning)
+    return found

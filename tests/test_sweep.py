@@ -1,0 +1,198 @@
+"""Maps: every cell against the question asked of one system, by arrays, one by one, and in any portions."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from percuss import Load, Start, Stop, System, rest_on_wall, run, stability_of, steady_states
+from percuss.case import Case, CaseFamily, load_case
+from percuss.errors import CaseError, ParameterError, UnitError
+from percuss.explore import QUANTITIES, REASONS, Axis, SystemFamily, sweep
+from percuss.explore.planes import fits_plane
+from percuss.explore.sweeps import sweep_job
+
+PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+SQUARE = System(s=20.0, d=0.0048, restitution=0.6, load=Load.square(1.0, 1.3))
+NEVER = lambda: False  # noqa: E731
+
+
+def best(system, periods=1, modes=8):
+    orbits = steady_states(system, periods).orbits
+    verdicts = [stability_of(orbit, modes=modes) for orbit in orbits]
+    at = int(np.argmax([verdict.margin for verdict in verdicts]))
+    return orbits, verdicts, at
+
+
+# -- the cells --------------------------------------------------------------------------------------------------------
+
+CLOSED = ["exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"]
+
+
+@pytest.mark.parametrize("system", [PNEUMATIC, SQUARE], ids=["harmonic", "square"])
+def test_planes_agree_with_single_cells(system):
+    axes = ("restitution=0.1:0.9:5", "load_factor=0.1:1:5", "m=1,2")
+    whole = sweep(system, *axes, quantities=CLOSED, modes=8, workers=1)
+    job = sweep_job(system, *axes, quantities=[*CLOSED, "rest"], modes=8)
+    assert not fits_plane(job.family, ["restitution"], job.quantities)  # rest is asked of each cell by itself
+    single = job.compute(0, job.size, NEVER)
+    for name in CLOSED:
+        a, b = whole[name].reshape(single[name].shape), single[name]
+        if a.dtype == bool or a.dtype.kind in "iu":
+            assert np.array_equal(a, b), name
+        else:
+            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-8, err_msg=name)
+    assert whole["exists"].any() and not whole["exists"].all()
+
+
+def test_cells_are_what_a_system_says():
+    names = [name for name in QUANTITIES if name != "lyapunov"]
+    found = sweep(PNEUMATIC, "restitution=0.2,0.6,0.8", "s=3,20", quantities=names, modes=8, workers=1)
+    for i, r in enumerate((0.2, 0.6, 0.8)):
+        for j, s in enumerate((3.0, 20.0)):
+            system = System(s=s, d=0.0, restitution=r, load=Load.harmonic(0.9, 1.0))
+            assert found["rest"][i, j] == rest_on_wall(system).possible
+            motion = run(system, Start.rigid(), modes=8)
+            assert found["label"][i, j] == motion.label
+            if steady_states(system).orbits:
+                orbits, verdicts, at = best(system)
+                assert found["phase"][i, j] == orbits[at].phase
+                assert found["margin"][i, j] == verdicts[at].margin
+                assert found["stable"][i, j] == any(verdict.stable for verdict in verdicts)
+                assert found["admissible"][i, j] == orbits[at].admissible
+                assert found["impact_velocity"][i, j] == orbits[at].impact_velocity
+                assert found["power"][i, j] == orbits[at].blow_energy / (2.0 * np.pi)
+                stable = REASONS[found["reason"][i, j]] == "stable"
+                assert stable == verdicts[at].stable
+            else:
+                assert not found["exists"][i, j] and np.isnan(found["phase"][i, j])
+
+
+def test_scales_go_with_the_case():
+    case = load_case("mini-breaker")
+    family = CaseFamily(case, {"frequency": "Hz"})
+    found = sweep(family, "frequency=10 Hz:30 Hz:3", quantities=["blow_energy", "impact_velocity", "power"], workers=1)
+    for i, frequency in enumerate((10.0, 20.0, 30.0)):
+        orbits, _, at = best(case.varied({"load.frequency": f"{frequency} Hz"}).system(), modes=32)
+        system = orbits[at].system
+        assert found["blow_energy"][i] == pytest.approx(orbits[at].blow_energy * system.energy_scale, rel=1e-13)
+        assert found["impact_velocity"][i] == pytest.approx(orbits[at].impact_velocity * system.speed_scale, rel=1e-13)
+        assert found["power"][i] == pytest.approx(found["blow_energy"][i] * frequency, rel=1e-12)
+    data = found.dataset
+    assert data.frequency.attrs["units"] == "Hz" and data.blow_energy.attrs["units"] == "J"
+
+
+def test_a_recording_keeps_its_waveform():
+    case = load_case("hydraulic-drifter")
+    family = CaseFamily(case, {"frequency": "Hz", "length": "mm"})
+    other = family.system({"frequency": 40.0, "load.scale": 1.1})
+    assert other.frequency == 40.0
+    ratio = other.load.coefficients / case.system().load.coefficients
+    np.testing.assert_allclose(ratio, 1.1 * (case.system().frequency / 40.0) ** 2, rtol=1e-12)
+    assert family.system({"length": 300.0}).bar.length == pytest.approx(0.3)
+
+
+def test_failures_are_values():
+    resonant = 1.0 / np.pi
+    axis = Axis("s", np.array([resonant, 1.0]))
+    found = sweep(PNEUMATIC, axis, quantities=["exists", "label", "margin"], modes=4, workers=1)
+    words = found.words["outcome"]
+    assert [words[code] for code in found["outcome"]] == ["resonance", "ok"]
+    assert found["label"][0] == "" and found["label"][1] != ""
+    found = sweep(SQUARE, "kappa=0.5,1.3,2.5", quantities=["exists", "margin"], modes=4, workers=1)
+    assert [words[code] for code in found["outcome"]] == ["does not push", "ok", "no system"]
+    assert found["exists"].tolist() == [False, True, False] and np.isnan(found["margin"][[0, 2]]).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(cut=st.integers(1, 11), simulated=st.booleans())
+def test_portions_do_not_show(cut, simulated):
+    names = ["phase", "margin", "label", "blow_rate"] if simulated else ["phase", "reduced_margin", "phases"]
+    stop = Stop(impacts=50)
+    job = sweep_job(PNEUMATIC, "restitution=0.3:0.7:4", "load_factor=0.5:0.9:3", quantities=names, modes=2, stop=stop)
+    whole = job.compute(0, job.size, NEVER)
+    parts = [job.compute(0, cut, NEVER), job.compute(cut, job.size, NEVER)]
+    for name, values in whole.items():
+        assert np.array_equal(values, np.concatenate([part[name] for part in parts]), equal_nan=True), name
+
+
+def test_lyapunov_exponents_of_what_the_simulation_finds():
+    system = System(s=1e4, d=0.0, restitution=0.8, load=Load.harmonic(0.9, 1.0))
+    start = Start.rigid(0.0, -4.0, 2.3)
+    found = sweep(system, "load_factor=0.79,0.95", "restitution=0.7,0.8", quantities=["lyapunov", "label"], modes=0,
+                  start=start, workers=1)  # fmt: skip
+    assert found["label"].tolist() == [["z=1/2", "chatter/21"], ["z=1/1", "chatter/1"]]
+    one = best(System(s=1e4, d=0.0, restitution=0.7, load=Load.harmonic(0.95, 1.0)), modes=0)
+    largest = one[1][one[2]].multipliers.largest
+    assert found["lyapunov"][1, 0] == pytest.approx(np.log(largest), rel=1e-4)
+    assert found["lyapunov"][0, 1] == -np.inf and found["lyapunov"][1, 1] == -np.inf
+
+
+# -- the question -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("restitution", "restitution=0:0.9:200"),
+        ("restitution=", "NAME="),
+        ("restitution=0:0.9", "FROM:TO:NUMBER"),
+        ("restitution=0.9:0:10", "swap the two ends"),
+        ("restitution=0.5:0.5:10", "two different ends"),
+        ("restitution=0:0.9:0", "1"),
+        ("restitution=0:0.9:many", "FROM:TO:NUMBER"),
+        ("s=0:10:5:log", "greater than 0"),
+        ("s=1:10:5:lin", "FROM:TO:NUMBER"),
+        ("s=1,1", "each once"),
+        ("s=nan:1:3", "a number"),
+        ("frequency=20 Hz:80 kHz:3", "one unit"),
+        ("s=1:2:100000000000", "10000000"),
+    ],
+)
+def test_axes_that_are_none(text, says):
+    with pytest.raises(ParameterError) as refused:
+        Axis.parsed(text)
+    assert says in str(refused.value)
+
+
+def test_axes():
+    np.testing.assert_allclose(Axis.parsed("s=0.4:100:3:log").values, [0.4, np.sqrt(40.0), 100.0])
+    assert Axis.parsed("m=1,2,3").values.tolist() == [1.0, 2.0, 3.0]
+    assert Axis.parsed(" length = 0.2 m : 0.4 : 3 ").unit == "m"
+
+
+@pytest.mark.parametrize(
+    ("what", "axes", "quantities", "says"),
+    [
+        (PNEUMATIC, ["friction=0:1:3"], ["exists"], "restitution, load_factor, kappa"),
+        (PNEUMATIC, ["restitution=0:1:3"], ["stability"], "one of exists, orbits"),
+        (PNEUMATIC, ["restitution=0:1:3"], [], "one or more"),
+        (PNEUMATIC, [], ["exists"], "one or more axes"),
+        (PNEUMATIC, ["s=1:2:3", "s=1:2:3"], ["exists"], "one axis only"),
+        (PNEUMATIC, ["kappa=1.1:1.9:3"], ["exists"], "a square load"),
+        (PNEUMATIC, ["s=1 m:2 m:3"], ["exists"], "dimensionless"),
+        (PNEUMATIC, ["m=0.5,1"], ["exists"], "whole numbers"),
+        (PNEUMATIC, ["m=0,1"], ["exists"], "whole numbers"),
+        (PNEUMATIC, ["restitution=1.5,2"], ["rest"], "0 to 1"),
+        (System(s=1.0, d=0.1, restitution=0.5, load=Load.fourier([1.0])), ["load_factor=1,2"], ["rest"], "alternating"),
+    ],
+)
+def test_questions_that_have_no_answer(what, axes, quantities, says):
+    with pytest.raises(ParameterError) as refused:
+        sweep(what, *axes, quantities=quantities, workers=1)
+    assert says in str(refused.value)
+
+
+def test_keys_of_a_case():
+    case = load_case("mini-breaker")
+    with pytest.raises(ParameterError, match=r"did you mean 'length'"):
+        sweep(CaseFamily(case, {"lenght": "m"}), "lenght=0.2 m:0.4 m:3", quantities=["exists"], workers=1)
+    with pytest.raises((CaseError, UnitError), match=r"bar\.length"):
+        sweep(CaseFamily(case, {"length": "kg"}), "length=1 kg:2 kg:3", quantities=["exists"], workers=1)
+    plain = Case.from_text(
+        "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.6\n[load]\nkind = 'harmonic'\nmean = 0.9\namplitude = 1.0\n"
+    )
+    family = CaseFamily(plain, {})
+    assert family.system({"s": 3.0, "load.mean": 0.5}).load.mean == 0.5
+    assert family.system({"load_factor": 0.7}).load.mean == 0.7
+    assert SystemFamily(PNEUMATIC).system({"amplitude": 2.0}).load.load_factor == 0.45
