@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.case import Case
     from percuss.case.catalogue import MACHINES, Machine, load_case
+    from percuss.case.exploring import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.family import CaseFamily
     from percuss.case.problems import CaseErrors
     from percuss.case.running import Simulation
@@ -29,10 +30,13 @@ __all__ = [
     "Simulation",
     "SimulationAnswer",
     "SteadyAnswer",
+    "basins_job_of",
+    "experiment_job_of",
     "load_case",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
+    "sweep_job_of",
 ]
 
 _HOME = {
@@ -46,10 +50,13 @@ _HOME = {
     "Simulation": "running",
     "SimulationAnswer": "simulation",
     "SteadyAnswer": "answer",
+    "basins_job_of": "exploring",
+    "experiment_job_of": "exploring",
     "load_case": "catalogue",
     "resumed_answer": "simulation",
     "simulation_answer": "simulation",
     "steady_answer": "answer",
+    "sweep_job_of": "exploring",
 }
 
 

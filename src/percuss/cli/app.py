@@ -9,17 +9,24 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from percuss.cli.parser import UsageError
-from percuss.errors import PercussError
+from percuss.errors import Interrupted, PercussError
 
 __all__ = ["COMMANDS", "run"]
 
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "simulate": "how a hammer moves from a start, impact by impact",
+    "sweep": "quantities over a parameter or a plane: maps",
+    "experiment": "random starts, and what share of them ends in which motion",
+    "basins": "a plane of starts, and what motion each leads to",
     "machines": "the catalogue of sample cases",
     "new": "a commented sample case to start from",
+    "show": "what is in an archive, and how far it is",
+    "export": "an archive as one file, NetCDF or CSV",
 }
-"""Each command is the module of its name, with ``run(arguments) -> exit code``."""
+"""Each command is the module of its name, with ``run(arguments) -> exit code``, or what `_ELSEWHERE` says."""
+
+_ELSEWHERE = {"show": "archives:show", "export": "archives:export"}
 
 _HELP = """\
 usage: percuss COMMAND ...
@@ -56,6 +63,9 @@ def run(arguments: Sequence[str]) -> int:
     except UsageError as error:
         print(f"percuss: {error}", file=sys.stderr)
         return 2
+    except Interrupted as stop:
+        print(f"\npercuss: {stop}", file=sys.stderr)
+        return 130
     except PercussError as error:
         lines = str(error).splitlines()
         print(*(f"percuss: error: {line}" for line in lines), sep="\n", file=sys.stderr)
@@ -87,7 +97,8 @@ def _dispatch(arguments: list[str]) -> int:
         return 0
     if first not in COMMANDS:
         raise UsageError(_unknown(first))
-    code: int = import_module(f"percuss.cli.{first}").run(arguments[1:])
+    module, _, function = _ELSEWHERE.get(first, f"{first}:run").partition(":")
+    code: int = getattr(import_module(f"percuss.cli.{module}"), function)(arguments[1:])
     return code
 
 

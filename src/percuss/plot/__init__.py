@@ -8,13 +8,21 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.plot.canvas import save
     from percuss.plot.map_picture import sweep
+    from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["save", "steady", "sweep", "trajectory"]
+__all__ = ["basins", "experiment", "save", "steady", "sweep", "trajectory"]
 
 
-_HOME = {"save": "canvas", "steady": "steady_picture", "sweep": "map_picture", "trajectory": "trajectory_picture"}
+_HOME = {
+    "basins": "starts_picture",
+    "experiment": "starts_picture",
+    "save": "canvas",
+    "steady": "steady_picture",
+    "sweep": "map_picture",
+    "trajectory": "trajectory_picture",
+}
 
 
 def __getattr__(name: str) -> object:

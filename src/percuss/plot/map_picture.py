@@ -72,7 +72,21 @@ class _Map(Protocol):
     def __getitem__(self, quantity: str) -> np.ndarray[Any, Any]: ...
 
 
-def sweep(found: _Map, title: str = "") -> Figure:
+class _Curve(Protocol):
+    """A boundary: its kind and its points."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def x(self) -> np.ndarray[Any, np.dtype[np.float64]]: ...
+    @property
+    def y(self) -> np.ndarray[Any, np.dtype[np.float64]]: ...
+
+
+_LINES = {"fold": "-", "flip": "--", "neimark-sacker": ":", "grazing": "-."}
+
+
+def sweep(found: _Map, title: str = "", curves: Sequence[_Curve] = ()) -> Figure:
     """Draw a map: every quantity over one parameter or over a plane of two.
 
     Parameters
@@ -81,6 +95,8 @@ def sweep(found: _Map, title: str = "") -> Figure:
         A `percuss.explore.Sweep`.
     title
         Above all panels.
+    curves
+        Boundaries over a plane, as `percuss.explore.boundaries` gives them, drawn into every panel.
 
     Raises
     ------
@@ -118,6 +134,7 @@ def sweep(found: _Map, title: str = "") -> Figure:
             ax.set_xlabel(_named(found.axes[0]))
             if len(found.axes) == 2:
                 ax.set_ylabel(_named(found.axes[1]))
+                _boundaries(ax, curves)
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
@@ -136,10 +153,21 @@ def _spans(values: np.ndarray[Any, Any]) -> bool:
     return bool(np.ptp(ratios) < 1e-6 * abs(ratios[0] - 1.0) and np.ptp(np.diff(values)) > 1e-6 * np.ptp(values))
 
 
+def _boundaries(ax: Axes, curves: Sequence[_Curve]) -> None:
+    limits = ax.get_xlim(), ax.get_ylim()
+    for curve in curves:
+        ax.plot(curve.x, curve.y, _LINES.get(curve.kind, "-"), color="white", lw=2.6)
+        ax.plot(curve.x, curve.y, _LINES.get(curve.kind, "-"), color=INK, lw=1.1)
+    ax.set_xlim(limits[0])
+    ax.set_ylim(limits[1])
+
+
 # -- over one parameter ---------------------------------------------------------------------------------------------
 
 
 def _line(_: Figure, ax: Axes, found: _Map, name: str) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     x, values = found.axes[0].values, found[name]
     if _spans(x):
         ax.set_xscale("log")
@@ -156,7 +184,7 @@ def _line(_: Figure, ax: Axes, found: _Map, name: str) -> None:
         ax.plot(x, values, ".", ms=3.0, color=COLOURS[0])
     elif values.dtype.kind in "iu":
         ax.step(x, np.where(values < 0, np.nan, values), where="mid", color=COLOURS[0])
-        ax.yaxis.get_major_locator().set_params(integer=True)
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     else:
         ax.plot(x, np.where(np.isfinite(values), values, np.nan), color=COLOURS[0], marker=".", ms=3.0)
         if "margin" in name or name == "lyapunov":

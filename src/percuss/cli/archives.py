@@ -1,0 +1,204 @@
+"""``percuss show`` and ``percuss export``: what is in an archive, how far it is, and all of it in one file."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from percuss.cli.files import check_target, need
+from percuss.cli.parser import Parser
+
+if TYPE_CHECKING:
+    from percuss.cli.blocks import Grid, Report, Section
+    from percuss.explore.archive import Archive
+
+__all__ = ["archive_report", "export", "show"]
+
+_SHOW = """\
+What is in an archive that 'percuss sweep' or 'percuss experiment' writes: what was asked, how far it is, by which
+versions, and how to go on with it. It may be looked at while it is being written."""
+
+_SHOW_EXAMPLES = """\
+  percuss show map.zarr
+  percuss show map.zarr --json"""
+
+_EXPORT = """\
+Write what an archive holds into one file: NetCDF with named coordinates and units, or CSV with a line for each item.
+Of an archive that is not complete, what is not done is NaN, or −1 in columns of whole numbers."""
+
+_EXPORT_EXAMPLES = """\
+  percuss export map.zarr -o map.nc
+  percuss export experiment.zarr -o starts.csv"""
+
+_KINDS = (".nc", ".csv")
+
+
+def show(arguments: Sequence[str]) -> int:
+    """Tell of one archive; returns the exit code."""
+    parser = Parser("show", _SHOW, _SHOW_EXAMPLES)
+    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o made")
+    parser.add_argument("--json", action="store_true", help="print all of it as JSON, the whole question included")
+    options = parser.parsed(arguments)
+
+    from percuss.explore.archive import Archive
+
+    with Archive.open(options.archive) as archive:
+        if options.json:
+            import json
+
+            print(json.dumps(_json(archive), indent=1, ensure_ascii=False))
+        else:
+            from percuss.cli.show import show as shown
+
+            shown(archive_report(archive, options.archive))
+    return 0
+
+
+def export(arguments: Sequence[str]) -> int:
+    """Write one archive into one file; returns the exit code."""
+    parser = Parser("export", _EXPORT, _EXPORT_EXAMPLES)
+    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o made")
+    parser.add_argument("-o", "--output", metavar="FILE", required=True, help=f"the file, {' or '.join(_KINDS)}")
+    options = parser.parsed(arguments)
+    if not options.output.lower().endswith(_KINDS):
+        parser.error(f"argument -o: '{options.output}': the name must end in {' or '.join(_KINDS)}")
+    check_target(parser, "-o", options.output)
+    for package in ("xarray", "h5netcdf"):
+        need(package, "io")
+
+    from percuss.explore.archive import Archive
+    from percuss.explore.exporting import dataset_of, write_csv, write_netcdf
+
+    with Archive.open(options.archive) as archive:
+        write = write_csv if options.output.lower().endswith(".csv") else write_netcdf
+        write(dataset_of(archive), options.output)
+        print(f"{archive.kind}: {options.output}")
+        if archive.missing():
+            print(f"percuss: note: {_how_far(archive)}; the rest is empty", file=sys.stderr)
+    return 0
+
+
+def archive_report(archive: Archive, name: str) -> Report:
+    """What `percuss show` prints for people."""
+    from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
+
+    complete = not archive.missing()
+    sections: list[Section | Grid] = [Section("what was asked", tuple(_asked(archive)))]
+    if axes := _axes(archive):
+        sections.append(axes)
+    sections += [_columns(archive), Section("how it was made", tuple(_origin(archive)))]
+    if not complete:
+        last = archive.sessions[-1]["command"]
+        again = last if not last or last.endswith(" --resume") else f"{last} --resume"
+        how = (
+            again
+            if again.startswith("percuss ")
+            else f"the same with --resume (resume=True){': ' if again else ''}{last}"
+        )
+        waits = "wait: a process is writing it" if archive.is_written else how
+        sections.append(Section("to go on", (("command", waits),), BAD))
+    summary = "complete" if complete else f"{_how_far(archive)}{', being written' if archive.is_written else ''}"
+    return Report(f"{name}: {archive.kind}", summary, GOOD if complete else PLAIN, tuple(sections))
+
+
+def _how_far(archive: Archive) -> str:
+    return f"{_percent(archive.fraction)} done: {archive.items_done} of {archive.size} items"
+
+
+def _percent(fraction: float) -> str:
+    """Never 100 % of what is not complete."""
+    return f"{int(1000.0 * fraction) / 10.0:g} %"
+
+
+def _asked(archive: Archive) -> list[tuple[str, str]]:
+    """The ask, its short values as they are and the long ones by their size."""
+    return [
+        (name, _brief(value))
+        for name, value in archive.ask.items()
+        if name not in ("kind", "percuss", "axes") and value is not None
+    ]
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list) and len(value) > 12:
+        return f"{len(value)} values, {_brief(value[0])} … {_brief(value[-1])}"
+    if isinstance(value, list):
+        return ", ".join(_brief(item) for item in value)
+    if isinstance(value, dict):
+        return "; ".join(f"{name} {_brief(item)}" for name, item in value.items() if item is not None)
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _axes(archive: Archive) -> Grid | None:
+    from percuss.cli.blocks import Grid
+
+    axes = archive.ask.get("axes")
+    if not isinstance(axes, list) or not all(isinstance(axis, dict) and axis.get("values") for axis in axes):
+        return None
+    rows = [
+        (str(axis.get("name")), str(len(axis["values"])), _brief(axis["values"][0]), _brief(axis["values"][-1]))
+        for axis in axes
+    ]
+    units = [str(axis.get("unit") or "") for axis in axes]
+    table = tuple((*row, unit) for row, unit in zip(rows, units, strict=True))
+    return Grid("axes", ("name", "values", "from", "to", "unit"), table)
+
+
+def _columns(archive: Archive) -> Section:
+    from percuss.cli.blocks import Section
+
+    rows = []
+    for name, column in archive.columns.items():
+        kind = column.dtype + (f" × {' × '.join(map(str, column.shape))}" if column.shape else "")
+        unit = f", {column.unit}" if column.unit else ""
+        rows.append((name, f"{kind}{unit}{': ' if column.meaning else ''}{column.meaning}"))
+    return Section("columns", tuple(rows))
+
+
+def _origin(archive: Archive) -> list[tuple[str, str]]:
+    chunks = len(archive.done)
+    rows = [
+        ("begun", archive.created),
+        ("versions", ", ".join(f"{name} {number}" for name, number in archive.versions.items())),
+        ("chunks", f"{int(archive.done.sum())} of {chunks} done, {archive.chunk} items each"),
+        ("asked, SHA-256", archive.sha256),
+    ]
+    if archive.sessions[0]["command"]:
+        rows.append(("command", archive.sessions[0]["command"]))
+    if len(archive.sessions) > 1:
+        rows.append(("resumed", f"{len(archive.sessions) - 1} times, last {archive.sessions[-1]['started']}"))
+    return rows
+
+
+def _json(archive: Archive) -> dict[str, Any]:
+    return {
+        "kind": archive.kind,
+        "size": archive.size,
+        "done": archive.items_done,
+        "fraction": archive.fraction,
+        "complete": not archive.missing(),
+        "being_written": archive.is_written,
+        "chunk": archive.chunk,
+        "chunks": len(archive.done),
+        "chunks_done": int(archive.done.sum()),
+        "created": archive.created,
+        "sha256": archive.sha256,
+        "sessions": archive.sessions,
+        "columns": {
+            name: {"dtype": column.dtype, "shape": list(column.shape), "unit": column.unit, "meaning": column.meaning}
+            for name, column in archive.columns.items()
+        },
+        "ask": _finite(archive.ask),
+    }
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: as text."""
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and value - value != 0.0:
+        return str(value)
+    return value

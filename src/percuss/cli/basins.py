@@ -1,0 +1,85 @@
+"""``percuss basins``: a plane of starts, and what motion each leads to."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+
+from percuss.cli.arguments import whole
+from percuss.cli.carrying import add_carrying, carried
+from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.parser import MAX_MODES, Parser, modes
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+A plane of starts, each followed until its motion is found: the basins of attraction as an image. The axes are two of
+position (of the striking end, the wall is at 0), velocity and time (load phase in radians), or modal amplitudes u_1,
+u_2, …, v_1, v_2, …; all dimensionless, and 0 where nothing is said."""
+
+_EXAMPLES = """\
+  percuss basins hydraulic-drifter --x time=0:6.28:200 --y velocity=-6:-0.1:150 --modes 0 --plot basins.png
+  percuss basins case.toml --x velocity=-5:5:300 --y position=-5:0:300 --at time=1.5 -o basins.zarr"""
+
+
+def _parser() -> Parser:
+    parser = Parser("basins", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--x", metavar="RANGE", required=True, help="the horizontal axis: time=0:6.28:200")
+    add("--y", metavar="RANGE", required=True, help="the vertical one: velocity=-6:0:150")
+    add("--at", metavar="VALUES", type=_values, default={}, help="what all starts share: position=-1,time=0.3")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
+    add("--impacts", metavar="N", type=whole, help="the most impacts of a start (default: the case's, or 2000)")
+    add("--json", action="store_true", help="print the image and its attractors as JSON")
+    add("--plot", metavar="FILE", help=f"draw the image: {', '.join(PICTURES)}")
+    add_carrying(parser)
+    return parser
+
+
+def _values(text: str) -> dict[str, float]:
+    """``position=-1,time=0.3`` as numbers by name."""
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, equal, value = part.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            equal = ""
+        if not equal or not name.strip():
+            raise argparse.ArgumentTypeError(f"'{text}': give NAME=NUMBER, for example position=-1,time=0.3")
+    return found
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Make one image; returns the exit code."""
+    from percuss.case import basins_job_of
+    from percuss.explore import Axis, Basins
+
+    parser = _parser()
+    options = parser.parsed(arguments)
+    if options.plot is not None:
+        check_picture(parser, options.plot)
+    case = named_case(options.case)
+    x, y = Axis.parsed(options.x), Axis.parsed(options.y)
+    job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)
+    found = Basins.of(job, carried(parser, options, job))
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.basins(found, case.title), options.plot)
+    if options.json:
+        from percuss.case.exploring_json import basins_dict
+
+        print(json.dumps(basins_dict(case, found), ensure_ascii=False))
+    else:
+        from percuss.cli.map_report import basins_report
+        from percuss.cli.show import show
+
+        show(basins_report(case.title, found))
+    for what, path in (("basins", options.output), ("picture", options.plot)):
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    return 0

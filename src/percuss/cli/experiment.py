@@ -1,0 +1,79 @@
+"""``percuss experiment``: random starts, and where they end."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+
+from percuss.cli.arguments import whole
+from percuss.cli.carrying import add_carrying, carried
+from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.parser import MAX_MODES, Parser, modes
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+Random starts, each followed until its motion is found: what share of them ends in which motion, with intervals of 95 %.
+The same seed gives the same numbers on any machine with any number of workers.
+
+distributions: wall, on the wall, leaving with |N(0, 1)| times the speed of one impact per load period; field, anywhere
+from 20 bar lengths off, velocity 5 N(0, 1); gentle, on the wall, leaving with 0 to 0.2; each at any load phase. Or a
+file of starts: CSV, .npz or .nc with columns among position, velocity and time, or u_0, u_1, …, v_0, v_1, …, time."""
+
+_EXAMPLES = """\
+  percuss experiment hydraulic-drifter --starts 1000
+  percuss experiment case.toml --starts 100000 --distribution field --seed 1 --modes 0 -o starts.zarr
+  percuss experiment case.toml --starts 1000000 --modes 0 -o starts.zarr --resume --workers 8
+  percuss experiment case.toml --distribution mine.csv --json"""
+
+
+def _parser() -> Parser:
+    parser = Parser("experiment", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--starts", metavar="N", type=whole, help="how many (default: 100000, or all of a file)")
+    add("--distribution", metavar="NAME", default="wall", help="wall, field, gentle or a FILE of starts (default wall)")
+    add("--seed", metavar="S", type=whole, default=0, help="of the random numbers (default 0)")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
+    add("--impacts", metavar="N", type=whole, help="the most impacts of a start (default: the case's, or 2000)")
+    add("--json", action="store_true", help="print the shares as JSON")
+    add("--plot", metavar="FILE", help=f"draw the shares and the starts: {', '.join(PICTURES)}")
+    add_carrying(parser)
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Make one experiment; returns the exit code."""
+    from percuss.case import experiment_job_of
+
+    parser = _parser()
+    options = parser.parsed(arguments)
+    if options.plot is not None:
+        check_picture(parser, options.plot)
+    if options.starts == 0:
+        parser.error("argument --starts: one start at least")
+    case = named_case(options.case)
+    job = experiment_job_of(
+        case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts
+    )
+    from percuss.explore.experiments import Experiment
+
+    found = Experiment.of(job, carried(parser, options, job))
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.experiment(found, case.title), options.plot)
+    if options.json:
+        from percuss.case.exploring_json import experiment_dict
+
+        print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
+    else:
+        from percuss.cli.map_report import experiment_report
+        from percuss.cli.show import show
+
+        show(experiment_report(case.title, found))
+    for what, path in (("experiment", options.output), ("picture", options.plot)):
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    return 0

@@ -1,0 +1,134 @@
+"""The reports of `percuss sweep`, `percuss experiment` and `percuss basins`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.cli.numbers import number, percent
+
+if TYPE_CHECKING:
+    from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
+
+__all__ = ["basins_report", "experiment_report", "sweep_report"]
+
+_MOST_LABELS = 6
+
+
+def sweep_report(title: str, found: Sweep, curves: Boundaries | None = None) -> Report:
+    """What a map holds, quantity by quantity."""
+    cells = int(np.prod([len(axis) for axis in found.axes]))
+    over = " and ".join(axis.name for axis in found.axes)
+    sections: list[Section | Grid] = [Section("Map", _map_rows(found, cells))]
+    sections.append(Section("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
+    if curves is not None:
+        sections.append(Section("Boundaries", _curve_rows(curves)))
+    return Report(title, f"{cells} cells over {over}.", PLAIN, tuple(sections))
+
+
+def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
+    rows = [(axis.name, _axis(axis)) for axis in found.axes]
+    m = found.ask["periods"]
+    rows.append(("modes", f"{found.ask['modes']}; {m} load period{'s' if m != 1 else ''} per impact"))
+    codes, counts = np.unique(found["outcome"], return_counts=True)
+    words = found.words["outcome"]
+    failed = [
+        f"{n} {words[code] if code >= 0 else 'not computed'}" for code, n in zip(codes, counts, strict=True) if code
+    ]
+    if failed:
+        rows.append(("cells", f"{cells - int(counts[codes != 0].sum())} ok, {', '.join(failed)}"))
+    return tuple(rows)
+
+
+def _axis(axis: Axis) -> str:
+    unit = f" {axis.unit}" if axis.unit else ""
+    n = len(axis)
+    return f"{number(axis.values[0])}{unit}" + (f" to {number(axis.values[-1])}{unit}, {n} values" if n > 1 else "")
+
+
+def _quantity(found: Sweep, name: str) -> str:
+    values = found[name]
+    if name in found.words:
+        values = np.array([*found.words[name], ""])[values]
+    if values.dtype.kind == "U":
+        return _words(values)
+    if values.dtype == bool:
+        return f"in {percent(float(values.mean()))} of the cells"
+    there = values[np.isfinite(values)] if values.dtype.kind == "f" else values[values >= 0]
+    if not there.size:
+        return "nowhere"
+    unit = found.columns[name].unit
+    span = f"{number(float(there.min()))} to {number(float(there.max()))}{' ' + unit if unit else ''}"
+    return span if there.size == values.size or values.ndim > len(found.axes) else f"{span}, in {there.size} cells"
+
+
+def _words(values: np.ndarray[Any, Any]) -> str:
+    kinds, counts = np.unique(values[values != ""], return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    told = [f"{kinds[i]} {percent(counts[i] / values.size)}" for i in order[:_MOST_LABELS]]
+    if len(kinds) > _MOST_LABELS:
+        told.append(f"{len(kinds) - _MOST_LABELS} others")
+    return ", ".join(told) or "nowhere"
+
+
+def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
+    rows = []
+    for curve in curves.curves:
+        there = curve.y[~np.isnan(curve.y)]
+        if there.size:
+            span = f"{curves.y_name} from {number(float(there.min()))} to {number(float(there.max()))}"
+            rows.append((curve.kind, f"{span}, {there.size} points"))
+    return tuple(rows) or (("none", "no boundary crosses the plane"),)
+
+
+def experiment_report(title: str, found: Experiment) -> Report:
+    """What random starts came to."""
+    shares = found.shares
+    first = shares[0]
+    rows = [
+        ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
+        ("bar", "rigid" if found.modes == 0 else f"{found.modes} elastic modes"),
+        ("ends", f"after {found.stop.most_impacts} impacts at the latest, or when the motion is found"),
+    ]
+    tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
+    kinds = "one motion" if len(shares) == 1 else f"{len(shares)} motions"
+    summary = f"{kinds}; most often {first.label}, in {percent(first.share)} of the starts."
+    return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares)))
+
+
+def basins_report(title: str, found: Basins) -> Report:
+    """What a plane of starts leads to."""
+    (x, over), (y, up) = found.x, found.y
+    rows = [
+        (name, f"{number(values[0])} to {number(values[-1])}, {len(values)} values")
+        for name, values in (found.x, found.y)
+    ]
+    rows += [(name, number(value)) for name, value in found.at]
+    rows.append(("bar", "rigid" if found.modes == 0 else f"{found.modes} elastic modes"))
+    shares = found.shares
+    summary = f"{len(over) * len(up)} starts over {x} and {y}: {len(shares)} attractors."
+    return Report(title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, sample=False)))
+
+
+def _attractors(shares: Sequence[Share], sample: bool = True) -> Grid:
+    """A line for each attractor; the interval only where the starts are a sample."""
+    head = ("motion", "share", *(("95 % interval",) if sample else ()), "phases [rad]", "striking speeds")
+    rows = tuple(
+        (
+            share.label,
+            percent(share.share),
+            *((f"{percent(share.low)} … {percent(share.high)}",) if sample else ()),
+            _few(share.phases),
+            _few(share.impact_velocities),
+        )
+        for share in shares
+    )
+    return Grid("Attractors", head, rows)
+
+
+def _few(values: tuple[float, ...], most: int = 3) -> str:
+    told = ", ".join(f"{value:.4g}" for value in values[:most])
+    return told + (", …" if len(values) > most else "")

@@ -1,0 +1,132 @@
+"""``percuss sweep``: quantities of a hammer over a parameter curve or plane."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from percuss.cli.arguments import whole
+from percuss.cli.carrying import add_carrying, carried
+from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.parser import MAX_MODES, Parser, modes, periods
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.explore import Boundaries, Sweep
+    from percuss.explore.sweeps import SweepJob
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by
+what margin, what a blow delivers, and what motion a simulation finds. A range is FROM:TO:NUMBER, with :log behind it
+for equal ratios, or a list A,B,C; a quantity in SI has its unit with the numbers.
+
+parameters: any number of the case file, bar.length or in short length; load.scale, a factor on the load; restitution,
+load_factor (p_0/p_1), kappa of a square load, s, d, mean, amplitude (dimensionless); m, the load periods per impact.
+quantities: exists, orbits, phase, phases, reduced_stable, reduced_margin, stable, margin, reason, admissible,
+impact_velocity, blow_energy, power, rest; by simulation: label, blow_rate, blow_scatter, main_blow_rate,
+main_blow_scatter, lyapunov."""
+
+_EXAMPLES = """\
+  percuss sweep hydraulic-drifter --x restitution=0:0.9:90 --y load_factor=0.1:1:90 --plot map.png
+  percuss sweep case.toml --x frequency="20 Hz:80 Hz:61" --quantity blow_energy,stable,label
+  percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr
+  percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr --resume"""
+
+
+def _parser() -> Parser:
+    parser = Parser("sweep", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--x", metavar="RANGE", required=True, help="a parameter and its values: restitution=0:0.9:200")
+    add("--y", metavar="RANGE", help="a second one, for a plane")
+    add("--quantity", metavar="NAMES", type=_names, help="what to compute, with commas (default: exists,orbits,phase,"
+        "reduced_stable,stable,margin)")  # fmt: skip
+    add("--periods", metavar="M", type=periods, default=(1,), help="load periods per impact (default 1)")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
+    add("--impacts", metavar="N", type=whole, help="the most impacts of a simulation (default: the case's, or 2000)")
+    add("--curves", action="store_true", help="solve for the boundaries too: fold and flip curves, over --x and --y")
+    add("--json", action="store_true", help="print the map as JSON")
+    add("--plot", metavar="FILE", help=f"draw the map: {', '.join(PICTURES)}")
+    add_carrying(parser)
+    return parser
+
+
+def _names(text: str) -> tuple[str, ...]:
+    """Names with commas between them."""
+    found = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}': give one or more names, for example stable,label")
+    return found
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Make one map; returns the exit code."""
+    parser = _parser()
+    options = parser.parsed(arguments)
+    if options.plot is not None:
+        check_picture(parser, options.plot)
+    if len(options.periods) > 1:
+        parser.error("argument --periods: one number; to compare several, make m an axis: --y m=1,2,3")
+    if options.curves and options.y is None:
+        parser.error("argument --curves: boundaries lie in a plane: give --y too")
+    case = named_case(options.case)
+    job = _job(case, options)
+    found = _swept(parser, options, job)
+    curves = _curves(job) if options.curves else None
+    made = [("map", options.output)]
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
+        made.append(("picture", options.plot))
+    if options.json:
+        from percuss.case.exploring_json import sweep_dict
+
+        print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
+    else:
+        from percuss.cli.map_report import sweep_report
+        from percuss.cli.show import show
+
+        show(sweep_report(case.title, found, curves))
+    for what, path in made:
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    return 0
+
+
+def _job(case: Case, options: argparse.Namespace) -> SweepJob:
+    from percuss.case import sweep_job_of
+    from percuss.explore import Axis
+    from percuss.explore.quantities import DEFAULT_QUANTITIES
+
+    axes = [Axis.parsed(text) for text in (options.x, options.y) if text is not None]
+    return sweep_job_of(
+        case,
+        axes,
+        options.quantity or DEFAULT_QUANTITIES,
+        periods=options.periods[0],
+        modes=options.modes,
+        impacts=options.impacts,
+    )
+
+
+def _swept(parser: Parser, options: argparse.Namespace, job: SweepJob) -> Sweep:
+    from percuss.explore import Sweep
+
+    return Sweep.shaped(job, carried(parser, options, job))
+
+
+def _curves(job: SweepJob) -> Boundaries:
+    """The boundaries by the criterion that the map is made by."""
+    from percuss.explore import boundaries
+
+    x, y = job.axes
+    exact = bool({"stable", "margin", "reason", "label"} & set(job.quantities))
+    low, high = float(y.values.min()), float(y.values.max())
+    criterion: dict[str, Any] = {"criterion": "exact", "modes": job.modes} if exact else {"criterion": "reduced"}
+    return boundaries(job.family, x, (y.name, low, high), job.periods, kinds=("fold", "flip"), **criterion)

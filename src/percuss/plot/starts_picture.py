@@ -1,0 +1,185 @@
+"""The pictures of where starts end: the shares of an experiment, and basins of attraction as an image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from percuss.plot.canvas import COLOURS, INK, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["basins", "experiment"]
+
+MOST_SHOWN = 10
+"""Attractors with a line or a colour of their own: the most frequent."""
+
+MOST_POINTS = 20_000
+"""Starts drawn; of more an even choice."""
+
+_SHADES = (*COLOURS, "#F0E442", "#882255", "#117733", "#88CCEE")
+_OTHERS = "#B5B5B5"
+_NAMES = {
+    "time": "load phase of the start [rad]",
+    "velocity": "velocity of the start",
+    "position": "place of the start",
+}
+
+
+class _Share(Protocol):
+    @property
+    def label(self) -> str: ...
+    @property
+    def share(self) -> float: ...
+    @property
+    def low(self) -> float: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def phases(self) -> tuple[float, ...]: ...
+
+
+class _Starts(Protocol):
+    """Starts and where they end: an experiment."""
+
+    @property
+    def shares(self) -> Sequence[_Share]: ...
+    @property
+    def attractor(self) -> np.ndarray[Any, Any]: ...
+    @property
+    def columns(self) -> dict[str, np.ndarray[Any, Any]]: ...
+
+
+class _Image(Protocol):
+    """Basins over a plane."""
+
+    @property
+    def shares(self) -> Sequence[_Share]: ...
+    @property
+    def image(self) -> np.ndarray[Any, Any]: ...
+    @property
+    def x(self) -> tuple[str, tuple[float, ...]]: ...
+    @property
+    def y(self) -> tuple[str, tuple[float, ...]]: ...
+
+
+def experiment(found: _Starts, title: str = "") -> Figure:
+    """Draw an experiment: the shares of the attractors with their intervals, and the starts in their colours.
+
+    Raises
+    ------
+    MissingExtraError
+        When matplotlib is not installed.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.explore import experiment
+    >>> from percuss.plot import experiment as picture
+    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
+    >>> len(picture(experiment(system, 200, workers=1)).axes)
+    2
+    """
+    figure = new_figure(10.5, 4.4)
+    with style():
+        left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
+        _bars(left, found.shares)
+        _scatter(right, found)
+        if title:
+            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def basins(found: _Image, title: str = "") -> Figure:
+    """Draw basins of attraction as an image: each start in the colour of the attractor that it leads to.
+
+    Raises
+    ------
+    MissingExtraError
+        When matplotlib is not installed.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.explore import basins
+    >>> from percuss.plot import basins as picture
+    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
+    >>> found = basins(system, ("time", 0.0, 6.2, 16), ("velocity", -6.0, -0.1, 10), workers=1)
+    >>> picture(found).axes[0].get_xlabel()
+    'load phase of the start [rad]'
+    """
+    from matplotlib.colors import ListedColormap
+
+    figure = new_figure(7.5, 5.0)
+    with style():
+        ax = figure.add_subplot()
+        ax.set_facecolor("white")
+        n = min(len(found.shares), MOST_SHOWN)
+        image = np.ma.masked_less(np.minimum(found.image, MOST_SHOWN), 0)
+        colours = [_colour(i) for i in range(MOST_SHOWN + 1)]
+        ax.pcolormesh(
+            found.x[1], found.y[1], image, shading="nearest", cmap=ListedColormap(colours), vmin=-0.5,
+            vmax=MOST_SHOWN + 0.5, rasterized=True,
+        )  # fmt: skip
+        ax.set_xlabel(_NAMES.get(found.x[0], found.x[0]))
+        ax.set_ylabel(_NAMES.get(found.y[0], found.y[0]))
+        _legend(ax, found.shares, n)
+        if title:
+            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def _colour(i: int) -> str:
+    return _SHADES[i] if i < MOST_SHOWN else _OTHERS
+
+
+def _name(shares: Sequence[_Share], i: int) -> str:
+    """The label; with the phase of its fastest impact where several have the same one."""
+    share = shares[i]
+    if sum(other.label == share.label for other in shares) > 1 and share.phases:
+        return f"{share.label} at {share.phases[0]:.3f}"
+    return share.label
+
+
+def _legend(ax: Axes, shares: Sequence[_Share], n: int) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [Patch(facecolor=_colour(i), edgecolor=INK, lw=0.4, label=_name(shares, i)) for i in range(n)]
+    if len(shares) > n:
+        handles.append(Patch(facecolor=_OTHERS, edgecolor=INK, lw=0.4, label=f"{len(shares) - n} others"))
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
+
+
+def _bars(ax: Axes, shares: Sequence[_Share]) -> None:
+    shown = list(shares[:MOST_SHOWN])
+    places = np.arange(len(shown))
+    share, low, high = (np.array([getattr(s, name) for s in shown]) for name in ("share", "low", "high"))
+    ax.barh(places, share, color=[_colour(i) for i in range(len(shown))], height=0.7)
+    ax.errorbar(share, places, xerr=np.abs([share - low, high - share]), fmt="none", ecolor=INK, capsize=2.5, lw=1.0)
+    ax.set_yticks(places, [_name(shares, i) for i in range(len(shown))])
+    ax.invert_yaxis()
+    ax.set_xlim(0.0, min(1.0, 1.12 * float(high.max())))
+    ax.set_xlabel("share of the starts, with 95 % intervals")
+    rest = len(shares) - len(shown)
+    ax.set_title("(a) attractors" + (f"; {rest} more are rarer" if rest else ""))
+
+
+def _scatter(ax: Axes, found: _Starts) -> None:
+    columns, number = found.columns, found.attractor
+    speed = columns.get("velocity", columns.get("start_velocity"))
+    assert speed is not None
+    vertical, name = (speed if speed.ndim == 1 else speed[:, 0]), "velocity"
+    if np.ptp(vertical) == 0.0:
+        vertical, name = columns["position"], "position"
+    step = max(1, -(-number.size // MOST_POINTS))
+    size = float(np.clip(3000.0 / (number.size / step), 0.3, 14.0))
+    for i in range(min(int(number.max()), MOST_SHOWN), -1, -1):  # the most frequent last, over the others' edges
+        here = np.flatnonzero(np.minimum(number, MOST_SHOWN) == i)[::step]
+        ax.scatter(columns["time"][here], vertical[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
+    ax.set_xlabel(_NAMES["time"])
+    ax.set_ylabel(_NAMES[name])
+    ax.set_title("(b) starts in the colour of what they lead to")

@@ -1,0 +1,227 @@
+"""`percuss sweep`, `experiment` and `basins`: what they print and write, how they go on, every kind of bad input."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from percuss import Load, System
+from percuss.cli import main
+from percuss.explore import sweep
+
+CASE = """
+title = "B77 scale"
+[system]
+s = 20.0
+d = 0.0048
+restitution = 0.6
+[load]
+kind = "harmonic"
+mean = 0.9
+amplitude = 1.0
+[simulation]
+modes = 2
+impacts = 200
+"""
+SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+PLANE = ("--x", "restitution=0.2:0.8:4", "--y", "load_factor=0.3:0.9:3")
+
+
+@pytest.fixture
+def percuss(tmp_path, monkeypatch, capsys):
+    """The command in this process, in a folder with `case.toml`."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(CASE, encoding="utf-8")
+
+    def command(*arguments):
+        code = main([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        return SimpleNamespace(code=code, out=out, err=err, json=lambda: json.loads(out))
+
+    return command
+
+
+# -- sweep ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_map_for_people(percuss):
+    done = percuss("sweep", "case.toml", *PLANE, "--quantity", "orbits,stable,label", "--modes", 2, "--plot", "map.png")
+    assert done.code == 0, done.err
+    assert "12 cells over restitution and load_factor" in done.out
+    assert "0.2 to 0.8, 4 values" in done.out and "chatter/1" in done.out and "picture: map.png" in done.out
+    assert Path("map.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_map_for_programs(percuss):
+    done = percuss(
+        "sweep", "case.toml", *PLANE, "--quantity", "phase,stable,reason", "--modes", 8, "--json", "--curves"
+    )
+    found = done.json()
+    direct = sweep(SYSTEM, PLANE[1], PLANE[3], quantities=["phase", "stable", "reason"], modes=8, workers=1)
+    assert [axis["name"] for axis in found["axes"]] == ["restitution", "load_factor"]
+    assert found["quantities"]["stable"]["values"] == direct["stable"].tolist()
+    phases = np.array(found["quantities"]["phase"]["values"], dtype=float)
+    assert np.array_equal(phases, direct["phase"], equal_nan=True)
+    assert found["quantities"]["reason"]["values"][2][2] == "stable"
+    assert {curve["kind"] for curve in found["curves"]} == {"fold", "flip"}
+
+
+def test_a_map_is_kept_and_resumed(percuss):
+    ask = ("sweep", "case.toml", *PLANE, "--quantity", "label,phase", "--modes", 2)
+    assert percuss(*ask, "-o", "map.zarr").code == 0
+    again = percuss(*ask, "-o", "map.zarr")
+    assert again.code == 2 and "--resume" in again.err
+    assert percuss(*ask, "-o", "map.zarr", "--resume").code == 0
+    other = percuss(*ask[:-1], 3, "-o", "map.zarr", "--resume")
+    assert other.code == 2 and "modes" in other.err
+    shown = percuss("show", "map.zarr")
+    assert shown.code == 0 and "complete" in shown.out and "load_factor" in shown.out
+    assert percuss("export", "map.zarr", "-o", "map.nc").code == 0
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset("map.nc") as data:
+        direct = sweep(SYSTEM, PLANE[1], PLANE[3], quantities=["phase"], modes=2, workers=1)
+        assert np.array_equal(data["phase"].values, direct["phase"], equal_nan=True)
+        assert data["phase"].attrs["units"] == "rad"
+        assert "chatter/1" in data["label"].values.astype(str)
+    assert percuss("export", "map.zarr", "-o", "map.csv").code == 0
+    assert len(Path("map.csv").read_text(encoding="utf-8").splitlines()) == 13
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["case.toml"], "--x"),
+        (["case.toml", "--x", "friction=0:1:3"], "restitution, load_factor"),
+        (["case.toml", "--x", "load_facto=0:1:3"], "did you mean 'load_factor'"),
+        (["case.toml", "--x", "restitution=0:1:3", "--quantity", "stabil"], "exists, orbits"),
+        (["case.toml", "--x", "restitution=0:1:3", "--quantity", ","], "one or more names"),
+        (["case.toml", "--x", "restitution=0.9:0:3"], "swap the two ends"),
+        (["case.toml", "--x", "restitution=0:1"], "FROM:TO:NUMBER"),
+        (["case.toml", "--x", "restitution=0:1:0"], "restitution"),
+        (["case.toml", "--x", "restitution=0:1:3", "--y", "restitution=0:1:3"], "one axis only"),
+        (["case.toml", "--x", "restitution=0:0.9:100000", "--y", "s=1:20:100000", "--quantity", "label"], "--yes"),
+        (["case.toml", "--x", "restitution=0:1:3", "--curves"], "--y"),
+        (["case.toml", "--x", "restitution=0:1:3", "--periods", "1..3"], "m an axis"),
+        (["case.toml", "--x", "restitution=0:1:3", "--plot", "map.gif"], ".png, .svg or .pdf"),
+        (["case.toml", "--x", "restitution=0:1:3", "--resume"], "-o"),
+        (["case.toml", "--x", "restitution=0:1:3", "-o", "map.nc"], "percuss export"),
+        (["case.toml", "--x", "restitution=0:1:3", "--workers", "0"], "1 or greater"),
+        (["case.toml", "--x", "s=1 m:2 m:3"], "s"),
+        (["none.toml", "--x", "s=1:2:3"], "no such file"),
+    ],
+)
+def test_maps_that_cannot_be_made(percuss, arguments, says):
+    done = percuss("sweep", *arguments)
+    assert (done.code, done.out) == (2, "") and says in done.err, done.err
+    assert [path.name for path in Path().iterdir()] == ["case.toml"]
+
+
+# -- experiment and basins --------------------------------------------------------------------------------------------
+
+
+def test_an_experiment(percuss):
+    ask = ("experiment", "case.toml", "--starts", 300, "--seed", 5, "--modes", 0)
+    done = percuss(*ask, "--plot", "starts.png")
+    assert done.code == 0, done.err
+    assert "300, wall, seed 5" in done.out and "Attractors" in done.out
+    found = percuss(*ask, "--json", "--workers", 2).json()
+    assert (found["starts"], found["seed"], found["distribution"]) == (300, 5, "wall")
+    assert sum(share["share"] for share in found["shares"]) == pytest.approx(1.0)
+    keys = {"label", "share", "low", "high", "phases", "impact_velocities"}
+    assert all(share.keys() == keys and share["low"] <= share["share"] <= share["high"] for share in found["shares"])
+    assert percuss(*ask, "--json").json() == found
+    assert percuss(*ask, "-o", "e.zarr", "--json").json() == found
+    assert percuss(*ask, "-o", "e.zarr", "--resume", "--json").json() == found
+    refused = percuss("experiment", "case.toml", "--starts", 300, "--seed", 6, "--modes", 0, "-o", "e.zarr", "--resume")
+    assert refused.code == 2 and "seed" in refused.err
+
+
+def test_own_starts(percuss):
+    Path("mine.csv").write_text("position,velocity,time\n-1,0,0.3\n-2,1,0.5\n0,-1,2\n", encoding="utf-8")
+    found = percuss("experiment", "case.toml", "--distribution", "mine.csv", "--modes", 0, "--json").json()
+    assert found["starts"] == 3
+
+
+def test_basins(percuss):
+    ask = ("basins", "case.toml", "--x", "time=0:6.2:9", "--y", "velocity=-6:-0.1:7", "--modes", 0)
+    done = percuss(*ask, "--plot", "basins.png", "-o", "b.zarr")
+    assert done.code == 0, done.err
+    assert "63 starts" in done.out and Path("basins.png").exists()
+    found = percuss(*ask, "--json").json()
+    assert np.shape(found["image"]) == (7, 9) and found["attractors"][0]["label"]
+    assert percuss("show", "b.zarr").code == 0
+    assert percuss("export", "b.zarr", "-o", "b.nc").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["experiment", "case.toml", "--distribution", "walls"], "wall"),
+        (["experiment", "case.toml", "--starts", "0"], "one start at least"),
+        (["experiment", "case.toml", "--starts", "many"], "whole number"),
+        (["experiment", "case.toml", "--distribution", "case.toml"], "case.toml"),
+        (["basins", "case.toml", "--x", "time=0:6:5"], "--y"),
+        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "phase=0:6:5"], "position, velocity, time"),
+        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "position=0:1:5"], "the wall is at 0"),
+        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "time=1"], "no axis"),
+        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "place=1"], "position"),
+    ],
+)
+def test_starts_that_there_are_not(percuss, arguments, says):
+    done = percuss(*arguments)
+    assert (done.code, done.out) == (2, "") and says in done.err, done.err
+
+
+# -- interruptions ----------------------------------------------------------------------------------------------------
+
+LONG = ["sweep", "case.toml", "--x", "restitution=0.1:0.8:40", "--y", "load_factor=0.2:0.9:40", "--quantity", "label",
+        "--modes", "8", "--impacts", "2000", "-o", "map.zarr"]  # fmt: skip
+
+
+def begun(arguments, folder):
+    """The command in a process group of its own, once a part of its archive is written."""
+    child = subprocess.Popen(
+        [sys.executable, "-m", "percuss", *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    ends = time.monotonic() + 120.0
+    while time.monotonic() < ends and child.poll() is None:
+        if len(list(folder.glob("map.zarr/done/c/*"))) >= 1:
+            return child
+        time.sleep(0.02)
+    out, err = child.communicate()
+    raise AssertionError(f"nothing was written: {out}{err}")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="process groups and signals")
+def test_killed_and_interrupted_maps_go_on(percuss, tmp_path):
+    assert percuss(*LONG[:-1], "whole.zarr").code == 0
+    for how in (signal.SIGKILL, signal.SIGINT):
+        shutil.rmtree("map.zarr", ignore_errors=True)
+        child = begun(LONG, tmp_path)
+        sent = time.monotonic()
+        os.kill(child.pid, how)
+        _, err = child.communicate(timeout=60)
+        if how == signal.SIGINT:
+            assert time.monotonic() - sent < 4.0
+            assert child.returncode in (0, 130)
+            assert child.returncode == 0 or "--resume" in err
+        assert percuss("show", "map.zarr").code == 0
+        done = percuss(*LONG, "--resume")
+        assert done.code == 0, done.err
+    for name in ("whole", "map"):
+        assert percuss("export", f"{name}.zarr", "-o", f"{name}.csv").code == 0
+    assert Path("whole.csv").read_bytes() == Path("map.csv").read_bytes()
