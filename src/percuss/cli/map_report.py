@@ -12,6 +12,7 @@ from percuss.cli.numbers import number, percent
 
 if TYPE_CHECKING:
     from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
+    from percuss.model import System
 
 __all__ = ["basins_report", "experiment_report", "sweep_report"]
 
@@ -94,9 +95,9 @@ def experiment_report(title: str, found: Experiment) -> Report:
         ("ends", f"after {found.stop.most_impacts} impacts at the latest, or when the motion is found"),
     ]
     tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
-    kinds = "one motion" if len(shares) == 1 else f"{len(shares)} motions"
-    summary = f"{kinds}; most often {first.label}, in {percent(first.share)} of the starts."
-    return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares)))
+    summary = f"{first.label} in {percent(first.share)} of the starts"
+    summary += "." if len(shares) == 1 else f"; {len(shares)} motions in all."
+    return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares, found.system)))
 
 
 def basins_report(title: str, found: Basins) -> Report:
@@ -109,20 +110,27 @@ def basins_report(title: str, found: Basins) -> Report:
     rows += [(name, number(value)) for name, value in found.at]
     rows.append(("bar", "rigid" if found.modes == 0 else f"{found.modes} elastic modes"))
     shares = found.shares
-    summary = f"{len(over) * len(up)} starts over {x} and {y}: {len(shares)} attractors."
-    return Report(title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, sample=False)))
+    summary = f"{len(over) * len(up)} starts over {x} and {y}: {_counted(len(shares), 'attractor')}."
+    return Report(
+        title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
+    )
 
 
-def _attractors(shares: Sequence[Share], sample: bool = True) -> Grid:
+def _counted(number_: int, what: str) -> str:
+    return f"{number_} {what}{'s' if number_ != 1 else ''}"
+
+
+def _attractors(shares: Sequence[Share], system: System, sample: bool = True) -> Grid:
     """A line for each attractor; the interval only where the starts are a sample."""
-    head = ("motion", "share", *(("95 % interval",) if sample else ()), "phases [rad]", "striking speeds")
+    speed, unit = (system.speed_scale, " [m/s]") if system.is_si else (1.0, "")
+    head = ("motion", "share", *(("95 % interval",) if sample else ()), "phases [rad]", f"striking speeds{unit}")
     rows = tuple(
         (
             share.label,
             percent(share.share),
             *((f"{percent(share.low)} … {percent(share.high)}",) if sample else ()),
             _few(share.phases),
-            _few(share.impact_velocities),
+            _few(tuple(speed * velocity for velocity in share.impact_velocities)),
         )
         for share in shares
     )

@@ -213,11 +213,11 @@ def simulated_columns(
 
 def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
     """Whether the cell has no bounded motion; its outcome then says so."""
-    from percuss.simulate.spectrum import Spectrum
+    from percuss.simulate.tables import tables_of
 
     try:
         if system.d == 0.0:
-            Spectrum(system, modes)
+            tables_of(system, modes)
     except PercussError as error:
         out["outcome"][i] = failure(error)
         return True

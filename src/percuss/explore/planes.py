@@ -61,7 +61,7 @@ def _fill(
     if "exact" in needs(asked.names):
         from percuss.stability.exact_plane import exact_plane
 
-        exact = exact_plane(system, restitution, factor, m, modes=asked.modes, plane=plane)
+        exact = exact_plane(system, restitution, factor, m, modes=asked.modes, plane=plane, threads=1)
         best = exact.margin
         found["stable"] = exact.stable.any(axis=0)
         found["margin"] = _greatest(exact.margin)

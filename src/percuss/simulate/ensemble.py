@@ -25,7 +25,7 @@ from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, OUTCOMES, Stop
 from percuss.simulate.summary import Cycle, label_of
-from percuss.simulate.tables import Tables, prepared
+from percuss.simulate.tables import Tables, tables_of
 from percuss.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -190,12 +190,13 @@ def simulate_many(
     'chatter/1'
     """
     job = _Job(systems, starts, modes, Stop() if stop is None else instance("stop", stop, Stop), keep, discard)
-    workers = _cores() if threads is None else count("threads", threads, least=1, most=1024)
+    workers = cores() if threads is None else count("threads", threads, least=1, most=1024)
     job.work_off(workers, progress)
     return job.result()
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Cores that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on every system
@@ -258,24 +259,25 @@ class _Job:
 
     # -- the work --
 
-    def chunks(self, workers: int) -> list[tuple[int, int, int]]:
-        """System and members of every portion of work."""
-        if len(self.systems) > 1 or self.whole:
-            return [(i if len(self.systems) > 1 else 0, i, i + 1) for i in range(self.members)]
-        size = int(np.clip(self.members // (16 * workers), 1, 4096))
-        return [(0, i, min(i + size, self.members)) for i in range(0, self.members, size)]
+    def chunks(self, workers: int) -> list[tuple[int, int]]:
+        """First and last member of every portion of work."""
+        if self.whole:
+            return [(i, i + 1) for i in range(self.members)]
+        most = 64 if len(self.systems) > 1 else 4096
+        size = int(np.clip(self.members // (16 * workers), 1, most))
+        return [(i, min(i + size, self.members)) for i in range(0, self.members, size)]
 
     def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
         """All portions on the threads; results go into the arrays, so that no order can show."""
         chunks = self.chunks(workers)
-        self.shared = prepared(self.systems[0], self.modes)[1] if len(self.systems) == 1 else None
+        self.shared = tables_of(self.systems[0], self.modes) if len(self.systems) == 1 else None
         done, following = 0, iter(chunks)
         with ThreadPoolExecutor(max_workers=min(workers, len(chunks)), thread_name_prefix="percuss") as pool:
             running: dict[Future[None], int] = {}
             try:
                 while True:
                     while len(running) < 4 * workers and (chunk := next(following, None)) is not None:
-                        running[pool.submit(self._portion, *chunk)] = chunk[2] - chunk[1]
+                        running[pool.submit(self._portion, *chunk)] = chunk[1] - chunk[0]
                     if not running:
                         break
                     finished, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -291,14 +293,21 @@ class _Job:
                     future.cancel()
                 raise
 
-    def _portion(self, which: int, first: int, last: int) -> None:
-        if self.stopped[0]:
-            return
-        system = self.systems[which]
-        if self.whole:
-            self._one(system, first)
-            return
-        tables = self.shared if self.shared is not None else prepared(system, self.modes)[1]
+    def _portion(self, first: int, last: int) -> None:
+        """Members of one system together, of several one by one."""
+        single = len(self.systems) == 1
+        for i in (first,) if single and not self.whole else range(first, last):
+            if self.stopped[0]:
+                return
+            system = self.systems[0 if single else i]
+            if self.whole:
+                self._one(system, i)
+            else:
+                self._members(system, i, last if single else i + 1)
+
+    def _members(self, system: System, first: int, last: int) -> None:
+        """Members of one system."""
+        tables = self.shared if self.shared is not None else tables_of(system, self.modes)
         load = system.load
         pieces = load.piece(self.phases[first:last]) if load.is_piecewise else np.zeros(last - first)
         desk = self._desk(tables)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from percuss.model import System
+from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.simulate import kernels as kn
 from percuss.simulate.spectrum import Spectrum
@@ -52,16 +52,40 @@ def prepared(system: System, modes: int) -> tuple[Spectrum, Tables]:
     ResonanceError
         When a harmonic of the load meets an undamped elastic mode (B77 16).
     """
-    spectrum = Spectrum(system, modes)
-    return spectrum, tables_of(spectrum)
+    return Spectrum(system, modes), tables_of(system, modes)
 
 
-def tables_of(spectrum: Spectrum) -> Tables:
-    """The kernels' tables of a system cut at mode N."""
-    system, modes, k, pk = spectrum.system, spectrum.modes, spectrum.k, spectrum.pk
+def tables_of(system: System, modes: int) -> Tables:
+    """The kernels' tables of a system cut at mode N.
+
+    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of them.
+
+    Raises
+    ------
+    ResonanceError
+        When a harmonic of the load meets an undamped elastic mode (B77 16).
+    """
     load = system.load
+    harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
+    shared = _without_mean(system.s, system.d, harmonics, modes)
+    par = shared.par.copy()
+    par[kn.R], par[kn.MEAN] = system.restitution, load.mean
+    if load.is_piecewise:
+        steps = np.array(load.values)
+        par[kn.FORCE] = float(np.abs(load.values).max())
+        releases = np.array(load.breaks)[(steps < 0.0) & (np.roll(steps, 1) >= 0.0)]
+        return replace(shared, par=par, breaks=np.array(load.breaks), values=steps, releases=releases)
+    par[kn.FORCE] = abs(load.mean) + shared.par[kn.FORCE]
+    return replace(shared, par=par, releases=_releases(system.s, system.d, harmonics, modes, load.mean))
+
+
+@lru_cache(maxsize=16)
+def _without_mean(s: float, d: float, harmonics: tuple[complex, ...], modes: int) -> Tables:
+    """The tables but for the restitution, the mean load, and what follows from them; none for a load of steps."""
+    spectrum = Spectrum(System(s, d, 0.0, Load(np.array([0.0, *harmonics]))), modes)
+    k, pk = spectrum.k, spectrum.pk
     mode = np.empty((kn.MODE_ROWS, modes))
-    half = 0.5 * system.d
+    half = 0.5 * d
     oscillates = np.arange(modes) >= spectrum.over
     mode[kn.OMEGA], mode[kn.SIGNED], mode[kn.STATICS] = spectrum.omega, spectrum.square, spectrum.statics
     mode[kn.OSCILLATES], mode[kn.LAMBDA] = oscillates, oscillates * spectrum.lam
@@ -72,28 +96,23 @@ def tables_of(spectrum: Spectrum) -> Tables:
     for row, values in ((kn.GAP_RE, spectrum.gap), (kn.RIGID_RE, spectrum.rigid), (kn.LOAD_RE, pk)):
         har[row], har[row + 1] = values.real, values.imag
     par = np.zeros(kn.PARAMETERS)
-    par[kn.D], par[kn.R], par[kn.BASE], par[kn.MEAN] = system.d, system.restitution, np.pi * system.s, load.mean
+    par[kn.D], par[kn.BASE] = d, np.pi * s
     for order, row in enumerate((kn.REACH, kn.RATE, kn.CURVE, kn.JERK)):
         par[row] = float(np.sum(k**order * np.abs(spectrum.gap))) * (1.0 + 1e-12)
-    par[kn.FORCE] = float(np.abs(load.values).max()) if load.is_piecewise else abs(load.mean) + float(np.abs(pk).sum())
+    par[kn.FORCE] = float(np.abs(pk).sum())
     par[kn.BEND] = float(np.sum(k**2 * np.abs(pk))) * (1.0 + 1e-12)
     par[kn.RIPPLE] = 1e-3
     if modes:
-        par[kn.WAVE], par[kn.RIPPLE] = (1.0 + 0.5 / modes) / system.s, 0.5 / (modes * system.s)
-    if load.is_piecewise:
-        steps = np.array(load.values)
-        releases = np.array(load.breaks)[(steps < 0.0) & (np.roll(steps, 1) >= 0.0)]
-    else:
-        found = np.empty(k.size)
-        releases = np.unique(found[: kn.release_phases(har, load.mean, par[kn.BEND], par[kn.FORCE], found)])
+        par[kn.WAVE], par[kn.RIPPLE] = (1.0 + 0.5 / modes) / s, 0.5 / (modes * s)
     response = spectrum.response
-    return Tables(
-        par,
-        mode,
-        har,
-        np.ascontiguousarray(np.stack([response.real, response.imag], axis=1)),
-        np.array(load.breaks),
-        np.array(load.values),
-        releases,
-        spectrum.over,
-    )
+    coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
+    return Tables(par, mode, har, coupling, np.empty(0), np.empty(0), np.empty(0), spectrum.over)
+
+
+@lru_cache(maxsize=1024)
+def _releases(s: float, d: float, harmonics: tuple[complex, ...], modes: int, mean: float) -> Array:
+    """Phases at which a Fourier series begins to pull."""
+    shared = _without_mean(s, d, harmonics, modes)
+    found = np.empty(shared.har.shape[1])
+    force = abs(mean) + shared.par[kn.FORCE]
+    return np.unique(found[: kn.release_phases(shared.har, mean, shared.par[kn.BEND], force, found)])

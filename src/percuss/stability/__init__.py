@@ -1,5 +1,6 @@
 """Stability of steady motions: B77's reduced criterion, exact Floquet multipliers, the waveform criterion, verdicts."""
 
+from percuss.stability.exact_plane import ExactPlane, exact_plane
 from percuss.stability.linear_map import LinearMap, linear_map
 from percuss.stability.multipliers import Multipliers, floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
@@ -8,12 +9,14 @@ from percuss.stability.verdict import Stability, stability_of
 from percuss.stability.waveform import Waveform, waveform_criterion
 
 __all__ = [
+    "ExactPlane",
     "LinearMap",
     "Multipliers",
     "Plane",
     "Reduced",
     "Stability",
     "Waveform",
+    "exact_plane",
     "floquet_multipliers",
     "linear_map",
     "reduced_criterion",

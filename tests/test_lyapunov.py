@@ -1,0 +1,162 @@
+"""Lyapunov exponents: of steady motions, of chaos beside the divergence of neighbours, and where there is none."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from percuss import Load, Start, Starts, Stop, System, run, steady_states
+from percuss.errors import ParameterError
+from percuss.explore.lyapunov import LYAPUNOV_OUTCOMES, Lyapunov, lyapunov_exponent, lyapunov_many
+from percuss.stability import floquet_multipliers
+from percuss.steady import Orbit
+
+CHAOTIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.66, 1.0))
+STEPS = System(s=3.0, d=0.1, restitution=0.4, load=Load.steps([0.8, 1.9, 3.3, 4.5], [-0.7, -0.1, 0.8, 1.5]))
+
+
+def milder(system: System, modes: int = 0) -> Orbit:
+    """The steady motion with the smaller multiplier."""
+    orbits = steady_states(system, modes=modes).orbits
+    return min(orbits, key=lambda orbit: floquet_multipliers(orbit, modes).largest)
+
+
+def beside(system: System) -> Start:
+    """A start beside it."""
+    return Start.orbit(milder(system), velocity=[-0.01])
+
+
+@pytest.mark.parametrize(
+    ("s", "d", "restitution", "load", "modes", "which"),
+    [
+        (20.0, 0.0, 0.6, Load.harmonic(0.77, 1.0), 0, 1),
+        (20.0, 0.0048, 0.6, Load.harmonic(0.9, 1.0), 4, 1),
+        (5.0, 0.02, 0.3, Load.harmonic(0.45, 1.0), 3, 1),
+        (1.3, 0.1, 0.4, Load.harmonic(0.55, 1.0), 6, 1),
+        (0.2, 1.86, 0.1, Load.harmonic(0.09, 1.0), 2, 1),  # one overdamped mode
+        (6.0, 0.05, 0.0, Load.harmonic(0.27, 1.0), 3, 1),  # no rebound
+        (2.0, 0.05, 0.5, Load.fourier([0.4, 1.0, 0.3j]), 4, 1),
+        (3.0, 0.1, 0.4, STEPS.load, 4, 1),  # unstable
+        (20.0, 0.0, 0.8, Load.harmonic(0.82, 1.0), 0, 1),  # unstable
+        (2.0, 0.05, 0.5, Load.harmonic(0.6, 1.0), 4, 0),  # unstable, beyond the fold
+    ],
+)
+def test_a_steady_motion_has_the_logarithm_of_its_largest_multiplier(s, d, restitution, load, modes, which):
+    system = System(s=s, d=d, restitution=restitution, load=load)
+    orbit = steady_states(system, modes=modes).orbits[which]
+    assert orbit.admissible
+    expected = floquet_multipliers(orbit, modes)
+    numbers = {"impacts": 2000, "discard": 500} if expected.largest < 1.0 else {"impacts": 20, "discard": 8}
+    found = lyapunov_exponent(system, Start.orbit(orbit), modes=modes, **numbers)
+    assert found.outcome == "done" and found.impacts == numbers["impacts"]
+    assert found.exponent == pytest.approx(math.log(expected.largest), rel=1e-3)
+    assert found.per_period == pytest.approx(found.exponent, rel=1e-3)
+
+
+def test_a_pair_of_multipliers_is_averaged_to_many_digits():
+    system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.8, 1.0))
+    found = lyapunov_exponent(system, beside(system))
+    assert found.exponent == pytest.approx(math.log(0.6), abs=1e-5)  # |μ|² = R²: theory §11
+    assert not found.chaotic
+
+
+def test_the_cascade_ends_in_chaos():
+    systems = [CHAOTIC.with_load_factor(f) for f in (0.66, 0.6675, 0.67, 0.6725, 0.6775, 0.69, 0.77)]
+    many = lyapunov_many(systems, [beside(system) for system in systems])
+    assert [many[i].chaotic for i in range(7)] == [True, True, True, False, False, False, False]
+    assert np.all(many.exponent[3:] < -0.05)
+
+
+def test_chaos_parts_neighbours_at_its_exponent():
+    """Pairs of motions 1e-9 apart, over 20 impacts, from many states of a long one."""
+    whole = run(CHAOTIC, beside(CHAOTIC), modes=0, stop=Stop(impacts=2600, periodic=False))
+    ahead, rates = 20, []
+    for i in range(600, 2600 - ahead, 40):
+        rate, time = float(whole.states[i, 1]), float(whole.events.phase[i])
+        stop = Stop(impacts=ahead, periodic=False)
+        pair = [
+            run(CHAOTIC, Start.rigid(0.0, rate * (1.0 + 1e-9 * k), time), modes=0, stop=stop).events for k in range(2)
+        ]
+        apart = np.hypot(
+            np.diff([e.time for e in pair], axis=0)[0], np.diff([e.impact_velocity for e in pair], axis=0)[0]
+        )
+        rates.append(math.log(apart[-1] / apart[7]) / (ahead - 8))
+    mean, error = float(np.mean(rates)), float(np.std(rates, ddof=1) / math.sqrt(len(rates)))
+    found = lyapunov_exponent(CHAOTIC, beside(CHAOTIC), impacts=20000)
+    assert found.chaotic and found.error < 0.01
+    assert abs(found.exponent - mean) < 4.0 * math.hypot(error, found.error)
+    assert error < 0.1 * mean
+
+
+@pytest.mark.parametrize(
+    ("system", "numbers"),
+    [
+        (System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0)), {}),
+        (STEPS, {"impacts": 20, "discard": 8}),
+    ],
+)
+def test_the_phase_of_the_load_does_not_matter(system, numbers):
+    found = []
+    for shift in (0.0, 1.3, 4.0):
+        moved = replace(system, load=system.load.shifted(shift))
+        found.append(lyapunov_exponent(moved, Start.orbit(milder(moved, 4)), modes=4, **numbers))
+    assert {f.outcome for f in found} == {"done"}
+    assert [f.exponent for f in found] == pytest.approx([found[0].exponent] * 3, rel=1e-3)
+
+
+def test_chaos_does_not_feel_the_phase_of_the_load_either():
+    systems = [replace(CHAOTIC, load=Load.harmonic(0.6675, 1.0).shifted(shift)) for shift in (0.0, 2.0)]
+    one, two = (lyapunov_exponent(system, beside(system), impacts=5000) for system in systems)
+    assert one.chaotic and abs(one.exponent - two.exponent) < 5.0 * math.hypot(one.error, two.error)
+
+
+def test_rest_erases_every_difference():
+    system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    found = lyapunov_exponent(system, Start.rigid(-1.0, time=0.3), modes=8)
+    assert found.exponent == found.per_period == -math.inf and found.outcome == "rest" and not found.chaotic
+    for_good = lyapunov_exponent(System(s=20.0, d=0.1, restitution=0.5, load=Load.harmonic(2.0, 1.0)))
+    assert for_good.exponent == -math.inf and for_good.outcome == "rest"
+    assert "rest" in str(for_good)
+
+
+def test_a_bar_that_leaves_has_no_exponent():
+    found = lyapunov_exponent(System(s=20.0, d=0.0, restitution=0.5, load=Load.harmonic(-0.5, 1.0)))
+    assert math.isnan(found.exponent) and found.outcome == "departed"
+
+
+def test_a_rest_before_the_impacts_that_count_is_no_rest():
+    system = System(s=20.0, d=0.0, restitution=0.2317, load=Load.harmonic(0.4026, 1.0))
+    start = Start.rigid(-1.1976, time=4.9833)
+    rests = np.flatnonzero(run(system, start, modes=0, stop=Stop(impacts=600)).events.kind == "rest")
+    assert rests.size and 7 < rests[-1] < 14
+    found = [lyapunov_exponent(system, start, discard=n) for n in (14, 60, 500)]  # where the difference begins anew
+    assert {f.outcome for f in found} == {"done"}
+    assert [f.exponent for f in found] == pytest.approx([math.log(0.2317)] * 3, rel=0.01)
+    assert lyapunov_exponent(system, start, discard=2).outcome == "rest"
+
+
+def test_many_are_each_like_one():
+    systems = [CHAOTIC.with_load_factor(float(f)) for f in np.linspace(0.6, 0.95, 12)]
+    systems.append(System(s=1.0 / math.pi, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0)))  # resonant
+    starts = Starts.rigid(-0.5, time=np.linspace(0.0, 3.0, 13))
+    one, two = (lyapunov_many(systems, starts, modes=2, impacts=300, discard=50, threads=n) for n in (1, 3))
+    for name in ("exponent", "per_period", "error", "impacts", "code"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+    assert len(one) == 13 and LYAPUNOV_OUTCOMES[one.code[-1]] == "resonance"
+    for i in range(12):
+        alone = lyapunov_exponent(systems[i], starts[i], modes=2, impacts=300, discard=50)
+        assert isinstance(one[i], Lyapunov) and repr(one[i]) == repr(alone)
+
+
+@pytest.mark.parametrize("numbers", [{"impacts": 5}, {"discard": 0}, {"impacts": 2.5}, {"modes": -1}])
+def test_numbers_out_of_range_are_refused(numbers):
+    with pytest.raises(ParameterError):
+        lyapunov_exponent(CHAOTIC, **numbers)
+
+
+def test_systems_and_starts_must_go_together():
+    with pytest.raises(ParameterError):
+        lyapunov_many([CHAOTIC] * 3, Starts.rigid(time=np.zeros(2)))
+    with pytest.raises(ParameterError):
+        lyapunov_many([])
