@@ -14,7 +14,7 @@ from percuss.errors import ParameterError, ResonanceError
 from percuss.model import System
 from percuss.model.checks import Array, count, instance
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
-from percuss.simulate.ensemble import cores
+from percuss.simulate.many import cores
 
 __all__ = ["LYAPUNOV_OUTCOMES", "Lyapunov", "LyapunovMany", "lyapunov_exponent", "lyapunov_many"]
 

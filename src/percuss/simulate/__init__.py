@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
-    from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
+    from percuss.simulate.ensemble import Ensemble, EnsembleProgress
     from percuss.simulate.events import Event, Events
+    from percuss.simulate.many import simulate_many
     from percuss.simulate.running import run
     from percuss.simulate.start import Start
     from percuss.simulate.starts import DISTRIBUTIONS, Starts
@@ -43,7 +44,7 @@ _HOME = {
     "Ensemble": "ensemble",
     "EnsembleProgress": "ensemble",
     "Starts": "starts",
-    "simulate_many": "ensemble",
+    "simulate_many": "many",
     "EnergyBalance": "trajectory",
     "Event": "events",
     "Events": "events",
