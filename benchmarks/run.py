@@ -20,6 +20,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from explore_cells import explore_cells
+from explore_running import explore_running
 from simulation import simulation
 
 from percuss import Load, System, stability_of, steady_states
@@ -160,18 +162,28 @@ def multipliers() -> list[Row]:
     return rows
 
 
+GROUPS: dict[str, Callable[[], list[tuple[str, str, str, str]]]] = {
+    "processes": processes,
+    "case": one_case,
+    "planes": planes,
+    "multipliers": multipliers,
+    "simulation": simulation,
+    "cells": explore_cells,
+    "running": explore_running,
+}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md")
-    parser.add_argument("--only", choices=["simulation"], help="one group of rows, not kept")
+    parser.add_argument("--only", choices=sorted(GROUPS), help="one group of rows, not kept")
     options = parser.parse_args()
     keep = options.keep and not options.only
     head = ["| what | median | goal | beside |", "| --- | --- | --- | --- |"]
     print("\n".join(head), flush=True)
     lines = list(head)
-    groups = (simulation,) if options.only else (processes, one_case, planes, multipliers, simulation)
-    for group in groups:
-        for row in group():
+    for name in [options.only] if options.only else GROUPS:
+        for row in GROUPS[name]():
             lines.append(f"| {' | '.join(row)} |")
             print(lines[-1], flush=True)
     target = ROOT if keep else ROOT.parent / "build" / "bench"

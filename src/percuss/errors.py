@@ -10,6 +10,8 @@
     ├── LoadError                          a load without steady impacts: it does not push, or is constant
     ├── ResonanceError                     an undamped bar driven at one of its own frequencies
     ├── ConvergenceError                   a computation that failed its own check
+    ├── ArchiveError                       an archive that cannot be read, written or continued
+    ├── Interrupted                        a long computation that was told to stop; says how to go on
     └── MissingExtraError                  an optional package that is not installed
 
 Every error says the cause first and the remedy after a dash. A question that merely has no answer (no
@@ -19,9 +21,11 @@ orbit exists) is not an error: it is a value.
 from __future__ import annotations
 
 __all__ = [
+    "ArchiveError",
     "CaseError",
     "ConvergenceError",
     "HistoryError",
+    "Interrupted",
     "LoadError",
     "MissingExtraError",
     "ParameterError",
@@ -120,6 +124,39 @@ class ResonanceError(PercussError):
 
 class ConvergenceError(PercussError):
     """A computation that failed its own check; please report it with the case."""
+
+
+class ArchiveError(PercussError):
+    """An archive that cannot be read, written or continued.
+
+    Attributes
+    ----------
+    path
+        The archive.
+    """
+
+    def __init__(self, path: str, message: str, remedy: str = "") -> None:
+        self.path = path
+        super().__init__(f"{path}: {message}", remedy)
+
+
+class Interrupted(PercussError):
+    """A long computation that was told to stop, by Ctrl-C or by whoever watched it.
+
+    Attributes
+    ----------
+    done, size
+        Items that were done, of how many.
+    archive
+        Where they are kept; None when they are lost.
+    """
+
+    def __init__(self, done: int, size: int, archive: str | None, remedy: str = "") -> None:
+        self.done = done
+        self.size = size
+        self.archive = archive
+        kept = f"; what is done is in {archive}" if archive else ""
+        super().__init__(f"interrupted after {done} of {size} items{kept}", remedy)
 
 
 class MissingExtraError(PercussError):

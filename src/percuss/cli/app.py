@@ -19,8 +19,10 @@ COMMANDS = {
     "sweep": "quantities over a parameter or a plane: maps",
     "experiment": "random starts, and what share of them ends in which motion",
     "basins": "a plane of starts, and what motion each leads to",
+    "serve": "the workbench: a page to move sliders, see and hear the hammer",
     "machines": "the catalogue of sample cases",
     "new": "a commented sample case to start from",
+    "paper": "the figures and claims of the 1977 paper, made again",
     "show": "what is in an archive, and how far it is",
     "export": "an archive as one file, NetCDF or CSV",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from percuss.cli.files import check_target, need
@@ -64,8 +64,7 @@ def export(arguments: Sequence[str]) -> int:
     if not options.output.lower().endswith(_KINDS):
         parser.error(f"argument -o: '{options.output}': the name must end in {' or '.join(_KINDS)}")
     check_target(parser, "-o", options.output)
-    for package in ("xarray", "h5netcdf"):
-        need(package, "io")
+    need("xarray", "io")
 
     from percuss.explore.archive import Archive
     from percuss.explore.exporting import dataset_of, write_csv, write_netcdf
@@ -84,7 +83,7 @@ def archive_report(archive: Archive, name: str) -> Report:
     from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
-    sections: list[Section | Grid] = [Section("what was asked", tuple(_asked(archive)))]
+    sections: list[Section | Grid] = [Section("what was asked", _padded(_asked(archive)))]
     if axes := _axes(archive):
         sections.append(axes)
     sections += [_columns(archive), Section("how it was made", tuple(_origin(archive)))]
@@ -113,11 +112,21 @@ def _percent(fraction: float) -> str:
 
 def _asked(archive: Archive) -> list[tuple[str, str]]:
     """The ask, its short values as they are and the long ones by their size."""
-    return [
-        (name, _brief(value))
-        for name, value in archive.ask.items()
-        if name not in ("kind", "percuss", "axes") and value is not None
-    ]
+    return list(_rows("", {name: v for name, v in archive.ask.items() if name not in ("kind", "percuss", "axes")}))
+
+
+def _rows(prefix: str, values: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _rows(f"{prefix}{name}.", value)
+        elif value is not None and value != "":
+            yield f"{prefix}{name}", _brief(value)
+
+
+def _padded(rows: list[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+    """Labels that may be longer than a report's are usually, as wide as the longest."""
+    width = max([len(label) for label, _ in rows], default=0)
+    return tuple((f"{label:<{width + 2}}" if width > 14 else label, text) for label, text in rows)
 
 
 def _brief(value: Any) -> str:
@@ -153,7 +162,7 @@ def _columns(archive: Archive) -> Section:
         kind = column.dtype + (f" × {' × '.join(map(str, column.shape))}" if column.shape else "")
         unit = f", {column.unit}" if column.unit else ""
         rows.append((name, f"{kind}{unit}{': ' if column.meaning else ''}{column.meaning}"))
-    return Section("columns", tuple(rows))
+    return Section("columns", _padded(rows))
 
 
 def _origin(archive: Archive) -> list[tuple[str, str]]:

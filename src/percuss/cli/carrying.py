@@ -92,7 +92,8 @@ def carried(parser: Parser, options: argparse.Namespace, job: Job) -> Columns:
 def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """The keyword arguments of `percuss.explore.carry_out` that the options say, in charge of Ctrl-C for the block."""
     check_carrying(parser, options)
-    with _listening(Watch(parser.prog.rpartition(" ")[2], options.yes)) as watch:
+    agreed = options.yes or (options.resume and os.path.exists(options.output))  # when it was begun
+    with _listening(Watch(parser.prog.rpartition(" ")[2], agreed)) as watch:
         running: dict[str, Any] = {"archive": options.output, "resume": options.resume, "progress": watch}
         if options.scheduler is None:
             running["workers"] = options.workers
@@ -103,7 +104,7 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
         try:
             yield running
         except Interrupted as stop:
-            raise Interrupted(stop.done, stop.size, stop.archive, _to_go_on(stop)) from None
+            raise Interrupted(stop.done, stop.size, stop.archive, _to_go_on(stop, options.output is not None)) from None
         finally:
             if "pool" in running:
                 running["pool"].close()
@@ -186,11 +187,11 @@ def _listening(watch: Watch) -> Iterator[Watch]:
             signal.signal(signal.SIGINT, before or signal.SIG_DFL)
 
 
-def _to_go_on(stop: Interrupted) -> str:
+def _to_go_on(stop: Interrupted, archived: bool) -> str:
     from percuss.explore.provenance import command
 
     if stop.archive is None:
-        return "nothing is kept of it; -o ARCHIVE would keep what is done, for --resume"
+        return "nothing is written yet" if archived else "-o ARCHIVE would keep what is done, for --resume"
     line = command(sys.argv)
     if not line.startswith("percuss "):
         return "go on by the same command with --resume"

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.explore.archive import Archive as Archive
     from percuss.explore.axis import Axis as Axis
-    from percuss.explore.basins import Basins as Basins
-    from percuss.explore.basins import basins as basins
-    from percuss.explore.boundaries import Boundaries as Boundaries
-    from percuss.explore.boundaries import boundaries as boundaries
-    from percuss.explore.experiment import Experiment as Experiment
-    from percuss.explore.experiment import experiment as experiment
+    from percuss.explore.basin import Basins as Basins
+    from percuss.explore.basin import basins as basins
+    from percuss.explore.boundary import Boundaries as Boundaries
+    from percuss.explore.boundary import boundaries as boundaries
+    from percuss.explore.experiments import Experiment as Experiment
+    from percuss.explore.experiments import experiment as experiment
     from percuss.explore.family import PARAMETERS as PARAMETERS
     from percuss.explore.family import Family as Family
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 _HOME = {
     "Archive": "archive",
     "Axis": "axis",
-    "Basins": "basins",
-    "Boundaries": "boundaries",
+    "Basins": "basin",
+    "Boundaries": "boundary",
     "CELL_OUTCOMES": "quantities",
     "Column": "job",
-    "Experiment": "experiment",
+    "Experiment": "experiments",
     "Family": "family",
     "Job": "job",
     "JobProgress": "progress",
@@ -56,11 +56,11 @@ _HOME = {
     "Share": "shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
-    "basins": "basins",
-    "boundaries": "boundaries",
+    "basins": "basin",
+    "boundaries": "boundary",
     "carry_out": "running",
     "estimate": "running",
-    "experiment": "experiment",
+    "experiment": "experiments",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "sweep": "sweeps",

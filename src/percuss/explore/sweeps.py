@@ -198,6 +198,11 @@ class Sweep:
         return cls._shaped(axes, tuple(ask["quantities"]), archive.read(), archive.columns, ask)
 
     @classmethod
+    def shaped(cls, job: SweepJob, flat: Columns) -> Sweep:
+        """What a job came to, in the map's shape."""
+        return cls._shaped(job.axes, job.quantities, flat, job.columns, job.ask)
+
+    @classmethod
     def _shaped(
         cls,
         axes: tuple[Axis, ...],
@@ -296,8 +301,7 @@ def sweep(
         what, *axes, quantities=quantities, periods=periods, modes=modes, start=start, stop=stop, impacts=impacts,
         discard=discard,
     )  # fmt: skip
-    flat = carry_out(job, **running)
-    return Sweep._shaped(job.axes, job.quantities, flat, job.columns, job.ask)
+    return Sweep.shaped(job, carry_out(job, **running))
 
 
 def sweep_job(

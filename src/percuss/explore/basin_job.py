@@ -1,0 +1,164 @@
+"""What an image of basins carries out: the starts of a plane, each followed by itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.explore.axis import Axis
+from percuss.explore.cycles import COLUMNS, followed
+from percuss.explore.family import describe_system
+from percuss.explore.job import Column, Columns
+from percuss.explore.motions import some, start_columns, start_values
+from percuss.model import System
+from percuss.model.checks import Array, count, finite, instance
+
+if TYPE_CHECKING:
+    from percuss.simulate import Starts, Stop
+
+__all__ = ["BasinsJob", "Line", "basins_job"]
+
+Line = Axis | tuple[str, float, float, int] | tuple[str, Sequence[float]]
+
+_STATES = "position, velocity, time, u_1, u_2, …, v_1, v_2, …"
+_MODE = re.compile(r"[uv]_([1-9]\d{0,3})")
+
+
+@dataclass(frozen=True, eq=False)
+class BasinsJob:
+    """The starts of a plane, row by row from the first value of y on; see `basins`.
+
+    Parameters
+    ----------
+    system, modes, stop
+        What is followed, with how many elastic modes, and until when.
+    x, y
+        Names and values of the axes.
+    at
+        What all starts have in common.
+    threads
+        Of `simulate_many` for one portion; the numbers do not depend on it.
+    """
+
+    system: System
+    modes: int
+    stop: Stop
+    x: tuple[str, tuple[float, ...]]
+    y: tuple[str, tuple[float, ...]]
+    at: tuple[tuple[str, float], ...] = ()
+    threads: int | None = 1
+
+    def starts(self) -> Starts:
+        """All starts."""
+        return _plane(self.x, self.y, self.at)
+
+    @property
+    def size(self) -> int:
+        """Number of starts."""
+        return len(self.x[1]) * len(self.y[1])
+
+    @property
+    def columns(self) -> Mapping[str, Column]:
+        """`COLUMNS`, and the starts."""
+        n = 1 + max(_mode_of(name) for name in (self.x[0], self.y[0], *(name for name, _ in self.at)))
+        return {**start_columns(n, n), **COLUMNS}
+
+    @property
+    def ask(self) -> dict[str, Any]:
+        """What the numbers depend on."""
+        return {
+            "kind": "basins",
+            "percuss": 1,
+            "system": describe_system(self.system),
+            "x": {"name": self.x[0], "values": list(self.x[1])},
+            "y": {"name": self.y[0], "values": list(self.y[1])},
+            "at": dict(self.at),
+            "modes": self.modes,
+            "stop": asdict(self.stop),
+        }
+
+    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
+        """The motions from starts `first` … `last` − 1."""
+        part = some(self.starts(), slice(first, last))
+        return {**start_values(part), **followed(self.system, part, self.modes, self.stop, self.threads, stopped)}
+
+
+def _mode_of(name: str) -> int:
+    """n of an amplitude u_n or v_n; 0 for the rest."""
+    found = _MODE.fullmatch(name)
+    return int(found[1]) if found else 0
+
+
+@lru_cache(maxsize=2)  # a worker slices the same starts for every portion
+def _plane(
+    x: tuple[str, tuple[float, ...]], y: tuple[str, tuple[float, ...]], at: tuple[tuple[str, float], ...]
+) -> Starts:
+    from percuss.simulate import Starts
+
+    rows, columns = len(y[1]), len(x[1])
+    values = {"position": 0.0, "velocity": 0.0, "time": 0.0, **dict(at)}
+    grid: dict[str, Array] = {name: np.full(rows * columns, value) for name, value in values.items()}
+    grid[x[0]] = np.tile(np.array(x[1]), rows)
+    grid[y[0]] = np.repeat(np.array(y[1]), columns)
+    most = max(map(_mode_of, grid))
+    u, v = np.zeros((rows * columns, most + 1)), np.zeros((rows * columns, most + 1))
+    for name, column in grid.items():
+        if _mode_of(name):
+            (u if name[0] == "u" else v)[:, _mode_of(name)] = column
+    n = np.arange(1, most + 1)
+    u[:, 0] = grid["position"] - u[:, 1:] @ np.where(n % 2, -2.0, 2.0)
+    v[:, 0] = grid["velocity"]
+    return Starts(u, v, grid["position"], grid["time"])
+
+
+def basins_job(
+    system: System,
+    x: Line,
+    y: Line,
+    *,
+    at: Mapping[str, float] | None = None,
+    modes: int = 0,
+    stop: Stop | None = None,
+    threads: int | None = 1,
+) -> BasinsJob:
+    """What `basins` carries out."""
+    from percuss.simulate import Stop
+    from percuss.simulate.spectrum import Spectrum
+
+    instance("system", system, System)
+    kept = count("modes", modes, least=0, most=4096)
+    Spectrum(system, kept)  # a resonance is an error here, not in a worker
+    stop = Stop() if stop is None else instance("stop", stop, Stop)
+    lines = [_line(axis, line) for axis, line in (("x", x), ("y", y))]
+    if lines[0][0] == lines[1][0]:
+        raise ParameterError("y", lines[1][0], f"another quantity than that of x: {_STATES}")
+    fixed = tuple(sorted((_known_name("at", name), finite(name, value)) for name, value in (at or {}).items()))
+    for name, values in (*lines, *((name, (value,)) for name, value in fixed)):
+        if name == "position" and max(values) > 0.0:
+            raise ParameterError("position", max(values), "0 (on the wall) or less", "the wall is at 0")
+        if _mode_of(name) > kept:
+            raise ParameterError(name, f"a mode above {kept}", f"modes up to {kept}", "take more modes")
+    twice = [name for name, _ in fixed if name in (lines[0][0], lines[1][0])]
+    if twice:
+        raise ParameterError("at", twice[0], "a quantity that is on no axis")
+    return BasinsJob(system, kept, stop, lines[0], lines[1], fixed, threads)
+
+
+def _line(axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
+    if not isinstance(line, Axis):
+        if not isinstance(line, tuple | list) or len(line) not in (2, 4) or not isinstance(line[0], str):
+            raise ParameterError(axis, line, "(name, first, last, number), (name, values) or an Axis")
+        line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], np.asarray(line[1], dtype=float))
+    return _known_name(axis, line.name), tuple(line.values.tolist())
+
+
+def _known_name(where: str, name: object) -> str:
+    if isinstance(name, str) and (name in ("position", "velocity", "time") or _MODE.fullmatch(name)):
+        return name
+    raise ParameterError(where, name, f"one of {_STATES}")

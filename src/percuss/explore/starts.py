@@ -1,0 +1,224 @@
+"""Where the motions of an experiment start: named distributions, one's own file, one's own function."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, count, instance
+
+if TYPE_CHECKING:
+    from percuss.model import System
+    from percuss.simulate import Starts
+
+__all__ = ["DISTRIBUTIONS", "FIELD_DEPTH", "FIELD_SPEED", "GENTLE_SPEED", "drawn", "named", "own"]
+
+DISTRIBUTIONS = ("wall", "field", "gentle")
+"""The named distributions of starts; all rigid, the elastic modes at rest, the load phase uniform."""
+
+FIELD_DEPTH, FIELD_SPEED, GENTLE_SPEED = 20.0, 5.0, 0.2
+
+_TURN = 2.0 * np.pi
+
+
+@lru_cache(maxsize=4)  # a worker slices the same starts for every chunk
+def named(system: System, distribution: str, number: int, seed: int = 0) -> Starts:
+    """Starts drawn from a named distribution; the first rows do not depend on how many are drawn.
+
+    ``wall``
+        On the wall, leaving with the speed \\|N(0, 1)\\|·2πp_0/(1 + R), load phase uniform. 2πp_0/(1 + R) is the
+        striking speed of the undamped motion with one impact in every load period.
+    ``field``
+        Position uniform in [−20, 0], velocity 5·N(0, 1), load phase uniform.
+    ``gentle``
+        On the wall, leaving with a speed uniform in (0, 0.2), load phase uniform.
+
+    All are rigid, with the elastic modes at rest; dimensionless. A bar that leaves has a velocity below 0. Every
+    column has a stream of its own, spawned from the seed by numpy's `SeedSequence`.
+
+    Parameters
+    ----------
+    system
+        Whose load and restitution set the speed of ``wall``.
+    distribution
+        One of `DISTRIBUTIONS`.
+    number
+        How many.
+    seed
+        0 or greater.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or ``wall`` with a load that does not push.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> starts = named(system, "gentle", 1000, seed=1)
+    >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
+    (1000, True, True)
+    """
+    from percuss.simulate import Starts
+
+    if distribution not in DISTRIBUTIONS:
+        raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
+    n = count("starts", number)
+    first, second, third = (
+        np.random.default_rng(stream) for stream in np.random.SeedSequence(count("seed", seed, least=0)).spawn(3)
+    )
+    phase = _TURN * first.random(n)
+    if distribution == "field":
+        return Starts.rigid(-FIELD_DEPTH * second.random(n), FIELD_SPEED * third.standard_normal(n), phase)
+    if distribution == "gentle":
+        return Starts.rigid(0.0, -GENTLE_SPEED * (1.0 - third.random(n)), phase)  # (0, 0.2]: never without speed
+    speed = _TURN * system.load.mean / (1.0 + system.restitution)
+    if speed <= 0.0:
+        raise ParameterError(
+            "distribution", "wall", "a load that pushes (mean greater than 0)", "take 'field' or 'gentle', or a file"
+        )
+    return Starts.rigid(0.0, -speed * np.abs(third.standard_normal(n)), phase)
+
+
+def drawn(rows: Starts, number: int | None, seed: int = 0) -> Starts:
+    """`number` starts from given rows: the first ones as they are; when more are asked, by chance with replacement."""
+    from percuss.simulate import Starts
+
+    if number is None or number == len(rows):
+        return rows
+    if number < len(rows):
+        which = np.arange(count("starts", number))
+    else:
+        stream = np.random.SeedSequence(count("seed", seed, least=0)).spawn(4)[3]
+        which = np.random.default_rng(stream).integers(0, len(rows), number)
+    return Starts(rows.displacement[which], rows.velocity[which], rows.gap[which], rows.time[which])
+
+
+# -- one's own ------------------------------------------------------------------------------------------------------
+
+
+def own(source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed: int = 0) -> Starts:
+    """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
+
+    A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
+    ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``, ``u_1``,
+    …, ``v_0``, ``v_1``, … and ``time``. The bar is at u(1) ≤ 0; the wall is at 0. Dimensionless, the time in radians.
+
+    Raises
+    ------
+    ParameterError
+        For a file that cannot be read or has unknown columns, and for a function that gives no `Starts`.
+    """
+    from percuss.simulate import Starts
+
+    if isinstance(source, Starts):
+        return source
+    if callable(source):
+        return instance("what the distribution gives", source(seed), Starts)
+    path = Path(source)
+    if not path.is_file():
+        accepted = f"{', '.join(DISTRIBUTIONS)}, or a file of starts (.csv, .npz, .nc)"
+        why = "" if not path.exists() else "it is not a regular file"
+        raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
+    columns = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower(), _text)(path)
+    return _starts(str(path), columns)
+
+
+def _starts(file: str, columns: dict[str, Array]) -> Starts:
+    from percuss.simulate import Starts
+
+    modal = sorted(
+        (name for name in columns if name[:2] in ("u_", "v_") and name[2:].isdecimal()), key=lambda n: int(n[2:])
+    )
+    rigid = [name for name in columns if name in ("position", "velocity")]
+    unknown = [name for name in columns if name not in ("position", "velocity", "time", *modal)]
+    remedy = "name the columns position, velocity, time, or u_0, u_1, …, v_0, v_1, …, time"
+    if unknown:
+        raise ParameterError(file, f"column '{unknown[0]}'", "columns known by their headings", remedy)
+    if bool(modal) == bool(rigid):
+        what = "both kinds of columns" if modal else "no column of a state"
+        raise ParameterError(file, what, "rigid starts or modal amplitudes", remedy)
+    sizes = {name: values.size for name, values in columns.items()}
+    size = max(sizes.values())
+    if min(sizes.values()) != size or not size:
+        raise ParameterError(file, sizes, "columns of one length, at least one row")
+    for name, values in columns.items():
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise ParameterError(file, f"{name} in row {bad[0] + 1}", "finite numbers", "mend or delete this row")
+    zero = np.zeros(size)
+    if rigid:
+        position = columns.get("position", zero)
+        _not_beyond(file, position, 0.0)
+        return Starts.rigid(position, columns.get("velocity", zero), columns.get("time", zero))
+    most = max(int(name[2:]) for name in modal)
+    u, v = (np.column_stack([columns.get(f"{kind}_{n}", zero) for n in range(most + 1)]) for kind in "uv")
+    return Starts(u, v, _not_beyond(file, gap_of(u), 1e-12 * float(np.abs(u).max())), columns.get("time", zero))
+
+
+def gap_of(displacement: Array) -> Array:
+    """u(1) = u_0 + 2 Σ (−1)ⁿ u_n of each row."""
+    n = np.arange(displacement.shape[1])
+    return np.asarray(displacement @ np.where(n == 0, 1.0, np.where(n % 2, -2.0, 2.0)))
+
+
+def _not_beyond(file: str, gap: Array, noise: float) -> Array:
+    bad = np.flatnonzero(gap > noise)
+    if bad.size:
+        accepted = "a striking end at or before the wall, u(1) ≤ 0"
+        raise ParameterError(file, f"u(1) = {gap[bad[0]]:.6g} in row {bad[0] + 1}", accepted)
+    return np.where(gap >= -noise, 0.0, gap)
+
+
+def _text(path: Path) -> dict[str, Array]:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParameterError("distribution", str(path), "a table in text (CSV), .npz or .nc", str(error)) from None
+    rows = [(i + 1, line) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    if len(rows) < 2:
+        raise ParameterError("distribution", str(path), "a heading and at least one row of numbers")
+    heading = rows[0][1]
+    mark = next((mark for mark in (",", ";", "\t") if mark in heading), None)
+    names = [name.strip().strip('"').lower() for name in heading.split(mark)]
+    if len(set(names)) < len(names):
+        raise ParameterError(str(path), heading.strip(), "every column once")
+    table = np.empty((len(rows) - 1, len(names)))
+    for i, (line, text) in enumerate(rows[1:]):
+        cells = text.split(mark)
+        try:
+            table[i] = [float(cell) for cell in cells]
+        except ValueError:
+            accepted = f"{len(names)} numbers ({', '.join(names)})"
+            raise ParameterError(f"{path}, line {line}", text.strip(), accepted, "mend this line") from None
+    return dict(zip(names, np.ascontiguousarray(table.T), strict=True))
+
+
+def _npz(path: Path) -> dict[str, Array]:
+    try:
+        with np.load(path, allow_pickle=False) as content:
+            return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
+    except Exception as error:  # a damaged file raises whatever it happens to hit
+        raise ParameterError("distribution", str(path), "an .npz file of numbers", str(error)[:200]) from None
+
+
+def _netcdf(path: Path) -> dict[str, Array]:
+    try:
+        import xarray
+    except ImportError:
+        from percuss.errors import MissingExtraError
+
+        raise MissingExtraError("xarray", "io") from None
+    try:
+        with xarray.open_dataset(path, decode_times=False) as content:
+            names = [str(name) for name in content.variables if str(name) not in content.indexes]
+            return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
+    except Exception as error:  # as above
+        raise ParameterError("distribution", str(path), "a NetCDF file of numbers", str(error)[:200]) from None

@@ -1,0 +1,76 @@
+"""B77's figures and claims, made again: thin scripts over the floors below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from percuss.errors import ParameterError
+
+if TYPE_CHECKING:
+    from percuss.paper.figure import Figure
+
+__all__ = ["CLAIMS", "FIGURES", "NAMES", "figures", "write_figures"]
+
+FIGURES = ("fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "elastic")
+"""The figures; each is the module of its name, with ``figures(seed) -> tuple of Figure``."""
+
+CLAIMS = "claims"
+"""The numerical experiments on what B77 claims; `percuss.paper.claims` runs them."""
+
+NAMES = (*FIGURES, CLAIMS)
+"""All that can be made."""
+
+
+def figures(name: str, seed: int = 1977) -> tuple[Figure, ...]:
+    """Compute one of the figures, which may be several pictures.
+
+    Parameters
+    ----------
+    name
+        One of `FIGURES`.
+    seed
+        Of the random numbers, where a figure needs some.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is none.
+
+    Examples
+    --------
+    >>> from percuss.paper import figures
+    >>> figure, = figures("fig5")
+    >>> list(figure.columns), figure.rows
+    (['restitution', 'lower', 'upper', 'lower_damped', 'upper_damped'], 91)
+    """
+    if name not in FIGURES:
+        raise ParameterError("name", name, f"one of {', '.join(FIGURES)}")
+    made: tuple[Figure, ...] = import_module(f"{__name__}.{name}").figures(seed)
+    return made
+
+
+def write_figures(names: Sequence[str], directory: str | Path, seed: int = 1977) -> Iterator[Path]:
+    """Compute figures and write each as CSV, SVG and PNG; yields every file when it is there.
+
+    Parameters
+    ----------
+    names
+        Some of `FIGURES`.
+    directory
+        Made when it is not there.
+    seed
+        As in `figures`.
+
+    Raises
+    ------
+    MissingExtraError
+        When matplotlib is not installed.
+    PercussError
+        When a file cannot be written.
+    """
+    for name in names:
+        for figure in figures(name, seed):
+            yield from figure.write(directory)

@@ -1,0 +1,239 @@
+"""Claim d: the hydraulic hammer settles nowhere, and its impact frequency scatters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model.checks import Array
+from percuss.paper.claim_common import (
+    DAMPED,
+    HOLDS,
+    NAMED,
+    NOT,
+    PARTLY,
+    Claim,
+    Table,
+    Trial,
+    Verdict,
+    hydraulic,
+    one_impact,
+    percent,
+)
+
+__all__ = ["Scatter", "claim_d", "scatters_of", "verdict_d"]
+
+RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8)
+KAPPAS = (1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
+ELASTIC = tuple((r, kappa) for r in (0.2, 0.5, 0.8) for kappa in (1.2, 1.5))
+LEAST, MOST = 0.05, 0.10
+ALIKE = 0.10
+"""Medians of the scatter from two distributions that differ by less than this part are alike."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """The starts of one distribution at one point: how many settle, and how the impacts of the others scatter.
+
+    `rate` and `main_rate` are means over all starts, impacts per load period; `scatter` and `main_scatter` are the
+    median over the starts of the standard deviation of the time between impacts over its mean; `spread` is half of the
+    range from the 5th to the 95th percentile of the starts, over the median, of the scatter of the main blows;
+    `between` is the standard deviation over the starts of the rate of a whole motion, over its mean.
+    """
+
+    restitution: float
+    kappa: float
+    distribution: str
+    starts: int
+    periodic: int
+    resting: int  # of the periodic ones those with rest
+    one_impact: int
+    rate: float
+    main_rate: float
+    scatter: float
+    main_scatter: float
+    spread: float
+    between: float
+    main: str  # the most frequent motion
+
+
+def scatters_of(trial: Trial) -> list[Scatter]:
+    """The experiments of claim d."""
+    points = [(r, kappa) for r in RESTITUTIONS for kappa in KAPPAS]
+    each, found = _each(trial), []
+    for i, (r, kappa) in enumerate(points):
+        trial.tell("d", i, len(points))
+        found += [_scatter(trial, r, kappa, name, each) for name in NAMED]
+    return found
+
+
+def _each(trial: Trial) -> int:
+    """Starts for each point: few, as each is followed through all its impacts."""
+    return max(16, trial.size.each(len(RESTITUTIONS) * len(KAPPAS) * len(NAMED)) // 4)
+
+
+def _impacts(trial: Trial) -> int:
+    return max(trial.size.impacts // 2, 256)
+
+
+def _scatter(trial: Trial, r: float, kappa: float, name: str, each: int, elastic: bool = False) -> Scatter:
+    """One experiment; the elastic bar has s = 20, 2πd = 0.03 and 8 modes."""
+    system = hydraulic(r, kappa, s=20.0, d=DAMPED) if elastic else hydraulic(r, kappa)
+    result = trial.of(system, each, name, modes=8 if elastic else 0, impacts=_impacts(trial))
+    c = result.columns
+    with np.errstate(divide="ignore", invalid="ignore"):
+        std, main = (c[f"{k}_std"] / c[f"{k}_mean"] for k in ("interval", "main_interval"))
+    known = main[np.isfinite(main)]
+    low, middle, high = np.percentile(known, (5, 50, 95)).tolist() if known.size else (0.0, 0.0, 0.0)
+    return Scatter(
+        restitution=r,
+        kappa=kappa,
+        distribution=name,
+        starts=each,
+        periodic=int((c["cycle_periods"] > 0).sum()),
+        resting=int((c["cycle_kind"] > 0).sum()),
+        one_impact=int(one_impact(result.label).sum()),
+        rate=_mean(c["blow_rate"]),
+        main_rate=_mean(c["main_blow_rate"]),
+        scatter=_median(std),
+        main_scatter=_median(main),
+        spread=0.5 * (high - low) / middle if middle > 1e-9 else 0.0,
+        between=_between(c["blow_rate"]),
+        main=next(iter(result.labels)),
+    )
+
+
+def _mean(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else float("nan")
+
+
+def _between(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.std() / known.mean()) if known.size and known.mean() > 0.0 else float("nan")
+
+
+def _median(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def _points(found: Sequence[Scatter]) -> list[list[Scatter]]:
+    keys = dict.fromkeys((item.restitution, item.kappa) for item in found)
+    return [[item for item in found if (item.restitution, item.kappa) == key] for key in keys]
+
+
+def _alike(items: Sequence[Scatter]) -> bool:
+    values = [item.main_scatter for item in items]
+    return bool(np.isfinite(values).all()) and max(values) - min(values) <= ALIKE * max(max(values), 1e-6)
+
+
+def parts_d(found: Sequence[Scatter]) -> dict[str, tuple[int, int]]:
+    """For each part of the claim the points where it holds, and all points."""
+    points = _points(found)
+    tests = {
+        "settles nowhere": lambda items: all(item.periodic == 0 for item in items),
+        "main blows scatter by 5 to 10 %": lambda items: all(LEAST <= item.main_scatter <= MOST for item in items),
+        "all impacts scatter by 5 to 10 %": lambda items: all(LEAST <= item.scatter <= MOST for item in items),
+        "the rates of whole motions scatter by 5 to 10 %": lambda items: all(
+            LEAST <= item.between <= MOST for item in items
+        ),
+        "the main blows come at the load's frequency, to 1 %": lambda items: all(
+            abs(item.main_rate - 1.0) < 0.01 for item in items
+        ),
+        "the scatter does not depend on the start": _alike,
+    }
+    return {name: (sum(test(items) for items in points), len(points)) for name, test in tests.items()}
+
+
+NEEDED = (
+    "settles nowhere",
+    "main blows scatter by 5 to 10 %",
+    "the main blows come at the load's frequency, to 1 %",
+    "the scatter does not depend on the start",
+)
+
+
+def verdict_d(found: Sequence[Scatter]) -> Verdict:
+    """All parts of the claim at every point, at some, or at none together."""
+    if not found:
+        return Verdict(NOT, "nothing was tried")
+    parts = parts_d(found)
+    points = _points(found)
+    together = [items for items in points if all(count == 1 for count, _ in (parts_d(items)[name] for name in NEEDED))]
+    told = "; ".join(f"{name}: at {k} of {n} points" for name, (k, n) in parts.items())
+    told += f"; all that is claimed together: at {len(together)} of {len(points)}"
+    if together and len(together) < len(points):
+        told += f" (R, κ = {', '.join(f'{i[0].restitution:g}, {i[0].kappa:g}' for i in together[:12])})"
+    return Verdict(HOLDS if len(together) == len(points) else PARTLY if together else NOT, told)
+
+
+def claim_d(trial: Trial, found: Sequence[Scatter]) -> Claim:
+    """The hydraulic hammer settles nowhere; its impact frequency scatters about the load's by 5 to 10 %."""
+    elastic = [_scatter(trial, r, kappa, "field", _each(trial), elastic=True) for r, kappa in ELASTIC]
+    wandering = [item for item in found if item.periodic < 0.5 * item.starts]
+    main = [item.main_scatter for item in wandering]
+    points = _points(found)
+    periodic, resting = sum(item.periodic for item in found), sum(item.resting for item in found)
+    return Claim(
+        "d",
+        "the hydraulic hammer",
+        "The hydraulic hammer settles on no periodic motion; the frequency of its impacts scatters about that of the "
+        "load with a standard deviation of 5 to 10 %, which depends on R and κ but not on the start.",
+        f"Rigid bar without damping under the exact square wave, R = {', '.join(f'{r:g}' for r in RESTITUTIONS)}, "
+        f"κ = {', '.join(f'{k:g}' for k in KAPPAS)}; {found[0].starts} starts of each distribution, followed for "
+        f"{_impacts(trial)} impacts unless they settle. Scatter: standard deviation of the time "
+        "between impacts over its mean, without the first half of the impacts; all impacts, and main blows, for which "
+        "a completed chatter counts once.",
+        "A point (R, κ) is good when no start settles on a periodic motion, the main blows come at the load's "
+        "frequency to 1 %, their scatter (median over the starts) is 5 to 10 %, and it differs by less than "
+        f"{100 * ALIKE:g} % between the distributions. The claim holds when all points are good, and does not hold "
+        "when none is.",
+        verdict_d(found),
+        sum(item.starts for item in found),
+        {
+            "points": len(points),
+            **{name: k for name, (k, _) in parts_d(found).items()},
+            "least scatter of main blows where most starts do not settle": min(main, default=None),
+            "greatest scatter of them": max(main, default=None),
+            "median scatter of them": float(np.median(main)) if main else None,
+            "starts that settle": periodic / sum(item.starts for item in found),
+            "of these on a cycle with rest": resting / periodic if periodic else None,
+            "starts in a one-impact motion": sum(item.one_impact for item in found),
+        },
+        (
+            _table("Scatter of the impacts", found),
+            _table("The same of an elastic bar, s = 20, 2πd = 0.03, 8 modes, not in the verdict", elastic),
+        ),
+        (
+            f"Of the motions that settle {percent(resting, periodic)} do so on a cycle with rest: the steps of the "
+            "load release the bar always at the same phase, undeformed and without speed, so that a motion which has "
+            "come to rest twice repeats itself from then on. How many settle therefore grows with the time that they "
+            "are followed.",
+        ),
+    )
+
+
+def _table(title: str, found: Sequence[Scatter]) -> Table:
+    rows = []
+    for items in _points(found):
+        n, periodic = sum(item.starts for item in items), sum(item.periodic for item in items)
+        rates, mains, scatters, between = (
+            np.array([getattr(item, name) for item in items]) for name in ("rate", "main_rate", "scatter", "between")
+        )
+        blows = ", ".join(f"{100 * item.main_scatter:.3g}" for item in items)
+        first, spread = items[0], 100 * max(item.spread for item in items)
+        rows.append(
+            (
+                first.restitution, first.kappa, percent(periodic, n), _mean(rates), _mean(mains),
+                100 * _median(scatters), blows, spread, 100 * _median(between), first.main,
+            )
+        )  # fmt: skip
+    names = ", ".join(dict.fromkeys(item.distribution for item in found))
+    columns = (
+        "R", "κ", "settled", "impacts per period", "main blows per period", "scatter of all, %",
+        f"of main blows, % ({names})", "spread over starts, ± % of it", "rates of whole motions, %", "most frequent",
+    )  # fmt: skip
+    return Table(title, columns, tuple(rows))

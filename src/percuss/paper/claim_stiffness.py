@@ -1,0 +1,202 @@
+"""Claim f: what the stiffness of the bar does to stability."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from percuss.paper.claim_common import (
+    DAMPED,
+    HOLDS,
+    NOT,
+    PARTLY,
+    Claim,
+    Table,
+    Trial,
+    Verdict,
+    lower_curve,
+    percent,
+    pneumatic,
+    stable_motions,
+    upper_curve,
+)
+from percuss.stability import stability_of
+from percuss.steady import steady_states
+
+__all__ = ["Stiffness", "claim_f", "verdict_f"]
+
+SPEEDS = (0.4, 1.0, 2.0, 5.0, 8.0, 20.0, 50.0, 100.0)
+STIFF = 10.0
+"""sπ from which on a bar counts as stiff."""
+
+FEW_PERCENT = 0.01
+_LOOSE: dict[str, Any] = {"impacts": 5000, "tolerance": 1e-3}  # elastic modes ring for thousands of impacts
+MODES = 16
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """One s and d beside the rigid bar, m = 1.
+
+    Parameters
+    ----------
+    threshold
+        Greatest relative change of the lower curve over R, by B77's σ; NaN with damping.
+    cells, agree
+        Cells of R and p_0/p_1 in the range where the rigid bar is stable, and where the elastic one is too, exactly.
+    growth
+        Greatest modulus of a multiplier in these cells.
+    starts, largest_shift
+        Starts at each of some points with N modes, and the greatest difference of the share of z=1/1 from that of
+        the rigid bar with the same starts.
+    noise
+        What such a difference may be by chance (three standard deviations of two samples).
+    """
+
+    s: float
+    d: float
+    threshold: float
+    cells: int
+    agree: int
+    growth: float
+    starts: int
+    largest_shift: float
+    noise: float
+
+    @property
+    def same(self) -> dict[str, bool]:
+        """Each test by itself."""
+        return {
+            "the lower curve moves by less than 1 %": not self.threshold > FEW_PERCENT,
+            "stable where the rigid bar is": self.cells > 0 and self.agree == self.cells,
+            "the same shares of random starts": self.largest_shift <= self.noise,
+        }
+
+
+def verdict_f(found: Sequence[Stiffness]) -> Verdict:
+    """Among the stiff bars: everything the same, something, or nothing."""
+    stiff = [item for item in found if item.s * math.pi >= STIFF]
+    if not stiff:
+        return Verdict(NOT, "nothing was tried")
+    names = list(stiff[0].same)
+    told = []
+    for name in names:
+        bad = [item for item in stiff if not item.same[name]]
+        text = "at all" if not bad else f"not at {', '.join(_name(item) for item in bad)}"
+        told.append(f"{name}: {text}")
+    passed = [all(item.same.values()) for item in stiff]
+    where = "; ".join(told)
+    if any(passed) and not all(passed):
+        good = ", ".join(_name(item) for item, whole in zip(stiff, passed, strict=True) if whole)
+        where = f"all tests are passed by {good}; {where}"
+    tests = [value for item in stiff for value in item.same.values()]
+    return Verdict(HOLDS if all(passed) else PARTLY if any(tests) else NOT, where)
+
+
+def _name(item: Stiffness) -> str:
+    return f"s = {item.s:g} {'with damping' if item.d else 'undamped'}"
+
+
+def claim_f(trial: Trial) -> Claim:
+    """For m = 1 and sπ ≫ 1 the stiffness does not matter."""
+    radii, fractions = (0.2, 0.4, 0.6, 0.8), np.linspace(0.05, 0.95, 9).tolist()
+    points = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))
+    each = trial.size.each(len(points) * (2 * len(SPEEDS) + 2))
+    found: list[Stiffness] = []
+    rows = []
+    steps = 2 * len(SPEEDS)
+    for d in (0.0, DAMPED):
+        rigid = [trial.of(pneumatic(r, x, d=d), each, "wall", **_LOOSE).label for r, x in points]
+        base = [float((labels == "z=1/1").mean()) for labels in rigid]
+        for s in SPEEDS:
+            trial.tell("f", len(found), steps)
+            moved = max(abs(lower_curve(r, 1, _sigma(r, s)) / lower_curve(r) - 1.0) for r in radii)
+            cells = agree = 0
+            growth, worst, why = 0.0, (math.nan, math.nan), ""
+            for r in radii:
+                low, high = lower_curve(r), upper_curve(r)
+                for fraction in fractions:
+                    x = low + fraction * (high - low)
+                    if not any(stable_motions(pneumatic(r, x, d=d), 1, 0)):
+                        continue  # damping has moved the range of the rigid bar a little
+                    cells += 1
+                    orbits = steady_states(pneumatic(r, x, s=s, d=d), 1, modes=MODES).orbits
+                    judged = [stability_of(orbit, modes=MODES) for orbit in orbits if np.cos(orbit.phase) < 0.0]
+                    agree += any(one.stable for one in judged)
+                    best = min(judged, key=lambda one: one.multipliers.largest, default=None)
+                    if best is not None and best.multipliers.largest > growth:
+                        growth, worst, why = best.multipliers.largest, (r, x), best.reason
+            shifts, noises = [], []
+            for (r, x), share in zip(points, base, strict=True):
+                labels = trial.of(pneumatic(r, x, s=s, d=d), each, "wall", modes=8, **_LOOSE).label
+                other = float((labels == "z=1/1").mean())
+                shifts.append(abs(other - share))
+                noises.append(3.0 * math.sqrt((share * (1 - share) + other * (1 - other) + 1.0 / each) / each))
+            worst_point = max(range(len(points)), key=lambda k: shifts[k] - noises[k])
+            item = Stiffness(
+                s, d, moved if d == 0.0 else math.nan, cells, agree, growth, each, shifts[worst_point],
+                noises[worst_point],
+            )  # fmt: skip
+            found.append(item)
+            rows.append(
+                (
+                    s, s * math.pi, "2πd = 0.03" if d else "none", 100 * item.threshold, percent(agree, cells), growth,
+                    worst[0], worst[1], why, 100 * item.largest_shift, 100 * item.noise,
+                )
+            )  # fmt: skip
+    columns = (
+        "s", "sπ", "damping", "lower curve moves by, %", "stable where the rigid bar is", "greatest multiplier", "at R",
+        "p_0/p_1", "reason there", "share of z=1/1 shifts by, points", "by chance up to",
+    )  # fmt: skip
+    stiff = [item for item in found if item.s * math.pi >= STIFF]
+    return Claim(
+        "f",
+        "stiffness",
+        "For m = 1 and sπ much greater than 1 the stiffness of the bar does not matter.",
+        f"Pneumatic hammer, s = {', '.join(f'{s:g}' for s in SPEEDS)}, without damping and with 2πd = 0.03, beside the "
+        f"rigid bar: the lower curve of B77 (39) with its σ; exact multipliers of {MODES} modes at "
+        f"{len(radii) * len(fractions)} points of the stable range; {each} starts of `wall` with 8 modes (called "
+        "periodic when they return to 0.001: the elastic modes ring for thousands of impacts) at "
+        f"(R, p_0/p_1) = {', '.join(f'({r:g}, {x:g})' for r, x in points)}.",
+        f"A bar with sπ ≥ {STIFF:g} passes when the lower curve moves by less than 1 %, the motion is stable wherever "
+        "the rigid one is, and the share of random starts that end in z=1/1 differs by less than three standard "
+        "deviations. The claim holds when all such bars pass all tests, and does not hold when none passes any.",
+        verdict_f(found),
+        each * len(points) * (2 * len(SPEEDS) + 2),
+        {
+            "greatest shift of the lower curve, sπ ≥ 10": max(
+                i.threshold for i in stiff if not math.isnan(i.threshold)
+            ),
+            "points that stay stable undamped, sπ ≥ 10": sum(item.agree for item in stiff if item.d == 0.0),
+            "of so many undamped": sum(item.cells for item in stiff if item.d == 0.0),
+            "points that stay stable damped, sπ ≥ 10": sum(item.agree for item in stiff if item.d > 0.0),
+            "of so many damped": sum(item.cells for item in stiff if item.d > 0.0),
+            "greatest multiplier undamped, sπ ≥ 10": max(item.growth for item in stiff if item.d == 0.0),
+            "greatest multiplier damped, sπ ≥ 10": max(item.growth for item in stiff if item.d > 0.0),
+        },
+        (Table("Elastic bars beside the rigid one", columns, tuple(rows)),),
+        _remark(stiff),
+    )
+
+
+def _remark(stiff: Sequence[Stiffness]) -> tuple[str, ...]:
+    """What the elastic modes do, when they do it."""
+    lost = [item for item in stiff if item.agree < item.cells]
+    if not lost:
+        return ()
+    shown = ", ".join(f"{_name(item)}: {item.cells - item.agree} of {item.cells} points" for item in lost)
+    worst = max(item.growth for item in lost)
+    return (
+        f"Where the elastic bar is unstable and the rigid one is not ({shown}), an elastic mode grows, by at most "
+        f"{worst:.6f} per impact. B77's reduced criterion does not see it: it holds the elastic modes to be stable "
+        "whenever there is damping, and says nothing of them without.",
+    )
+
+
+def _sigma(r: float, s: float) -> float:
+    """σ_p of B77 (37) in closed form."""
+    return (1.0 - r) / (1.0 + r) * 0.5 * ((1.0 / s) / math.sin(1.0 / s) - 1.0)

@@ -1,0 +1,109 @@
+"""Basins: planes of starts, and that they agree with experiments and with single motions."""
+
+import numpy as np
+import pytest
+
+from percuss import Load, Start, Starts, Stop, System, run
+from percuss.errors import ParameterError
+from percuss.explore.archive import Archive
+from percuss.explore.axis import Axis
+from percuss.explore.basin import Basins, basins
+from percuss.explore.experiments import experiment
+
+TURN = 2.0 * np.pi
+BISTABLE = System(s=1e6, d=0.0, restitution=0.6, load=Load.fourier([0.6, 1.0, np.exp(1.0j)]))
+ELASTIC = System(s=3.0, d=0.05, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+
+
+def test_the_shares_of_a_box_are_those_of_random_starts_in_it():
+    """As many random starts from the box as the image has points: the parts agree within the intervals."""
+    n = 70
+    grid = basins(
+        BISTABLE,
+        ("time", TURN / (2 * n), TURN * (1 - 1 / (2 * n)), n),
+        ("velocity", -5.0 * (1 - 1 / (2 * n)), -5.0 / (2 * n), n),
+        workers=1,
+    )
+
+    def uniform(seed):
+        draw = np.random.default_rng(seed)
+        return Starts.rigid(0.0, -5.0 * draw.random(n * n), TURN * draw.random(n * n))
+
+    random = experiment(BISTABLE, None, uniform, seed=1, workers=1)
+    assert [a.label for a in grid.attractors[:2]] == ["z=1/1", "z=1/1"]
+    for share in grid.shares[:2]:
+        twin = min((s for s in random.shares if s.label == "z=1/1"), key=lambda s: abs(s.phases[0] - share.phases[0]))
+        assert twin.phases == pytest.approx(share.phases, abs=1e-6)
+        middle, half = twin.share, 0.5 * (twin.high - twin.low)
+        assert abs(share.share - middle) < 2.0 * half
+    assert sum(attractor.members for attractor in grid.attractors) == n * n
+
+
+def test_every_point_is_the_motion_from_there():
+    found = basins(ELASTIC, ("position", -3.0, 0.0, 4), ("time", [0.0, 2.0, 5.0]), at={"velocity": -0.5}, modes=2)
+    assert found.image.shape == found.label.shape == (3, 4)
+    for i, time in enumerate((0.0, 2.0, 5.0)):
+        for j, position in enumerate((-3.0, -2.0, -1.0, 0.0)):
+            assert found.label[i, j] == run(ELASTIC, Start.rigid(position, -0.5, time), modes=2).label
+    names = [attractor.label for attractor in found.attractors]
+    assert np.array_equal(np.array(names)[found.image], found.label)
+    assert found.image.max() == len(names) - 1
+
+
+def test_modal_amplitudes():
+    found = basins(ELASTIC, ("u_1", -0.3, 0.3, 3), Axis.linear("v_2", -0.2, 0.2, 2), at={"position": -1.0}, modes=2)
+    for i, v in enumerate((-0.2, 0.2)):
+        for j, u in enumerate((-0.3, 0.0, 0.3)):
+            start = Start.modal([-1.0 + 2.0 * u, u, 0.0], [0.0, 0.0, v])
+            assert found.label[i, j] == run(ELASTIC, start, modes=2).label
+    assert found.columns["start_displacement"].shape == (6, 3)
+    assert np.allclose(found.columns["position"], -1.0)
+
+
+def test_portions_and_archive(tmp_path):
+    asked = {"x": ("time", 0.0, 6.0, 13), "y": ("velocity", -4.0, -0.5, 9), "stop": Stop(impacts=400)}
+    one = basins(BISTABLE, **asked, workers=1)
+    other = basins(BISTABLE, **asked, workers=1, chunk=7, archive=tmp_path / "b.zarr")
+    for name in one.columns:
+        assert one.columns[name].tobytes() == other.columns[name].tobytes(), name
+    again = Basins.from_archive(Archive.open(tmp_path / "b.zarr"))
+    assert np.array_equal(again.image, one.image) and again.x == one.x and again.at == ()
+    assert again.stop == Stop(impacts=400)
+
+
+def test_what_is_not_done_has_no_number():
+    found = basins(BISTABLE, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
+    found.columns["code"][:7] = -1
+    part = Basins(found.system, 0, found.stop, found.x, found.y, (), found.columns)
+    assert (part.image.reshape(-1)[:7] == -1).all() and (part.image.reshape(-1)[7:] >= 0).all()
+    assert (part.label.reshape(-1)[:7] == "").all() and sum(a.members for a in part.attractors) == 13
+
+
+def test_dataset():
+    found = basins(BISTABLE, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1)
+    data = found.dataset
+    assert data["attractor_number"].dims == ("velocity", "time") and data["attractor_number"].shape == (4, 5)
+    assert data["time"].attrs["units"] == "rad" and data.attrs["at_position"] == -0.1
+    assert data["invariants"].dims == ("velocity", "time", "invariant")
+    assert np.array_equal(data["attractor_number"], found.image)
+    assert "Basins: 5 × 4 starts" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("asked", "word"),
+    [
+        ({"x": ("speed", 0, 1, 3)}, "position, velocity, time"),
+        ({"x": ("velocity", 0, 1, 3)}, "another"),
+        ({"x": ("position", -1.0, 0.5, 3)}, "wall"),
+        ({"x": ("u_3", -1.0, 0.5, 3)}, "modes"),
+        ({"x": ("u_0", -1.0, 0.5, 3)}, "u_1"),
+        ({"x": "time"}, "name, first"),
+        ({"at": {"velocity": 1.0}}, "no axis"),
+        ({"at": {"place": 1.0}}, "position, velocity, time"),
+        ({"at": {"position": 1.0}}, "wall"),
+        ({"modes": -1}, "modes"),
+    ],
+)
+def test_bad_planes(asked, word):
+    with pytest.raises(ParameterError, match=word):
+        basins(ELASTIC, **{"x": ("time", 0.0, 6.0, 3), "y": ("velocity", -1.0, 0.0, 3), "modes": 2, **asked})

@@ -1,0 +1,410 @@
+"""Boundaries: closed forms, independent roots in many digits, signs on both sides, and simulation on both sides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+import naive
+from percuss import Load, Start, Stop, System, run, stability_of, steady_states
+from percuss.errors import ParameterError
+from percuss.explore.axis import Axis
+from percuss.explore.boundary import boundaries
+from percuss.explore.curves import KINDS, Boundaries, Curve
+from percuss.explore.family import vary
+from percuss.explore.roots import bracketed_roots, roots_on
+from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
+from percuss.steady import Orbit
+from strategies import oracle
+
+R = np.linspace(0.0, 0.9, 31)
+RHO = (1.0 - R) / (1.0 + R)
+STIFF = 1e7
+WAVY = Load.fourier([1.0, 1.0, 0.5 - 0.3j, 0.25j])
+
+
+def pneumatic(s: float = STIFF, d: float = 0.0, r: float = 0.5) -> System:
+    return System(s=s, d=d, restitution=r, load=Load.harmonic(0.9, 1.0))
+
+
+def square(d: float = 0.0) -> System:
+    return System(s=STIFF, d=d, restitution=0.5, load=Load.square(1.0, 1.3, 8))
+
+
+def only(found: Boundaries, kind: str) -> Curve:
+    (curve,) = found.of(kind)
+    return curve
+
+
+def error(found: object, expected: object) -> float:
+    return float(np.max(np.abs(np.asarray(found) / np.asarray(expected) - 1.0)))
+
+
+# ---------------------------------------------------------------- roots
+
+
+def test_roots_of_many_brackets_at_once():
+    low, high = np.array([0.0, 2.0]), np.array([2.0, 5.0])
+    found = bracketed_roots(np.cos, low, high, np.cos(low), np.cos(high))
+    assert error(found, np.pi * np.array([0.5, 1.5])) < 1e-15
+    roots = [roots_on(lambda x, a=a: x**3 - a, np.linspace(-1.0, 3.0, 7)) for a in (0.1, 1.7, 5.0)]
+    assert error([float(r[0]) for r in roots], np.cbrt([0.1, 1.7, 5.0])) < 1e-14
+
+
+def test_two_roots_between_two_nodes_and_poles():
+    nodes = np.linspace(0.0, 1.0, 8)
+    close = roots_on(lambda x: (x - 0.51) ** 2 - 1e-4, nodes)
+    assert close == pytest.approx([0.5, 0.52], abs=1e-14)
+    assert roots_on(lambda x: (x - 0.51) ** 2 + 1e-4, nodes).size == 0
+    pole = 0.51
+    assert roots_on(lambda x: 1.0 / np.where(x == pole, 1e-300, x - pole), nodes).size == 0
+    assert roots_on(lambda x: x - nodes[3], nodes) == pytest.approx([nodes[3]], abs=1e-15)
+
+
+# ---------------------------------------------------------------- closed forms of theory §§6, 7
+
+
+@pytest.mark.parametrize("m", [1, 2, 10])
+@pytest.mark.parametrize("s", [STIFF, 1.01 / math.pi, 0.7])
+def test_pneumatic_range(m, s):
+    found = boundaries(pneumatic(s), ("restitution", R), ("load_factor", 0.0, 8.0), m, kinds=("fold", "flip"))
+    sigma = RHO * 0.5 * ((1.0 / s) / math.sin(1.0 / s) - 1.0)
+    lower = (1 + R) ** 2 / np.sqrt(4 * (1 + R**2 + (1 - R**2) * sigma) ** 2 + (np.pi * m * (1 - R**2)) ** 2)
+    assert error(only(found, "fold").y, (1 + R) / (np.pi * m * (1 - R))) < 1e-12
+    assert error(only(found, "flip").y, lower) < 1e-12
+    assert np.all(np.cos(only(found, "flip").phase) < 0.0)
+    for curve in found.curves:
+        assert curve.found.all() and curve.residual.max() < 1e-13
+
+
+@pytest.mark.parametrize("m", [1, 2])
+def test_hydraulic_limit(m):
+    found = boundaries(square(), ("restitution", R), ("kappa", 1.0 + 1e-6, 2.0 - 1e-6), m, kinds=("fold",))
+    assert error(only(found, "fold").y, (1 - m * RHO) + np.sqrt(1 + (m * RHO) ** 2)) < 1e-12
+    assert np.allclose(only(found, "fold").phase, np.pi * only(found, "fold").y, rtol=0, atol=1e-12)
+
+
+def test_hydraulic_has_no_flip():
+    found = boundaries(
+        square(), ("restitution", [0.0, 0.4, 0.8]), ("kappa", 1.01, 1.98), kinds=("flip", "neimark-sacker")
+    )
+    assert found.curves == ()
+
+
+def test_spiral_of_the_reduced_criterion():
+    """A pair of roots passes the unit circle, |ξ|² = a_0/a_2 = 1: needs several harmonics and a soft bar."""
+    load = Load.fourier([1.0, 0.59 - 0.82j, 0.89 + 0.73j, 0.32 - 0.5j])
+    system = System(s=0.42, d=0.01, restitution=0.77, load=load)
+    curve = only(
+        boundaries(system, ("s", [0.42]), ("load_factor", 0.0, 5.0), kinds=("neimark-sacker",)), "neimark-sacker"
+    )
+    moduli = []
+    for step in (-1e-9, 0.0, 1e-9):
+        orbits = steady_states(vary(system, {"load_factor": float(curve.y[0]) + step})).orbits
+        moduli.append(reduced_criterion(min(orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))).moduli)
+    assert moduli[1] == pytest.approx((1.0, 1.0), abs=1e-12)
+    assert (moduli[0][0] - 1.0) * (moduli[2][0] - 1.0) < 0.0
+    assert 0.0 < float(curve.angle[0]) < math.pi
+
+
+def test_no_spiral_under_one_harmonic():
+    """(1/s)/sin(1/s) never is −1, hence |a_0/a_2| < 1 as long as a_2 > 0: one harmonic has fold and flip alone."""
+    found = boundaries(pneumatic(), ("s", [0.2, 0.25, 0.6]), ("load_factor", 0.0, 5.0), kinds=("neimark-sacker",))
+    assert found.curves == ()
+
+
+@pytest.mark.parametrize(("r", "ratio"), [(0.2, 2.544192), (0.5, 1.526824), (0.8, 1.070836)])
+def test_known_thresholds(r, ratio):
+    found = boundaries(pneumatic(), ("restitution", [r]), ("load_factor", 0.0, 3.0), kinds=("flip",))
+    assert 1.0 / float(found.greatest("flip")[0]) == pytest.approx(ratio, abs=5e-7)
+
+
+# ---------------------------------------------------------------- damping: roots in many digits
+
+
+@pytest.mark.parametrize("d", [0.03 / (2 * math.pi), 0.4])
+@pytest.mark.parametrize("m", [1, 3])
+def test_damped_range_against_mpmath(d, m):
+    restitution = [0.0, 0.35, 0.9]
+    plane = ("restitution", restitution), ("load_factor", 0.0, 8.0), m
+    found = boundaries(pneumatic(d=d), *plane, kinds=("fold", "flip"))
+    with mp.workdps(30):
+        d, t = mp.mpf(d), 2 * mp.pi * m
+        e = mp.exp(-d * t)
+        for i, r in enumerate(map(mp.mpf, restitution)):
+            level = t * (1 + r * e) / ((1 + r) * (1 - e)) - 1 / d  # c/p_0
+
+            def factor(phase, level=level):
+                return mp.re(mp.expj(phase) / (d + 1j)) / level
+
+            def flip(phase, r=r, factor=factor):  # a_2 − a_1 + a_0 with σ = 0
+                slope = mp.re(1j * mp.expj(phase) / (d + 1j)) / factor(phase)
+                return 2 + 2 * r**2 * e + (1 - e) / (d * t) * (1 + r) ** 2 * slope
+
+            phase = mp.findroot(flip, (mp.mpf("1.6"), mp.atan2(1, d) + mp.pi / 2 - mp.mpf("1e-9")), solver="ridder")
+            assert float(found.greatest("flip")[i]) == pytest.approx(float(factor(phase)), rel=1e-12)
+            fold = 1 / mp.sqrt(1 + d**2) / level
+            assert float(found.greatest("fold")[i]) == pytest.approx(float(fold), rel=1e-12)
+
+
+def test_damped_hydraulic_limit_against_mpmath():
+    d = 0.03 / (2 * math.pi)
+    found = boundaries(square(d), ("restitution", [0.0, 0.5, 0.9]), ("kappa", 1.01, 1.999), kinds=("fold",))
+    with mp.workdps(30):
+        for r, kappa in zip([0.0, 0.5, 0.9], found.greatest("fold"), strict=True):
+
+            def excess(k, r=r):
+                case = naive.Case.of(naive.Square.of(1, k), 1, d, r, 1)
+                return naive.v_f(case, k * mp.pi) - naive.level(case)
+
+            root = mp.findroot(excess, (mp.mpf(float(kappa)) - 1e-3, mp.mpf(float(kappa)) + 1e-3), solver="anderson")
+            assert float(kappa) == pytest.approx(float(root), abs=1e-12)
+
+
+# ---------------------------------------------------------------- any load, any parameter: both sides of each point
+
+
+def test_every_fold_of_a_general_load_changes_the_number_of_motions():
+    system = System(s=8.0, d=0.05, restitution=0.0, load=WAVY)
+    found = boundaries(system, ("restitution", [0.1, 0.6]), ("load_factor", 0.0, 5.0), kinds=("fold",))
+    assert len(found.curves) >= 1
+    for curve in found.curves:
+        for r, y in zip(curve.x, curve.y, strict=True):
+            below, above = (int(stability_plane(system, r, y * (1 + step)).roots) for step in (-1e-11, 1e-11))
+            assert abs(below - above) == 2
+
+
+def side_of_flip(system: System, curve: Curve, i: int, y_name: str, step: float, m: int = 1) -> float:
+    """a_2 − a_1 + a_0 of the motion nearest in phase, beside the i-th point of a curve."""
+    here = vary(system, {y_name: float(curve.y[i]) + step})
+    orbits = steady_states(here, m).orbits
+    nearest = min(orbits, key=lambda o: abs(math.remainder(o.phase - float(curve.phase[i]), 2 * math.pi)))
+    a_0, a_1, a_2 = reduced_criterion(nearest).a
+    return a_2 - a_1 + a_0
+
+
+@pytest.mark.parametrize(
+    ("system", "x", "y"),
+    [
+        (System(s=2.0, d=0.02, restitution=0.3, load=WAVY), ("d", [0.0, 0.3]), ("load_factor", 0.0, 3.0)),
+        (System(s=2.0, d=0.02, restitution=0.3, load=WAVY), ("load_factor", [0.4]), ("restitution", 0.0, 0.95)),
+        (System(s=2.0, d=0.02, restitution=0.3, load=WAVY), ("mean", [0.5]), ("amplitude", 0.2, 4.0)),
+        (System(s=2.0, d=0.02, restitution=0.3, load=WAVY), ("s", [0.9, 3.0]), ("mean", 0.05, 3.0)),
+        (System(s=2.0, d=0.02, restitution=0.3, load=WAVY.with_mean(0.43)), ("amplitude", [1.0]), ("d", 0.0, 0.5)),
+        (System(s=2.0, d=0.02, restitution=0.8, load=Load.harmonic(0.907, 1.0)), ("d", [0.01]), ("s", 0.4, 3.0)),
+        (
+            System(s=30.0, d=0.1, restitution=0.2, load=Load.steps([0, 1, 2.4, 4], [1.22, 0.38, -0.88, -1.51], 40)),
+            ("restitution", [0.15, 0.2]),
+            ("load_factor", 0.02, 2.0),
+        ),
+    ],
+)
+def test_flips_have_a_sign_on_either_side(system, x, y):
+    found = boundaries(system, x, y, kinds=("fold", "flip"))
+    points = 0
+    for curve in found.of("flip"):
+        assert np.nanmax(curve.residual) < 1e-10
+        for i in np.flatnonzero(curve.found):
+            base = vary(system, {x[0]: float(curve.x[i])})
+            sides = [side_of_flip(base, curve, i, y[0], step) for step in (-1e-9, 1e-9)]
+            assert sides[0] * sides[1] < 0.0, (curve.kind, curve.x[i], curve.y[i], sides)
+            points += 1
+    assert points > 0
+
+
+def test_the_same_curve_by_another_parameter():
+    """Swapping the axes, or moving another parameter, comes back to the same points."""
+    system = System(s=0.9, d=0.05, restitution=0.4, load=WAVY)
+    for kind in ("fold", "flip"):
+        y = float(
+            boundaries(system, ("restitution", [0.4]), ("load_factor", 0.0, 3.0), kinds=(kind,)).greatest(kind)[0]
+        )
+        ranges = {"restitution": (0.3, 0.5), "d": (0.0, 0.1), "amplitude": (0.8, 1.2), "s": (0.8, 1.0)}
+        for name, (low, high) in ranges.items():
+            here = vary(system, {"load_factor": y})
+            if name == "s" and kind == "fold":
+                continue  # folds do not depend on s
+            fixed = ("mean", [here.load.mean]) if name == "amplitude" else ("load_factor", [y])
+            found = boundaries(here, fixed, (name, low, high), kinds=(kind,))
+            ys = np.concatenate([curve.y for curve in found.of(kind)])
+            expected = {"restitution": 0.4, "d": 0.05, "amplitude": 1.0, "s": 0.9}[name]
+            assert np.min(np.abs(ys - expected)) < 1e-10, (kind, name, ys)
+
+
+def test_load_periods_as_a_parameter():
+    found = boundaries(pneumatic(), ("m", [1, 2, 5]), ("load_factor", 0.0, 2.0), kinds=("fold",))
+    assert error(found.greatest("fold"), 3.0 / (np.pi * np.array([1, 2, 5]))) < 1e-14
+
+
+# ---------------------------------------------------------------- the exact map
+
+
+@pytest.mark.parametrize(("s", "d", "m"), [(1.3, 0.05, 1), (0.9, 0.0048, 1), (4.9, 0.0, 2)])
+def test_exact_crossings_in_fifty_digits(s, d, m):
+    system = pneumatic(s, d, 0.5 if m == 1 else 0.8)
+    plane = ("s", [s]), ("load_factor", 0.2, 1.4), m
+    found = boundaries(system, *plane, criterion="exact", modes=5, kinds=("flip", "neimark-sacker"))
+    assert found.curves
+    for curve in found.curves:
+        here = vary(system, {"load_factor": float(curve.y[0])})
+        values = naive.multipliers(naive.orbit(oracle(here, m), mp.mpf(float(curve.phase[0])), 5))
+        wanted = np.exp(1j * float(curve.angle[0]))
+        assert np.min(np.abs(values - wanted)) < 1e-8
+        assert curve.residual[0] < 1e-11
+
+        def size(step: float, curve: Curve = curve, wanted: complex = wanted) -> float:
+            beside = vary(system, {"load_factor": float(curve.y[0]) + step})
+            orbit = min(steady_states(beside, m, modes=5).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
+            near = floquet_multipliers(orbit, 5).values
+            return float(np.abs(near[np.argmin(np.abs(near - wanted))])) - 1.0
+
+        assert size(-1e-6) * size(1e-6) < 0.0
+
+
+def test_exact_and_reduced_flips_meet_for_stiff_bars():
+    plane = ("restitution", [0.2, 0.6]), ("load_factor", 0.0, 2.0)
+    reduced = boundaries(pneumatic(37.3, 0.05), *plane, kinds=("flip",))
+    exact = boundaries(pneumatic(37.3, 0.05), *plane, criterion="exact", modes=6, kinds=("flip",))
+    assert error(exact.greatest("flip"), reduced.greatest("flip")) < 2e-3
+    rigid = boundaries(pneumatic(d=0.05), *plane, criterion="exact", modes=0, kinds=("flip",))
+    assert (
+        error(rigid.greatest("flip"), boundaries(pneumatic(d=0.05), *plane, kinds=("flip",)).greatest("flip")) < 1e-11
+    )
+
+
+def test_elastic_instability_that_b77_cannot_see():
+    """Theory §5: between two spirals an elastic pair grows, where the reduced criterion says stable."""
+    system = pneumatic(5.0, 0.0, 0.8)
+    found = boundaries(system, ("s", [5.0]), ("load_factor", 0.7, 1.2), 2, "exact", modes=8, kinds=("neimark-sacker",))
+    assert found.curves
+    orbit = steady_states(system, 2).orbits[-1]
+    verdict = stability_of(orbit, modes=8)
+    assert verdict.reduced.stable and not verdict.stable
+    assert verdict.multipliers.largest == pytest.approx(1.000147, abs=5e-7)
+
+
+# ---------------------------------------------------------------- grazing
+
+
+def test_grazing_from_rest_at_once():
+    """R = 0: the bar starts from rest and leaves only if p(φ) ≤ 0, hence p_0/p_1 ≤ 1/sqrt(1 + π²): below the fold."""
+    found = boundaries(pneumatic(), ("restitution", [0.0]), ("load_factor", 0.0, 2.0), modes=0, kinds=("grazing",))
+    ys = np.array([curve.y[0] for curve in found.curves])
+    assert np.min(np.abs(ys - 1.0 / math.sqrt(1.0 + math.pi**2))) < 1e-10
+
+
+@pytest.mark.parametrize("r", [0.1, 0.3, 0.8])
+def test_rigid_grazing_against_mpmath(r):
+    found = boundaries(pneumatic(), ("restitution", [r]), ("load_factor", 0.0, 2.0), modes=0, kinds=("grazing",))
+    curve = only(found, "grazing")
+    orbit = Orbit(vary(pneumatic(), {"restitution": r, "load_factor": float(curve.y[0])}), 1, float(curve.phase[0]))
+    times = np.linspace(0.2, 2 * np.pi - 0.2, 4001)
+    rigid = replace(orbit, requested_modes=0)
+    guess = float(times[np.argmax(rigid.end_motion(times, 0)[0])])
+    with mp.workdps(30):
+        rr = mp.mpf(r)
+
+        def touch(phase, t):
+            p = mp.sin(phase) * (1 + rr) / (mp.pi * (1 - rr))
+            w = 2 * mp.pi * p / (1 + rr)
+            y = -rr * w * t + p * t**2 / 2 + mp.cos(phase) - mp.cos(phase + t) - t * mp.sin(phase)
+            return y, -rr * w + p * t + mp.sin(phase + t) - mp.sin(phase)
+
+        phase, _ = mp.findroot(touch, (mp.mpf(float(curve.phase[0])), mp.mpf(guess)))
+        y = mp.sin(phase) * (1 + rr) / (mp.pi * (1 - rr))
+    assert float(curve.y[0]) == pytest.approx(float(y), abs=1e-10)
+    assert curve.residual[0] < 1e-10
+
+
+@pytest.mark.parametrize(("system", "modes"), [(pneumatic(1.5, 0.5, 0.3), None), (pneumatic(2.0, 0.01, 0.3), 6)])
+def test_elastic_grazing_has_a_verdict_on_either_side(system, modes):
+    found = boundaries(
+        system, ("restitution", [0.3]), ("load_factor", 0.2, 0.5), modes=modes, kinds=("grazing",), samples=5
+    )
+    assert found.curves
+    for curve in found.curves:
+        verdicts = []
+        for step in (-1e-8, 1e-8):
+            here = vary(system, {"load_factor": float(curve.y[0]) + step})
+            orbits = steady_states(here, modes=modes, tolerance=1e-12).orbits
+            verdicts.append(min(orbits, key=lambda o: abs(o.phase - float(curve.phase[0]))).admissible)
+        assert verdicts[0] != verdicts[1]
+
+
+# ---------------------------------------------------------------- simulation on both sides
+
+
+def rigid_label(r: float, factor: float, phase: float) -> str:
+    """The motion of a rigid bar that starts almost on the motion with this impact phase."""
+    system = vary(pneumatic(), {"restitution": r, "load_factor": factor})
+    leaving = -r * 2 * math.pi * factor / (1 + r)
+    start = Start.rigid(position=0.0, velocity=leaving * (1 + 1e-4), time=phase)
+    return run(system, start, modes=0, stop=Stop(impacts=20_000)).label
+
+
+@pytest.mark.parametrize("r", [0.2, 0.5, 0.8])
+def test_motions_by_simulation_on_both_sides(r):
+    found = boundaries(pneumatic(), ("restitution", [r]), ("load_factor", 0.0, 5.0), kinds=("fold", "flip"))
+    flip, fold = only(found, "flip"), only(found, "fold")
+    phase = float(flip.phase[0])
+    assert rigid_label(r, float(flip.y[0]) * 1.01, phase) == "z=1/1"
+    assert rigid_label(r, float(flip.y[0]) * 0.99, phase) == "z=2/2"
+    assert rigid_label(r, float(fold.y[0]) * 0.995, 0.5 * math.pi + 0.1) == "z=1/1"
+    assert rigid_label(r, float(fold.y[0]) * 1.005, 0.5 * math.pi + 0.1) != "z=1/1"
+
+
+def test_inadmissible_motions_are_not_found_by_simulation():
+    """R = 0 on B77's stable branch, above and below the grazing: above it the bar rests instead of leaving at once."""
+    fold, graze = 1.0 / math.pi, 1.0 / math.sqrt(1.0 + math.pi**2)
+    above, below = 0.5 * (fold + graze), 0.99 * graze
+    for factor, label in ((above, False), (below, True)):
+        phase = math.pi - math.asin(math.pi * factor)
+        assert (rigid_label(0.0, factor, phase) == "z=1/1") is label
+
+
+# ---------------------------------------------------------------- what is refused, what is left out
+
+
+def test_refusals():
+    system, x, y = pneumatic(), ("restitution", [0.5]), ("load_factor", 0.0, 1.0)
+    with pytest.raises(ParameterError, match="lower to a higher"):
+        boundaries(system, x, ("load_factor", 1.0, 1.0))
+    with pytest.raises(ParameterError, match="beside"):
+        boundaries(system, x, ("restitution", 0.0, 1.0))
+    with pytest.raises(ParameterError, match="beside"):
+        boundaries(system, ("mean", [1.0]), y)
+    with pytest.raises(ParameterError, match="restitution, load_factor"):
+        boundaries(system, ("stiffness", [1.0]), y)
+    with pytest.raises(ParameterError, match="square load"):
+        boundaries(system, x, ("kappa", 1.1, 1.9))
+    with pytest.raises(ParameterError, match="reduced, exact"):
+        boundaries(system, x, y, criterion="best")
+    with pytest.raises(ParameterError, match="fold, flip"):
+        boundaries(system, x, y, kinds=("folds",))
+    with pytest.raises(ParameterError, match="whole number"):
+        boundaries(system, ("m", [1.5]), y)
+    with pytest.raises(ParameterError, match="whole number"):
+        boundaries(system, x, ("m", 1.0, 3.0))
+
+
+def test_a_value_that_fails_leaves_nan_and_says_why():
+    resonant = 1.0 / math.pi
+    found = boundaries(
+        pneumatic(), Axis("s", np.array([resonant, 1.0])), ("load_factor", 0.0, 2.0), kinds=("fold", "flip")
+    )
+    assert [value for value, _ in found.failed] == [resonant]
+    assert "B77 16" in found.failed[0][1]
+    assert np.isnan(found.greatest("fold")[0]) and np.isfinite(found.greatest("fold")[1])
+    assert KINDS == ("fold", "flip", "neimark-sacker", "grazing")
+    assert "fold, branch" in str(found)
+    with pytest.raises(ParameterError, match="one of"):
+        found.of("edge")
+
+
+def test_full_restitution_without_damping_has_no_curve():
+    found = boundaries(pneumatic(), ("restitution", [1.0]), ("load_factor", 0.0, 2.0), kinds=("fold", "flip"))
+    assert found.curves == () and np.isnan(found.least("fold")).all()
