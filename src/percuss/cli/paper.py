@@ -37,7 +37,7 @@ def _parser() -> Parser:
     parser = Parser("paper", _DESCRIPTION, _EXAMPLES)
     parser.add_argument("names", metavar="NAME", nargs="*", help=f"{', '.join(NAMES)} or {ALL} (default {ALL})")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="directory of the files, made if needed")
-    parser.add_argument("--full", action="store_true", help="10^6 starts for each claim; takes hours, not minutes")
+    parser.add_argument("--full", action="store_true", help="10^6 starts for each claim; an hour or two, not minutes")
     parser.add_argument("--seed", metavar="N", type=int, default=None, help="of all random numbers")
     return parser
 

@@ -47,7 +47,7 @@ class Line:
     high: float
     periods: int
     modes: int | None
-    tolerance: float = 1e-12
+    tolerance: float = 1e-11
     _systems: dict[float, System] = field(default_factory=dict, repr=False)
     _known: dict[float, Arcs] = field(default_factory=dict, repr=False)
 
