@@ -12,8 +12,8 @@ from percuss.explore.sheet import bytes_of
 
 __all__ = ["CHUNK_SECONDS", "Estimate", "Pace", "chunk_of", "estimate", "measured"]
 
-CHUNK_SECONDS = 1.0
-"""Work in one chunk."""
+CHUNK_SECONDS = 2.0
+"""Work in one chunk: writing it takes some hundredths of a second."""
 
 _MANY_CHUNKS = 4000
 _LONG_CHUNK = 60.0
@@ -71,12 +71,12 @@ def measured(job: Job, stopped: Callable[[], bool]) -> Pace:
 
 
 def chunk_of(size: int, item_seconds: float, workers: int) -> int:
-    """Items of about a second of work, fewer (to a half) when every worker would get less than four chunks.
+    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks.
 
     Examples
     --------
     >>> chunk_of(10**6, 1e-3, workers=2), chunk_of(10**4, 1e-3, workers=4), chunk_of(40, 10.0, workers=2)
-    (1000, 625, 1)
+    (2000, 1000, 1)
     """
     whole = max(item_seconds, 1e-12) ** -1 * CHUNK_SECONDS * max(1.0, workers / _WRITERS)
     wanted = min(max(size / (4 * workers), 0.5 * whole), whole)

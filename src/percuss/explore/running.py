@@ -48,7 +48,7 @@ def carry_out(
     pool
         Other workers, as `percuss.cluster.pool` gives them; they stay open.
     chunk
-        Items that are computed and kept at once; about a second of work by default, as measured on a few items. An
+        Items that are computed and kept at once; one or two seconds of work by default, as measured on a few items. An
         archive keeps the number that it was begun with.
     progress
         Called a few times a second with a `JobProgress`; something true ends the job. Nothing is written before the

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from percuss.explore.archive import Archive
 from percuss.explore.job import Columns, Job
-from percuss.explore.pace import CHUNK_SECONDS, Pace, chunk_of, measured
+from percuss.explore.pace import Pace, chunk_of, measured
 from percuss.explore.pool import Chunk, Pool, Processes
 from percuss.explore.progress import Meter
 from percuss.explore.sheet import Sheet, check_memory
@@ -20,7 +20,7 @@ __all__ = ["Task"]
 _SMALL = 3.0
 """Seconds of work for which no processes are started: they take a second or two themselves."""
 
-_PORTION = 0.25 * CHUNK_SECONDS
+_PORTION = 0.25
 """Seconds of work here between two looks at what is asked."""
 
 _WAIT = 0.1
