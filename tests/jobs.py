@@ -132,7 +132,7 @@ def same(one: Columns, other: Columns) -> bool:
 
 
 if __name__ == "__main__":  # jobs.py ARCHIVE SIZE SLEEP CHUNK WORKERS: carry one out, going on where it was left
-    from percuss.explore.running import carry_out
+    from percuss.explore.carry.running import carry_out
 
     path, size, sleep, chunk, workers = sys.argv[1:]
     carry_out(Sines(int(size), sleep=float(sleep)), archive=path, resume=True, workers=int(workers), chunk=int(chunk))

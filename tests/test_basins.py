@@ -5,10 +5,10 @@ import pytest
 
 from percuss import Load, Start, Starts, Stop, System, run
 from percuss.errors import ParameterError
-from percuss.explore.archive import Archive
 from percuss.explore.axis import Axis
-from percuss.explore.basin import Basins, basins
-from percuss.explore.experiments import experiment
+from percuss.explore.carry.archive import Archive
+from percuss.explore.ends.basin import Basins, basins
+from percuss.explore.ends.experiments import experiment
 
 TURN = 2.0 * np.pi
 BISTABLE = System(s=1e6, d=0.0, restitution=0.6, load=Load.fourier([0.6, 1.0, np.exp(1.0j)]))

@@ -13,10 +13,10 @@ import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.boundary import boundaries
-from percuss.explore.curves import KINDS, Boundaries, Curve
+from percuss.explore.edges.boundary import boundaries
+from percuss.explore.edges.curves import KINDS, Boundaries, Curve
+from percuss.explore.edges.roots import bracketed_roots, roots_on
 from percuss.explore.family import vary
-from percuss.explore.roots import bracketed_roots, roots_on
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
 from percuss.steady import Orbit
 from strategies import oracle

@@ -8,15 +8,15 @@ from scipy import stats
 
 from percuss import Bar, Contact, Load, Start, Starts, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError, ResonanceError
-from percuss.explore.archive import Archive
-from percuss.explore.attractors import matched
-from percuss.explore.cycles import COLUMNS, invariants_of
-from percuss.explore.experiment_job import system_from
-from percuss.explore.experiments import Experiment, experiment, experiment_job
+from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.running import carry_out
+from percuss.explore.ends.attractors import matched
+from percuss.explore.ends.cycles import COLUMNS, invariants_of
+from percuss.explore.ends.experiment_job import system_from
+from percuss.explore.ends.experiments import Experiment, experiment, experiment_job
+from percuss.explore.ends.shares import wilson
+from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
-from percuss.explore.running import carry_out
-from percuss.explore.shares import wilson
-from percuss.explore.starts import DISTRIBUTIONS, drawn, named, own
 
 TURN = 2.0 * np.pi
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
@@ -317,7 +317,7 @@ def test_workers_do_not_show():
     one = carry_out(job, workers=1)
     same(carry_out(job, workers=1, chunk=37), one)
     same(experiment_job(TWINS, 600, "wall", 3, threads=2).compute(0, 600, lambda: False), one)
-    from percuss.explore.pool import Processes
+    from percuss.explore.carry.pool import Processes
 
     with Processes(2) as pool:
         same(carry_out(job, pool=pool, chunk=83), one)

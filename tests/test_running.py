@@ -26,13 +26,13 @@ from percuss.cli import carrying, main
 from percuss.cli.carrying import Watch, add_carrying, carried, duration
 from percuss.cli.parser import Parser, UsageError
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
-from percuss.explore.archive import Archive
+from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.pace import chunk_of, estimate, measured
+from percuss.explore.carry.pool import Chunk, Processes
+from percuss.explore.carry.progress import JobProgress, Meter
+from percuss.explore.carry.running import carry_out
+from percuss.explore.carry.sheet import Sheet
 from percuss.explore.job import Column
-from percuss.explore.pace import chunk_of, estimate, measured
-from percuss.explore.pool import Chunk, Processes
-from percuss.explore.progress import JobProgress, Meter
-from percuss.explore.running import carry_out
-from percuss.explore.sheet import Sheet
 
 HERE = Path(__file__).resolve().parent
 
@@ -96,7 +96,7 @@ def test_processes_of_its_own(tmp_path):
 
 
 def test_small_jobs_start_no_processes(monkeypatch):
-    monkeypatch.setattr("percuss.explore.task.Processes", None)
+    monkeypatch.setattr("percuss.explore.carry.task.Processes", None)
     assert same(carry_out(Sines(100, sleep=0.005), workers=8), whole(Sines(100)))
 
 
@@ -114,11 +114,11 @@ def test_what_turns_out_longer_goes_to_processes(monkeypatch):
             began.append(job)
             super().begin(Sines(400))
 
-    monkeypatch.setattr("percuss.explore.task.Processes", Recorded)
-    monkeypatch.setattr("percuss.explore.pace._ENOUGH", 0.001)
+    monkeypatch.setattr("percuss.explore.carry.task.Processes", Recorded)
+    monkeypatch.setattr("percuss.explore.carry.pace._ENOUGH", 0.001)
     job = Slow(400)
     monkeypatch.setattr(
-        "percuss.explore.task.measured", lambda job, stopped: SimpleNamespace(item_seconds=1e-4, portions=())
+        "percuss.explore.carry.task.measured", lambda job, stopped: SimpleNamespace(item_seconds=1e-4, portions=())
     )
     assert same(carry_out(job, workers=2), whole(job))
     assert began
@@ -297,7 +297,7 @@ def test_a_script_without_a_guard(tmp_path):
     """Spawned processes import the script: the message says what to write."""
     script = tmp_path / "study.py"
     script.write_text(
-        "from jobs import Sines\nfrom percuss.explore.running import carry_out\n"
+        "from jobs import Sines\nfrom percuss.explore.carry.running import carry_out\n"
         "carry_out(Sines(1000, sleep=0.01), workers=2)\n"
     )
     env = {**os.environ, "PYTHONPATH": str(HERE)}
@@ -334,7 +334,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from jobs import Marks
-from percuss.explore.running import carry_out
+from percuss.explore.carry.running import carry_out
 if __name__ == "__main__":
     folder, workers = sys.argv[1:]
     def watch(progress):
@@ -405,7 +405,7 @@ def test_ctrl_c_while_processes_start(tmp_path):
     code = textwrap.dedent("""
         import os, signal, threading, time
         from jobs import Sines
-        from percuss.explore.pool import Processes
+        from percuss.explore.carry.pool import Processes
         if __name__ == "__main__":
             with Processes(2) as pool:
                 threading.Timer(0.05, os.killpg, (os.getpgrp(), signal.SIGINT)).start()

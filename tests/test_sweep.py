@@ -10,7 +10,7 @@ from percuss.case import Case, CaseFamily, load_case
 from percuss.errors import CaseError, ParameterError, UnitError
 from percuss.explore import QUANTITIES, REASONS, Axis, SystemFamily, sweep
 from percuss.explore.planes import fits_plane
-from percuss.explore.sweeps import sweep_job
+from percuss.explore.sweep_job import sweep_job
 
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 SQUARE = System(s=20.0, d=0.0048, restitution=0.6, load=Load.square(1.0, 1.3))
@@ -126,6 +126,24 @@ def test_lyapunov_exponents_of_what_the_simulation_finds():
     largest = one[1][one[2]].multipliers.largest
     assert found["lyapunov"][1, 0] == pytest.approx(np.log(largest), rel=1e-4)
     assert found["lyapunov"][0, 1] == -np.inf and found["lyapunov"][1, 1] == -np.inf
+
+
+def flight_time(system):
+    """2π over the speed scale, for one."""
+    return 2.0 * np.pi / system.load.mean
+
+
+def test_functions_of_ones_own():
+    axes = ("restitution=0.2,0.6", "mean=0,0.5,1")
+    found = sweep(PNEUMATIC, *axes, quantities=["exists"], functions={"flight": flight_time}, workers=1)
+    assert found["flight"][:, 1:].tolist() == [[4.0 * np.pi, 2.0 * np.pi]] * 2
+    assert np.isnan(found["flight"][:, 0]).all()
+    assert found.dataset["flight"].attrs["long_name"].endswith("test_sweep.flight_time")
+    alone = sweep(PNEUMATIC, *axes, quantities=[], functions={"flight": flight_time}, workers=2, chunk=2)
+    assert np.array_equal(alone["flight"], found["flight"], equal_nan=True)
+    for name, function in (("exists", flight_time), ("two words", flight_time), ("flight", 3.0)):
+        with pytest.raises(ParameterError):
+            sweep(PNEUMATIC, *axes, functions={name: function}, workers=1)
 
 
 # -- the question -----------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+
 from percuss.web import Settings, create_app
 
 BASE = "http://127.0.0.1:8321"

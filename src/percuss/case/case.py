@@ -217,7 +217,7 @@ class Case:
         --------
         >>> from percuss.case import load_case
         >>> case = load_case("mini-breaker")
-        >>> case.varied({"bar.length": "0.4 m"}).system().s > case.system().s
+        >>> case.varied({"bar.length": "0.4 m"}).system().s < case.system().s
         True
         """
         data = self.to_dict()

@@ -13,9 +13,9 @@ from percuss.explore.axis import Axis
 from percuss.explore.quantities import DEFAULT_QUANTITIES
 
 if TYPE_CHECKING:
-    from percuss.explore.basin import BasinsJob
-    from percuss.explore.experiments import ExperimentJob
-    from percuss.explore.sweeps import SweepJob
+    from percuss.explore.ends.basin import BasinsJob
+    from percuss.explore.ends.experiments import ExperimentJob
+    from percuss.explore.sweep_job import SweepJob
     from percuss.simulate import Stop
 
 __all__ = ["basins_job_of", "experiment_job_of", "sweep_job_of"]
@@ -46,7 +46,7 @@ def sweep_job_of(
     CaseError, ParameterError
         When the case cannot be used, or the question has no answer.
     """
-    from percuss.explore.sweeps import sweep_job
+    from percuss.explore.sweep_job import sweep_job
 
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     simulation = case.simulation()
@@ -83,7 +83,7 @@ def experiment_job_of(
     CaseError, ParameterError, ResonanceError
         When the case cannot be used, or the starts cannot be drawn.
     """
-    from percuss.explore.experiments import experiment_job
+    from percuss.explore.ends.experiments import experiment_job
 
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
@@ -114,7 +114,7 @@ def basins_job_of(
     CaseError, ParameterError
         When the case cannot be used, or there are no such starts.
     """
-    from percuss.explore.basin import basins_job
+    from percuss.explore.ends.basin import basins_job
 
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes

@@ -16,7 +16,7 @@ from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import Boundaries, Sweep
-    from percuss.explore.sweeps import SweepJob
+    from percuss.explore.sweep_job import SweepJob
 
 __all__ = ["run"]
 

@@ -11,14 +11,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from percuss.explore.archive import Archive as Archive
     from percuss.explore.axis import Axis as Axis
-    from percuss.explore.basin import Basins as Basins
-    from percuss.explore.basin import basins as basins
-    from percuss.explore.boundary import Boundaries as Boundaries
-    from percuss.explore.boundary import boundaries as boundaries
-    from percuss.explore.experiments import Experiment as Experiment
-    from percuss.explore.experiments import experiment as experiment
+    from percuss.explore.carry.archive import Archive as Archive
+    from percuss.explore.carry.progress import JobProgress as JobProgress
+    from percuss.explore.carry.running import carry_out as carry_out
+    from percuss.explore.carry.running import estimate as estimate
+    from percuss.explore.edges.boundary import Boundaries as Boundaries
+    from percuss.explore.edges.boundary import boundaries as boundaries
+    from percuss.explore.ends.basin import Basins as Basins
+    from percuss.explore.ends.basin import basins as basins
+    from percuss.explore.ends.experiments import Experiment as Experiment
+    from percuss.explore.ends.experiments import experiment as experiment
+    from percuss.explore.ends.shares import Share as Share
     from percuss.explore.family import PARAMETERS as PARAMETERS
     from percuss.explore.family import Family as Family
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -28,39 +32,35 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import Lyapunov as Lyapunov
     from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
-    from percuss.explore.progress import JobProgress as JobProgress
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
-    from percuss.explore.running import carry_out as carry_out
-    from percuss.explore.running import estimate as estimate
-    from percuss.explore.shares import Share as Share
     from percuss.explore.sweeps import Sweep as Sweep
     from percuss.explore.sweeps import sweep as sweep
 
 _HOME = {
-    "Archive": "archive",
+    "Archive": "carry.archive",
     "Axis": "axis",
-    "Basins": "basin",
-    "Boundaries": "boundary",
+    "Basins": "ends.basin",
+    "Boundaries": "edges.boundary",
     "CELL_OUTCOMES": "quantities",
     "Column": "job",
-    "Experiment": "experiments",
+    "Experiment": "ends.experiments",
     "Family": "family",
     "Job": "job",
-    "JobProgress": "progress",
+    "JobProgress": "carry.progress",
     "Lyapunov": "lyapunov",
     "PARAMETERS": "family",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
-    "Share": "shares",
+    "Share": "ends.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
-    "basins": "basin",
-    "boundaries": "boundary",
-    "carry_out": "running",
-    "estimate": "running",
-    "experiment": "experiments",
+    "basins": "ends.basin",
+    "boundaries": "edges.boundary",
+    "carry_out": "carry.running",
+    "estimate": "carry.running",
+    "experiment": "ends.experiments",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "sweep": "sweeps",

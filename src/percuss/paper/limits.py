@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.branches import Line, Stretch, folds_and_stretches
+from percuss.explore.edges.branches import Line, Stretch, folds_and_stretches
+from percuss.explore.edges.grazing import admissible_on
 from percuss.explore.family import SystemFamily
-from percuss.explore.grazing import admissible_on
 from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.stability.reduced import schur_quotients

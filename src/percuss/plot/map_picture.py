@@ -112,8 +112,8 @@ def sweep(found: _Map, title: str = "", curves: Sequence[_Curve] = ()) -> Figure
     >>> from percuss.plot import sweep as picture
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> found = sweep(system, "restitution=0:0.9:10", "load_factor=0.1:1:10", quantities=["orbits"], workers=1)
-    >>> len(picture(found).axes)
-    2
+    >>> picture(found).axes[0].get_title(loc="left")
+    'steady motions'
     """
     if len(found.axes) > 2:
         names = ", ".join(axis.name for axis in found.axes)

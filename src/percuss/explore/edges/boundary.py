@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.explore.branches import Line, folds_and_stretches
-from percuss.explore.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
-from percuss.explore.curves import FOLD, KINDS, Boundaries, Curve, linked
+from percuss.explore.edges.branches import Line, folds_and_stretches
+from percuss.explore.edges.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
+from percuss.explore.edges.curves import FOLD, KINDS, Boundaries, Curve, linked
+from percuss.explore.edges.grazing import GRAZING, grazings
 from percuss.explore.family import Family, SystemFamily
-from percuss.explore.grazing import GRAZING, grazings
 from percuss.model import System
 from percuss.model.checks import Array, count, finite
 from percuss.stability.verdict import DEFAULT_MODES

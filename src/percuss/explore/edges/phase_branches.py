@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at
 from percuss.explore.family import SystemFamily
-from percuss.explore.lines import SAMPLES, Fold, Line, Stretch, phase_at
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse

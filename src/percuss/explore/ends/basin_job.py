@@ -12,10 +12,10 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.cycles import COLUMNS, followed
+from percuss.explore.ends.cycles import COLUMNS, followed
+from percuss.explore.ends.motions import some, start_columns, start_values
 from percuss.explore.family import describe_system
 from percuss.explore.job import Column, Columns
-from percuss.explore.motions import some, start_columns, start_values
 from percuss.model import System
 from percuss.model.checks import Array, count, finite, instance
 

@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.archive import Archive, check_free
+from percuss.explore.carry.archive import Archive, check_free
+from percuss.explore.carry.pace import estimate
+from percuss.explore.carry.pool import Pool, cores
+from percuss.explore.carry.progress import JobProgress, Meter
+from percuss.explore.carry.sheet import bytes_of
+from percuss.explore.carry.task import Task
 from percuss.explore.job import Columns, Job
-from percuss.explore.pace import estimate
-from percuss.explore.pool import Pool, cores
-from percuss.explore.progress import JobProgress, Meter
-from percuss.explore.sheet import bytes_of
-from percuss.explore.task import Task
 
 __all__ = ["JobProgress", "carry_out", "estimate"]
 
@@ -39,7 +39,7 @@ def carry_out(
     job
         What is to be computed.
     archive
-        A folder that keeps what is done, chunk by chunk; see `percuss.explore.archive`. Nothing is kept by default.
+        A folder that keeps what is done, chunk by chunk; see `percuss.explore.Archive`. None is kept by default.
     resume
         Go on with an archive that exists; one that does not is begun.
     workers

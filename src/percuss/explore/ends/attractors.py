@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.cycles import COLUMNS, cycles_of
+from percuss.explore.ends.cycles import COLUMNS, cycles_of
 from percuss.explore.job import Columns
 from percuss.model.checks import Array
 

@@ -9,9 +9,9 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.crossings import Crossing
-from percuss.explore.lines import Stretch, orbit_on
-from percuss.explore.roots import bracketed_roots
+from percuss.explore.edges.crossings import Crossing
+from percuss.explore.edges.lines import Stretch, orbit_on
+from percuss.explore.edges.roots import bracketed_roots
 from percuss.model.checks import Array
 from percuss.steady import Orbit
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.attractors import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.cycles import COLUMNS
-from percuss.explore.experiment_job import ExperimentJob, experiment_job, system_from
+from percuss.explore.ends.attractors import DISTANCE, Attractor, attractors_of, labels, matched
+from percuss.explore.ends.cycles import COLUMNS
+from percuss.explore.ends.experiment_job import ExperimentJob, experiment_job, system_from
+from percuss.explore.ends.motions import dataset_of, done, starts_from
+from percuss.explore.ends.shares import Share, share_of, wilson
 from percuss.explore.job import Columns
-from percuss.explore.motions import dataset_of, done, starts_from
-from percuss.explore.shares import Share, share_of, wilson
 from percuss.model import System
 from percuss.model.checks import finite
 
@@ -42,7 +42,7 @@ class Experiment:
     columns
         One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
     distance
-        What tells attractors of one label apart; see `percuss.explore.attractors.matched`.
+        What tells attractors of one label apart; see `percuss.explore.ends.attractors.matched`.
     """
 
     system: System
@@ -171,7 +171,7 @@ def experiment(
     starts
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
-        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.starts.named`), a file of starts, `Starts`, or a
+        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.ends.starts.named`), a file of starts, `Starts`, or a
         function that makes them from the seed. More starts than there are rows are drawn from them by chance.
     seed
         0 or greater.
@@ -209,6 +209,6 @@ def experiment(
     """
     job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop, threads=threads)
     apart = finite("distance", distance)
-    from percuss.explore.running import carry_out
+    from percuss.explore.carry.running import carry_out
 
     return Experiment.of(job, carry_out(job, **running), apart)

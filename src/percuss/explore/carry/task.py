@@ -8,12 +8,12 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
-from percuss.explore.archive import Archive
+from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.pace import Pace, chunk_of, measured
+from percuss.explore.carry.pool import Chunk, Pool, Processes
+from percuss.explore.carry.progress import Meter
+from percuss.explore.carry.sheet import Sheet, check_memory
 from percuss.explore.job import Columns, Job
-from percuss.explore.pace import Pace, chunk_of, measured
-from percuss.explore.pool import Chunk, Pool, Processes
-from percuss.explore.progress import Meter
-from percuss.explore.sheet import Sheet, check_memory
 
 __all__ = ["Task"]
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.attractors import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.basin_job import BasinsJob, Line, basins_job
-from percuss.explore.cycles import COLUMNS
-from percuss.explore.experiment_job import system_from
+from percuss.explore.ends.attractors import DISTANCE, Attractor, attractors_of, labels, matched
+from percuss.explore.ends.basin_job import BasinsJob, Line, basins_job
+from percuss.explore.ends.cycles import COLUMNS
+from percuss.explore.ends.experiment_job import system_from
+from percuss.explore.ends.motions import dataset_of, done, starts_from
+from percuss.explore.ends.shares import Share, share_of
 from percuss.explore.job import Columns
-from percuss.explore.motions import dataset_of, done, starts_from
-from percuss.explore.shares import Share, share_of
 from percuss.model import System
 from percuss.model.checks import finite
 
@@ -181,6 +181,6 @@ def basins(
     """
     job = basins_job(system, x, y, at=at, modes=modes, stop=stop, threads=threads)
     apart = finite("distance", distance)
-    from percuss.explore.running import carry_out
+    from percuss.explore.carry.running import carry_out
 
     return Basins.of(job, carry_out(job, **running), apart)

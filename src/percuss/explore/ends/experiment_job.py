@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.explore.cycles import COLUMNS, followed
+from percuss.explore.ends.cycles import COLUMNS, followed
+from percuss.explore.ends.motions import fingerprint, some, start_columns, start_values
+from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
 from percuss.explore.job import Column, Columns
-from percuss.explore.motions import fingerprint, some, start_columns, start_values
-from percuss.explore.starts import DISTRIBUTIONS, drawn, named, own
 from percuss.model import Bar, Load, System
 from percuss.model.checks import count, instance
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import MissingExtraError, PercussError
-from percuss.explore.archive import Archive
-from percuss.explore.ask import canonical
+from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.ask import canonical
 
 if TYPE_CHECKING:
     import xarray

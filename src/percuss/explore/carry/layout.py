@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ArchiveError, MissingExtraError
-from percuss.explore.ask import canonical, digest
+from percuss.explore.carry.ask import canonical, digest
+from percuss.explore.carry.provenance import command, versions
 from percuss.explore.job import Column, Job
-from percuss.explore.provenance import command, versions
 
 __all__ = [
     "DONE",

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from percuss.explore.carry.sheet import bytes_of
 from percuss.explore.job import Columns, Job
-from percuss.explore.sheet import bytes_of
 
 __all__ = ["CHUNK_SECONDS", "Estimate", "Pace", "chunk_of", "estimate", "measured"]
 

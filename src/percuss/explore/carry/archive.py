@@ -23,9 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ArchiveError
-from percuss.explore.ask import differences, digest
-from percuss.explore.job import Columns, Job
-from percuss.explore.layout import (
+from percuss.explore.carry.ask import differences, digest
+from percuss.explore.carry.layout import (
     DONE,
     FORMAT,
     RESUME,
@@ -39,14 +38,15 @@ from percuss.explore.layout import (
     written,
     zarr_package,
 )
-from percuss.explore.lock import Lock, is_locked
-from percuss.explore.provenance import versions
+from percuss.explore.carry.lock import Lock, is_locked
+from percuss.explore.carry.provenance import versions
+from percuss.explore.job import Columns, Job
 
 __all__ = ["FORMAT", "RESULTS", "Archive", "check_free"]
 
 RESULTS = {
-    "basins": "percuss.explore.basin:Basins.from_archive",
-    "experiment": "percuss.explore.experiments:Experiment.from_archive",
+    "basins": "percuss.explore.ends.basin:Basins.from_archive",
+    "experiment": "percuss.explore.ends.experiments:Experiment.from_archive",
     "sweep": "percuss.explore.sweeps:Sweep.from_archive",
 }
 """What makes the result of each kind of job out of an archive: ``module:function``, imported when it is used."""

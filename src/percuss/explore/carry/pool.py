@@ -17,8 +17,8 @@ from multiprocessing.context import SpawnProcess
 from typing import Any, Protocol
 
 from percuss.errors import PercussError
+from percuss.explore.carry.worker import BAD_JOB, DONE, FAILED, work
 from percuss.explore.job import Columns, Job
-from percuss.explore.worker import BAD_JOB, DONE, FAILED, work
 
 __all__ = ["Chunk", "Pool", "Processes", "cores", "packed"]
 

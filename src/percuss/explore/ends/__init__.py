@@ -1,0 +1,1 @@
+"""Where motions end: random starts, attractors and their shares, basins of attraction."""
