@@ -15,7 +15,7 @@ from percuss.cli import main
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.edges.boundary import boundaries
 from percuss.explore.family import vary
-from percuss.paper import FIGURES, NAMES, figures, write_figures
+from percuss.paper import NAMES, figures, write_figures
 from percuss.paper.figure import Figure, segments
 from percuss.paper.limits import DAMPING, RESTITUTIONS, hydraulic, pneumatic
 from percuss.stability import stability_plane
