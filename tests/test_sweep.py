@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from percuss import Load, Start, Stop, System, rest_on_wall, run, stability_of, steady_states
 from percuss.case import Case, CaseFamily, load_case
 from percuss.errors import CaseError, ParameterError, UnitError
-from percuss.explore import QUANTITIES, REASONS, Axis, SystemFamily, sweep
+from percuss.explore import QUANTITIES, REASONS, Axis, SystemFamily, boundaries, sweep
 from percuss.explore.planes import fits_plane
 from percuss.explore.sweep_job import sweep_job
 
@@ -214,3 +214,96 @@ def test_keys_of_a_case():
     assert family.system({"s": 3.0, "load.mean": 0.5}).load.mean == 0.5
     assert family.system({"load_factor": 0.7}).load.mean == 0.7
     assert SystemFamily(PNEUMATIC).system({"amplitude": 2.0}).load.load_factor == 0.45
+
+
+# -- what a review found ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("units", "axes"),
+    [
+        ({"frequency": "Hz", "load.frequency": "Hz"}, ["frequency=15 Hz,20 Hz", "load.frequency=15 Hz,20 Hz"]),
+        ({"receiving_area": "cm^2"}, ["restitution=0.08,0.1", "receiving_area=19 cm^2,20 cm^2"]),
+        ({"diameter": "mm", "bar.area": "cm^2"}, ["diameter=40 mm,45 mm", "bar.area=15 cm^2,16 cm^2"]),
+        ({}, ["mean=0.1,0.2", "load_factor=0.3,0.4"]),
+        ({}, ["contact.restitution=0.1,0.2", "restitution=0.1,0.2"]),
+    ],
+)
+def test_two_axes_that_set_the_same(units, axes):
+    with pytest.raises(ParameterError, match="sets the same"):
+        sweep(CaseFamily(load_case("mini-breaker"), units), *axes, quantities=["exists"], workers=1)
+    if not units and "mean" in axes[0]:
+        with pytest.raises(ParameterError, match="sets the same"):
+            sweep(PNEUMATIC, *axes, quantities=["exists"], workers=1)
+
+
+@pytest.mark.parametrize("machine", ["mini-breaker", "hydraulic-drifter"])
+def test_starts_in_the_scales_of_each_cell(machine):
+    case = load_case(machine).changed(start={"position": "-30 mm", "velocity": "2 m/s"})
+    family = CaseFamily(case, {"frequency": "Hz"})
+    for frequency in (30.0, 60.0, 90.0):
+        values = {"frequency": frequency}
+        start, system = family.start(values, 0), family.system(values)
+        assert start.velocity[0] * system.speed_scale == pytest.approx(2.0, rel=1e-12)
+        assert start.displacement[0] * system.length_scale == pytest.approx(-0.03, rel=1e-12)
+
+
+def test_a_recording_of_the_catalogue_under_another_area():
+    case = load_case("hydraulic-drifter")
+    found = sweep(
+        CaseFamily(case, {"load.area": "cm^2"}), "load.area=5 cm^2:6.5 cm^2:4", quantities=["orbits"], workers=1
+    )
+    assert (found["outcome"] == 0).all()
+    family = CaseFamily(case, {"load.area": "cm^2"})
+    other, given = family.system({"load.area": 5.0}).load.mean, case.system().load.mean
+    assert other == pytest.approx(given * 5.0 / 6.5, rel=1e-12)
+
+
+def test_a_start_that_does_not_exist_spares_the_steady_quantities():
+    case = load_case("mini-breaker").changed(start={"orbit": 1}, simulation={"modes": 0, "impacts": 50})
+    found = sweep(CaseFamily(case, {}), "restitution=0.02,0.1", "load_factor=0.3,0.9", quantities=["orbits", "label"],
+                  modes=0, workers=1)  # fmt: skip
+    words = [[found.words["outcome"][code] for code in row] for row in found["outcome"]]
+    for i, j in np.argwhere(found["orbits"] == 0):
+        assert words[i][j] == "no start" and found["label"][i, j] == ""
+    assert (found["orbits"] >= 0).all() and "no start" in np.array(words) and "ok" in np.array(words)
+
+
+def test_some_cells_without_a_system_are_no_reason_to_refuse():
+    found = sweep(SQUARE, "kappa=0:2:5", quantities=["orbits"], workers=1)
+    assert found.words["outcome"][found["outcome"][0]] == "no system"
+    assert (found["outcome"][1:4] <= 1).all()
+
+
+def test_whole_numbers_of_harmonics():
+    text = "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.6\n[load]\nkind = 'square'\namplitude = 1.0\nkappa = 1.3\n"
+    family = CaseFamily(Case.from_text(text), {})
+    assert family.system({"load.harmonics": 4.0}).load.coefficients.size == 5
+    found = sweep(family, "load.harmonics=1:4:3", quantities=["exists"], workers=1)
+    assert [found.words["outcome"][code] for code in found["outcome"]] == ["ok", "no system", "ok"]
+
+
+def test_neutral_is_not_stable_whatever_else_is_asked():
+    system = System(s=1.517, d=0.0, restitution=0.6, load=Load.square(1.0, 1.3))
+    axes = ("restitution=1", "load_factor=1.2", "m=1,3")
+    plane = sweep(system, *axes, quantities=["reduced_stable"], workers=1)
+    single = sweep(system, *axes, quantities=["reduced_stable", "admissible"], workers=1)
+    assert np.array_equal(plane["reduced_stable"], single["reduced_stable"])
+
+
+def test_curves_of_stability_separate_stable_from_unstable():
+    """Undamped and elastic, where a pair of multipliers leaves the circle before the flip."""
+    axes = ("restitution=0.45:0.95:11", "load_factor=0.3:1.2:19")
+    found = sweep(PNEUMATIC, *axes, quantities=["stable"], modes=4, workers=1)
+    x = Axis.parsed(axes[0])
+    curves = boundaries(PNEUMATIC, x, ("load_factor", 0.2, 1.3), criterion="exact", modes=4,
+                        kinds=("fold", "flip", "neimark-sacker"))  # fmt: skip
+    y = np.array([curve.y for curve in curves.of_stability])
+    values = Axis.parsed(axes[1]).values
+    changes = 0
+    for i in range(len(x)):
+        for j in np.flatnonzero(found["stable"][i, 1:] != found["stable"][i, :-1]):
+            changes += 1
+            assert np.any((y[:, i] >= values[j]) & (y[:, i] <= values[j + 1])), (x.values[i], values[j])
+    assert changes > 8
+    assert any(curve.kind == "neimark-sacker" for curve in curves.of_stability)

@@ -11,6 +11,7 @@ from percuss.case.plain import number
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.explore import Basins, Boundaries, Experiment, Sweep
+    from percuss.model import System
 
 __all__ = ["basins_dict", "experiment_dict", "sweep_dict"]
 
@@ -29,6 +30,8 @@ def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> di
         if name in found.words:
             words = np.array([*found.words[name], ""])
             values = words[values]
+        elif name != "outcome":
+            values = _known(found, values)
         column = found.columns.get(name)
         quantities[name] = {"unit": column.unit if column else "", "values": _nested(values)}
     answer: dict[str, Any] = {
@@ -49,7 +52,7 @@ def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> di
 
 def experiment_dict(case: Case, found: Experiment) -> dict[str, Any]:
     """An experiment as a tree of dict, list, str, int, finite float and None."""
-    return {"case": case.file, "title": case.title, **found.to_json_dict()}
+    return {"case": case.file, "title": case.title, **found.to_json_dict(), "si": _scales(found.system)}
 
 
 def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
@@ -62,6 +65,7 @@ def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
         "axes": [{"name": x, "values": list(over)}, {"name": y, "values": list(up)}],
         "at": dict(found.at),
         "modes": found.modes,
+        "si": _scales(found.system),
         "image": found.image.tolist(),
         "attractors": [
             {
@@ -75,7 +79,38 @@ def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
     }
 
 
+def _known(found: Sweep, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The values, None in cells that have none: those without a system, or not computed."""
+    if values.dtype.kind == "f" or values.dtype.kind == "U":
+        return values
+    shown = values.astype(object)
+    outcome = found["outcome"]
+    nothing = (outcome < 0) | (outcome > 1) & (outcome < len(found.words["outcome"]) - 1)
+    shown[nothing] = None
+    return shown
+
+
+def _scales(system: System) -> dict[str, float | None] | None:
+    """What the dimensionless numbers are to be multiplied by for SI, and the frequency; None without scales."""
+    if not system.is_si:
+        return None
+    return {
+        "length_m": system.length_scale,
+        "speed_m_s": system.speed_scale,
+        "time_s": system.time_scale,
+        "energy_J": system.energy_scale,
+        "frequency_Hz": system.frequency,
+    }
+
+
 def _nested(values: np.ndarray[Any, Any]) -> Any:
     if values.ndim > 1:
         return [_nested(row) for row in values]
-    return values.tolist() if values.dtype.kind in "bU" else [number(value) for value in values.tolist()]
+    if values.dtype.kind in "bUO":
+        return values.tolist()
+    return [_number(value) for value in values.tolist()]
+
+
+def _number(value: float | int) -> float | int | str | None:
+    """As JSON has it; −∞, the Lyapunov exponent of what comes to rest, is a word."""
+    return "-inf" if value == -np.inf else number(value)

@@ -8,11 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case
+from percuss.case.running import start_of
 from percuss.case.schema import HistoryForce, table_fields
 from percuss.case.suggest import did_you_mean
 from percuss.errors import ParameterError
-from percuss.explore.family import PARAMETERS, describe_system, vary
+from percuss.explore.family import PARAMETERS, describe_system, refuse_twice, vary
 from percuss.model import System
+from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.simulate import Start
@@ -21,11 +23,27 @@ __all__ = ["CaseFamily"]
 
 _SCALE = "load.scale"
 _FREQUENCY = "load.frequency"
+_AREA = "load.area"
 _EITHER = (
     ("bar.area", "bar.diameter"),
     ("bar.damping", "bar.damping_ratio"),
     ("contact.restitution", "contact.receiving_area"),
 )
+_SETS = {
+    "contact.restitution": "restitution",
+    "contact.receiving_area": "restitution",
+    "system.restitution": "restitution",
+    "system.s": "s",
+    "system.d": "d",
+    "bar.diameter": "bar.area",
+    "bar.damping_ratio": "bar.damping",
+    "load.mean": "mean",
+    "load.amplitude": "amplitude",
+    "load.kappa": "kappa",
+}
+"""What the keys set that something else sets, too."""
+
+_WHOLE = ("load.harmonics", "load.harmonic")
 _TABLES = ("system", "bar", "contact", "load")
 
 
@@ -84,7 +102,8 @@ class CaseFamily:
     def _keys(self) -> list[str]:
         """Keys of the case that hold one number."""
         fields = table_fields(type(self.case.tables), self.case.tables.load.kind)
-        none = {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
+        none = {"harmonics", "sample_rate"} if isinstance(self.case.tables.load, HistoryForce) else set()
+        none |= {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
         keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
         return [*keys, _SCALE]
 
@@ -98,6 +117,8 @@ class CaseFamily:
                 PARAMETERS[name].check(self.case.system())
             elif key == _SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
+        keys = {name: self.key(name) or name for name in names}
+        refuse_twice({name: _SETS.get(key, key) for name, key in keys.items()})
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system of the case with these values.
@@ -115,15 +136,17 @@ class CaseFamily:
         if not keys:
             return self.case.system()
         scale, _ = keys.pop(_SCALE, (1.0, ""))
-        recorded = isinstance(self.case.tables.load, HistoryForce)
-        frequency = keys.pop(_FREQUENCY, None) if recorded else None
+        table = self.case.tables.load
+        frequency = None
+        if isinstance(table, HistoryForce):  # analysed once, and kept by all
+            frequency = keys.pop(_FREQUENCY, None)
+            if _AREA in keys and table.area is not None:
+                scale *= si(_text(*keys.pop(_AREA)), "area", "area") / si(table.area, "area", "area")
         case = self._varied(keys)
         if scale == 1.0 and frequency is None:
             return case.system()
         load = case.load()
         if frequency is not None:
-            from percuss.units import si
-
             load = replace(load, frequency=si(_text(*frequency), "frequency", "frequency"))
         return case.with_load(load.scaled(scale, frequency=load.frequency))
 
@@ -133,7 +156,7 @@ class CaseFamily:
         if isinstance(self.case.tables.load, HistoryForce):
             self.case.load()  # read once, and kept by all
         values: dict[str, Any] = {
-            key: _text(value, unit) if unit else int(value) if key == "load.harmonics" else value
+            key: _text(value, unit) if unit else _whole(key, value) if key in _WHOLE else value
             for key, (value, unit) in keys.items()
         }
         for pair in _EITHER:
@@ -143,19 +166,22 @@ class CaseFamily:
         return self.case.varied(values)
 
     def start(self, values: Mapping[str, float], modes: int) -> Start:
-        """The start that the case's table [start] describes, in the scales of these values."""
-        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in values.items() if self.key(name)}
-        keys.pop(_SCALE, None)
-        if isinstance(self.case.tables.load, HistoryForce):
-            keys.pop(_FREQUENCY, None)
-        return self._varied(keys).start(modes)
+        """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
+        return start_of(self.case.tables.start, self.system(values), modes, self.case.file)
 
     def describe(self) -> dict[str, Any]:
         """The case, and the load of its recording."""
-        about: dict[str, Any] = {"case": self.case.to_dict(), "units": dict(self.units)}
+        tables = {key: table for key, table in self.case.to_dict().items() if key not in ("title", "simulation")}
+        about: dict[str, Any] = {"case": tables, "units": dict(self.units)}
         if isinstance(self.case.tables.load, HistoryForce):
             about["recording"] = describe_system(self.case.system())
         return about
+
+
+def _whole(key: str, value: float) -> int:
+    if value != int(value):
+        raise ParameterError(key, value, "whole numbers")
+    return int(value)
 
 
 def _text(value: float, unit: str) -> str:

@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from percuss.cli.arguments import whole
@@ -49,7 +50,11 @@ def _parser() -> Parser:
     add("--periods", metavar="M", type=periods, default=(1,), help="load periods per impact (default 1)")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--impacts", metavar="N", type=whole, help="the most impacts of a simulation (default: the case's, or 2000)")
-    add("--curves", action="store_true", help="solve for the boundaries too: fold and flip curves, over --x and --y")
+    add(
+        "--curves",
+        action="store_true",
+        help="solve too for the curves at which motions or their stability end, over --x and --y",
+    )
     add("--json", action="store_true", help="print the map as JSON")
     add("--plot", metavar="FILE", help=f"draw the map: {', '.join(PICTURES)}")
     add_carrying(parser)
@@ -76,6 +81,10 @@ def run(arguments: Sequence[str]) -> int:
         parser.error("argument --curves: boundaries lie in a plane: give --y too")
     case = named_case(options.case)
     job = _job(case, options)
+    if options.curves:
+        from percuss.explore.edges.boundary import checked_boundaries
+
+        checked_boundaries(job.family, **_boundaries(job))
     found = _swept(parser, options, job)
     curves = _curves(job) if options.curves else None
     made = [("map", options.output)]
@@ -121,12 +130,29 @@ def _swept(parser: Parser, options: argparse.Namespace, job: SweepJob) -> Sweep:
     return Sweep.shaped(job, carried(parser, options, job))
 
 
-def _curves(job: SweepJob) -> Boundaries:
-    """The boundaries by the criterion that the map is made by."""
-    from percuss.explore import boundaries
+def _boundaries(job: SweepJob) -> dict[str, Any]:
+    """What `boundaries` is asked for a map: by the criterion that the map is made by, and as far as it reaches."""
+    from percuss.explore.quantities import needs
 
     x, y = job.axes
-    exact = bool({"stable", "margin", "reason", "label"} & set(job.quantities))
-    low, high = float(y.values.min()), float(y.values.max())
-    criterion: dict[str, Any] = {"criterion": "exact", "modes": job.modes} if exact else {"criterion": "reduced"}
-    return boundaries(job.family, x, (y.name, low, high), job.periods, kinds=("fold", "flip"), **criterion)
+    exact = bool(needs(job.quantities) & {"exact", "simulation", "lyapunov"})
+    return {
+        "x": x,
+        "y": (y.name, float(y.values.min()), float(y.values.max())),
+        "periods": job.periods,
+        "criterion": "exact" if exact else "reduced",
+        "modes": job.modes if exact else None,
+        "kinds": ("fold", "flip", "neimark-sacker"),
+    }
+
+
+def _curves(job: SweepJob) -> Boundaries | None:
+    """The boundaries of a map; None when a person does not want to wait for them."""
+    from percuss.explore import boundaries
+
+    try:
+        found = boundaries(job.family, **_boundaries(job))
+        return replace(found, curves=found.of_stability)
+    except KeyboardInterrupt:
+        print("percuss: interrupted: the map is whole, its boundaries are left out", file=sys.stderr)
+        return None

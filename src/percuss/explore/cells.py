@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Asked", "cell_columns", "failure", "label_text"]
 
-OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED = range(len(CELL_OUTCOMES))
+NEUTRAL = 1e-10
+"""Margins this small are neither stable nor unstable: rounding would decide."""
+
+OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL_OUTCOMES))
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
     found: dict[str, Any] = {
         "phase": orbits[best].phase,
-        "reduced_stable": any(r.stable for r in reduced),
+        "reduced_stable": any(margin > NEUTRAL for margin in reduced_margins),
         "reduced_margin": max(reduced_margins),
     }
     if exact:
@@ -176,7 +179,7 @@ def _reason(orbit: Orbit, verdict: Stability) -> int:
         return REASONS.index("fold")
     if verdict.stable:
         return REASONS.index("stable")
-    if abs(verdict.margin) <= 1e-10:
+    if abs(verdict.margin) <= NEUTRAL:
         return REASONS.index("neutral")
     if verdict.multipliers.dominant_mode != 0:
         return REASONS.index("elastic")
@@ -198,7 +201,11 @@ def simulated_columns(
     stopped: Callable[[], bool],
 ) -> None:
     """What a simulation from a start says of every cell that has a system."""
-    there = [i for i, system in enumerate(systems) if system is not None and not _resonant(out, i, system, asked.modes)]
+    there = [
+        i
+        for i, system in enumerate(systems)
+        if system is not None and starts[i] is not None and not _resonant(out, i, system, asked.modes)
+    ]
     for first in range(0, len(there), _PORTION):
         if stopped():
             return

@@ -65,10 +65,29 @@ class SystemFamily:
             if unit:
                 raise ParameterError(name, unit, "plain numbers: the parameter is dimensionless")
             PARAMETERS[name].check(self.base)
+        refuse_twice({name: name for name in names})
 
     def describe(self) -> dict[str, Any]:
         """The system in plain numbers."""
         return {"system": describe_system(self.base)}
+
+
+def refuse_twice(sets: Mapping[str, str]) -> None:
+    """ParameterError when two parameters set the same thing, so that one of them would do nothing.
+
+    Parameters
+    ----------
+    sets
+        What each parameter sets, by name; the load factor sets the mean.
+    """
+    by_thing: dict[str, str] = {}
+    for name, thing in sets.items():
+        other = by_thing.setdefault(_SETS.get(thing, thing), name)
+        if other != name:
+            raise ParameterError(name, "on an axis", f"another parameter than {other}, which sets the same")
+
+
+_SETS = {"load_factor": "mean"}
 
 
 def describe_system(system: System) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.cells import Asked, empty_columns, failure
+from percuss.explore.cells import NEUTRAL, Asked, empty_columns, failure
 from percuss.explore.family import Family
 from percuss.explore.job import Columns
 from percuss.explore.quantities import BRANCHES, QUANTITIES, needs
@@ -56,8 +56,8 @@ def _fill(
     found: dict[str, npt.ArrayLike] = {"exists": there.any(axis=0), "orbits": there.sum(axis=0)}
     reduced = np.where(there, 1.0 - _largest(plane.a), np.nan)
     best = reduced
-    found["reduced_stable"] = plane.stable.any(axis=0)
     found["reduced_margin"] = _greatest(reduced)
+    found["reduced_stable"] = np.nan_to_num(found["reduced_margin"], nan=-1.0) > NEUTRAL
     if "exact" in needs(asked.names):
         from percuss.stability.exact_plane import exact_plane
 

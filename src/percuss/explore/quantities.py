@@ -23,12 +23,13 @@ __all__ = [
 BRANCHES = 8
 """The most orbits of a cell whose phases are kept."""
 
-CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system", "failed")
+CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system", "failed", "no start")
 """How a cell ended, by number: ``outcome`` of every map.
 
 ``does not push``: the load is constant or its mean is not greater than 0: there is no steady motion to look for.
 ``resonance``: an undamped bar driven at one of its own frequencies. ``not accurate``: a computation failed its own
-check. ``no system``: the parameters make none. The last four leave NaN, −1 or False in the cell.
+check. ``no system``: the parameters make none. ``no start``: the simulation has none to begin from, such as a steady
+motion that does not exist there. From ``resonance`` on, what could not be computed holds NaN, −1 or False.
 """
 
 REASONS = ("stable", "fold", "flip", "spiral", "elastic", "neutral")

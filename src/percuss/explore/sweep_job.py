@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.explore.cells import Asked, cell_columns, failure
+from percuss.explore.cells import NO_START, Asked, cell_columns, failure
 from percuss.explore.family import Family, SystemFamily
 from percuss.explore.job import Column, Columns
 from percuss.explore.planes import fits_plane, plane_columns
@@ -88,7 +88,7 @@ class SweepJob:
     @cached_property
     def is_si(self) -> bool:
         """Whether the systems have scales: energies are in J then."""
-        for at in (0, self.size - 1):
+        for at in (0, self.size // 2, self.size - 1):
             try:
                 return self.family.system(self._system_values(self.cell(at))).is_si
             except PercussError:
@@ -147,7 +147,7 @@ class SweepJob:
                 system = self.family.system(self._system_values(cell))
                 start = self._start(cell)
             except (PercussError, ArithmeticError) as error:
-                system, outcome = None, failure(error)
+                outcome = failure(error) if system is None else NO_START
             systems.append(system)
             starts.append(start)
             outcomes.append(outcome)
@@ -208,15 +208,16 @@ def sweep_job(
         discard=count("discard", discard, least=0),
         functions=own,
     )
-    _check_corners(job)
+    _check_some(job)
     return job
 
 
-def _check_corners(job: SweepJob) -> None:
-    """The refusal of the first cell, when no corner of the map has a system: then the question is wrong."""
+def _check_some(job: SweepJob) -> None:
+    """The refusal of the first cell, when none of several over the map has a system: then the question is wrong."""
     refused: list[Exception] = []
-    for corner in product(*((0, n - 1) for n in job.shape)):
-        cell = job.cell(int(np.ravel_multi_index(corner, job.shape)))
+    some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
+    for place in product(*some.tolist()):
+        cell = job.cell(int(np.ravel_multi_index(place, job.shape)))
         try:
             job.family.system(job._system_values(cell))
             return

@@ -23,7 +23,7 @@ from percuss.model.checks import Array, count, finite
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
-__all__ = ["KINDS", "Boundaries", "Curve", "boundaries"]
+__all__ = ["KINDS", "Boundaries", "Curve", "boundaries", "checked_boundaries"]
 
 CRITERIA = ("reduced", "exact")
 
@@ -94,7 +94,7 @@ def boundaries(
     (array([0.31830989, 0.59114693, 1.27323954]), array([0.26851464, 0.470072  , 0.75684712]))
     """
     family = SystemFamily(system) if isinstance(system, System) else system
-    asked = _asked(family, x, y, periods, criterion, modes, kinds)
+    asked = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
     x_name, values, y_name, low, high = asked
     rows: list[list[tuple[int, Crossing]]] = []
     failed: list[tuple[float, str]] = []
@@ -111,15 +111,16 @@ def boundaries(
     return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
 
 
-def _asked(
+def checked_boundaries(
     family: Family,
     x: Axis | tuple[str, npt.ArrayLike],
     y: Axis | tuple[str, float, float],
-    periods: int,
-    criterion: str,
-    modes: int | None,
-    kinds: Sequence[str],
+    periods: int = 1,
+    criterion: str = "reduced",
+    modes: int | None = None,
+    kinds: Sequence[str] = KINDS,
 ) -> tuple[str, Array, str, float, float]:
+    """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
     axis = x if isinstance(x, Axis) else Axis(x[0], np.atleast_1d(np.asarray(x[1], dtype=float)))
     if isinstance(y, Axis):
         y = y.name, float(y.values.min()), float(y.values.max())

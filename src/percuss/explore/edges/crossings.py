@@ -22,17 +22,22 @@ FLIP, SPIRAL = "flip", "neimark-sacker"
 _REAL = 1e-4  # angles this close to 0 or π belong to a fold or a flip, which are found by themselves
 _SLOPE = 1e-6  # half the step in t of the slopes that turn a residual into an error of y
 _INSIDE = 1e-7  # the ends of a stretch are folds: the samples stay this far inside
+_OUTSIDE = 1e-7  # multipliers this little outside the circle are those that cross it
 _DEPTH = 6  # halvings of a step in which several multipliers cross
 
 
 class Crossing(NamedTuple):
-    """One crossing on a branch, found to `residual`, an estimate of the error of y."""
+    """One crossing on a branch, found to `residual`, an estimate of the error of y.
+
+    `outside`: how many other multipliers are outside the unit circle there, so that 0 is an end of stability.
+    """
 
     kind: str
     y: float
     phase: float
     residual: float
     angle: float = math.nan
+    outside: float = math.nan
 
 
 def _found(stretch: Stretch, kind: str, f: Function, places: Array) -> list[Crossing]:
@@ -64,12 +69,16 @@ def reduced_crossings(stretch: Stretch, samples: int | None) -> list[Crossing]:
         a_0, _, a_2 = stretch.quadratic(t)
         return np.asarray((a_2 - a_0) / (np.abs(a_0) + np.abs(a_2)))
 
-    found = _found(stretch, FLIP, flip, roots_on(flip, nodes))
+    turns = roots_on(flip, nodes)
+    found = []
+    for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True):
+        a_0, _, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
+        found.append(crossing._replace(outside=float(abs(a_0) > (1.0 + _OUTSIDE) * abs(a_2))))
     places = roots_on(spiral, nodes)
     for crossing, t in zip(_found(stretch, SPIRAL, spiral, places), places, strict=True):
         a_0, a_1, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
         if abs(a_1) < (1.0 - _REAL) * abs(a_0 + a_2):
-            found.append(crossing._replace(angle=math.acos(-a_1 / (a_0 + a_2))))
+            found.append(crossing._replace(angle=math.acos(-a_1 / (a_0 + a_2)), outside=0.0))
     return found
 
 
@@ -88,7 +97,11 @@ def exact_crossings(stretch: Stretch, samples: int, modes: int, spirals: bool = 
         return np.array([secular(matrix(value), -1.0).real for value in t.tolist()])
 
     nodes = stretch.nodes(samples, _INSIDE)
-    found = _found(stretch, FLIP, flip, roots_on(flip, nodes))
+    turns = roots_on(flip, nodes)
+    found = [
+        crossing._replace(outside=_outside(matrix(float(t))))
+        for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True)
+    ]
     if spirals:
         found += [c for i in range(nodes.size - 1) for c in _spirals(stretch, matrix, nodes[i], nodes[i + 1], _DEPTH)]
     return found
@@ -106,6 +119,11 @@ def _moduli(matrix: LinearMap) -> tuple[Array, Array]:
     values = np.linalg.eigvals(matrix.dense())
     order = np.argsort(-np.abs(values))
     return np.abs(values)[order], np.abs(np.angle(values[order]))
+
+
+def _outside(matrix: LinearMap) -> float:
+    """How many multipliers are outside the circle; those on it, to within rounding, are not."""
+    return float(np.count_nonzero(_moduli(matrix)[0] > 1.0 + _OUTSIDE))
 
 
 def _spirals(
@@ -133,7 +151,7 @@ def _spirals(
     y, phase = stretch.place(np.array([place]))
     ys = stretch.place(np.array([max(place - _SLOPE, 0.0), min(place + _SLOPE, 1.0)]))[0]
     residual = off * abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)
-    return [Crossing(SPIRAL, float(y[0]), float(phase[0]), residual, angle)]
+    return [Crossing(SPIRAL, float(y[0]), float(phase[0]), residual, angle, _outside(matrix(place)))]
 
 
 def _polished(matrix: Callable[[float], LinearMap], t: float, angle: float) -> tuple[float, float, float]:

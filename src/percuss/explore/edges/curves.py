@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,9 @@ class Curve:
         Estimate of the error of y that is left: the step that Newton's method would still make.
     angle
         Of the multiplier on the unit circle, in rad: 0 at a fold, π at a flip; NaN for a grazing.
+    outside
+        How many other multipliers are outside the circle there: where there are some, the motion is unstable on both
+        sides. NaN for folds and grazing.
     """
 
     kind: str
@@ -51,6 +54,7 @@ class Curve:
     phase: Array
     residual: Array
     angle: Array
+    outside: Array
 
     @property
     def found(self) -> npt.NDArray[np.bool_]:
@@ -89,6 +93,12 @@ class Boundaries:
         if kind not in KINDS:
             raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
         return tuple(curve for curve in self.curves if curve.kind == kind)
+
+    @property
+    def of_stability(self) -> tuple[Curve, ...]:
+        """The curves at which stability or existence ends: without crossings of motions that are unstable anyhow."""
+        kept = [replace(c, y=np.where(c.outside > 0.0, math.nan, c.y)) for c in self.curves if c.kind != GRAZING]
+        return tuple(curve for curve in kept if curve.found.any())
 
     def greatest(self, kind: str) -> Array:
         """The greatest y of one kind at every x, NaN where there is none; shape (n,)."""
@@ -135,7 +145,7 @@ def _distance(a: Crossing, b: Crossing, span: float) -> float:
 
 
 def _curve(kind: str, x: Array, thread: dict[int, tuple[int, Crossing]]) -> Curve:
-    columns = np.full((4, x.size), math.nan)
+    columns = np.full((5, x.size), math.nan)
     for i, (_, point) in thread.items():
-        columns[:, i] = point.y, point.phase, point.residual, point.angle
+        columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside
     return Curve(kind, thread[min(thread)][0], x, *columns)
