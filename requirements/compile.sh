@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 compile() {
-    uv pip compile pyproject.toml --extra plot --extra io --extra cluster "$@" --upgrade --universal --python-version 3.11 \
+    uv pip compile pyproject.toml --extra plot --extra io --extra cluster --extra web "$@" --upgrade --universal --python-version 3.11 \
         --fork-strategy fewest --no-header --no-annotate --no-emit-index-url --no-emit-find-links --quiet
 }
 

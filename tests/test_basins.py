@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from percuss import Load, Start, Starts, Stop, System, run
-from percuss.errors import ParameterError
+from percuss import Bar, Contact, Load, Start, Starts, Stop, System, run
+from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.carry.archive import Archive
-from percuss.explore.ends.basin import Basins, basins
+from percuss.explore.carry.running import carry_out
+from percuss.explore.ends.basin import Basins, basins, basins_job
 from percuss.explore.ends.experiments import experiment
 
 TURN = 2.0 * np.pi
@@ -71,6 +72,18 @@ def test_portions_and_archive(tmp_path):
     assert again.stop == Stop(impacts=400)
 
 
+def test_a_portion_of_a_huge_plane_is_made_alone():
+    """10¹⁰ starts would take 400 GB."""
+    n = 100_000
+    job = basins_job(ELASTIC, ("time", 0.0, 6.0, n), ("u_2", -0.1, 0.1, n), at={"position": -1.0}, modes=2)
+    part = job.starts(n * n - n - 2, n * n - n + 2)
+    assert part.time.tolist() == [job.x[1][-2], 6.0, 0.0, job.x[1][1]]
+    assert part.displacement[:, 2].tolist() == [job.y[1][-2]] * 2 + [0.1] * 2
+    assert np.allclose(part.displacement @ [1.0, -2.0, 2.0], -1.0)
+    with pytest.raises(PercussError, match="memory"):
+        carry_out(job, progress=lambda progress: pytest.fail("asked too late"), workers=1)
+
+
 def test_what_is_not_done_has_no_number():
     found = basins(BISTABLE, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
     found.columns["code"][:7] = -1
@@ -89,6 +102,16 @@ def test_dataset():
     assert "Basins: 5 × 4 starts" in str(found)
 
 
+def test_the_axes_of_a_dataset_have_scales():
+    system = System.from_si(
+        Bar(length=0.341, diameter=0.049), Load.harmonic(5e3, 6e3, frequency=60.0), Contact(restitution=0.6)
+    )
+    data = basins(system, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).dataset
+    assert data["time"].attrs == {"units": "rad", "si_scale": system.time_scale, "si_units": "s"}
+    assert data["velocity"].attrs["si_scale"] == system.speed_scale
+    assert data.attrs["scaling"].startswith("dimensionless")
+
+
 @pytest.mark.parametrize(
     ("asked", "word"),
     [
@@ -102,6 +125,8 @@ def test_dataset():
         ({"at": {"place": 1.0}}, "position, velocity, time"),
         ({"at": {"position": 1.0}}, "wall"),
         ({"modes": -1}, "modes"),
+        ({"x": Axis.linear("time", 0.0, 6.0, 3, "ms")}, "dimensionless"),
+        ({"stop": Stop(impacts=0)}, "impacts"),
     ],
 )
 def test_bad_planes(asked, word):

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from percuss import Bar, Contact, Load, Start, Starts, Stop, System, run, stability_of, steady_states
-from percuss.errors import ParameterError, ResonanceError
+from percuss.errors import ParameterError, PercussError, ResonanceError
 from percuss.explore.carry.archive import Archive
 from percuss.explore.carry.running import carry_out
 from percuss.explore.ends.attractors import matched
@@ -15,7 +15,7 @@ from percuss.explore.ends.cycles import COLUMNS, invariants_of
 from percuss.explore.ends.experiment_job import system_from
 from percuss.explore.ends.experiments import Experiment, experiment, experiment_job
 from percuss.explore.ends.shares import wilson
-from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
+from percuss.explore.ends.starts import BLOCK, DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
 
 TURN = 2.0 * np.pi
@@ -75,6 +75,38 @@ def test_starts_are_those_of_the_seed(name):
     for field in ("displacement", "velocity", "gap", "time"):
         assert np.array_equal(getattr(one, field), getattr(more, field)[:50])
     assert not np.array_equal(one.time, other.time)
+
+
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_portions_of_starts_are_those_of_the_whole(name):
+    whole = named(PNEUMATIC, name, 2 * BLOCK + 10, 3)
+    for first, last in ((0, 1), (BLOCK - 3, BLOCK + 3), (BLOCK, 2 * BLOCK), (10, 2 * BLOCK + 10)):
+        part = named(PNEUMATIC, name, last - first, 3, first)
+        for field in ("displacement", "velocity", "gap", "time"):
+            assert np.array_equal(getattr(part, field), getattr(whole, field)[first:last])
+    assert not np.array_equal(whole.time[:BLOCK], whole.time[BLOCK : 2 * BLOCK])
+    assert np.unique(whole.time).size == len(whole)
+
+
+def test_a_portion_of_very_many_starts_is_drawn_alone():
+    """10¹² of them would take 30 TB."""
+    n = 10**12
+    for job in (
+        experiment_job(PNEUMATIC, n, "wall", 1, stop=Stop(impacts=50)),
+        experiment_job(PNEUMATIC, n, Starts.rigid(-1.0, 0.0, [0.0, 1.0, 2.0]), 1, stop=Stop(impacts=50)),
+    ):
+        last = job.compute(n - 5, n, lambda: False)
+        same(job.compute(n - 2, n, lambda: False), {name: values[3:] for name, values in last.items()})
+    with pytest.raises(PercussError, match="memory"):
+        carry_out(job, progress=lambda progress: pytest.fail("asked too late"), workers=1)
+
+
+def test_drawing_with_replacement_does_not_depend_on_how_many():
+    rows = Starts.rigid(-1.0, 0.0, np.arange(7.0))
+    whole = drawn(rows, BLOCK + 100, 4)
+    assert np.array_equal(drawn(rows, 50, 4).time, whole.time[:50])
+    assert np.array_equal(drawn(rows, 60, 4, BLOCK - 30).time, whole.time[BLOCK - 30 : BLOCK + 30])
+    assert stats.chisquare(np.bincount(whole.time.astype(int))).pvalue > 1e-3
 
 
 def test_wall_needs_a_load_that_pushes():
@@ -147,7 +179,9 @@ def test_no_such_distribution(tmp_path):
             own(tmp_path / name)
     with pytest.raises(ParameterError, match="Starts"):
         own(lambda seed: seed)
-    for wrong in ({"starts": 0}, {"seed": -1}, {"modes": -1}, {"stop": 3}, {"distance": "x"}):
+    for wrong in (
+        {"starts": 0}, {"seed": -1}, {"modes": -1}, {"stop": 3}, {"distance": "x"}, {"stop": Stop(impacts=0)}
+    ):  # fmt: skip
         with pytest.raises(ParameterError):
             experiment(PNEUMATIC, **{"starts": 10, **wrong}, workers=1)
 
@@ -418,6 +452,26 @@ def test_dataset():
     assert data["attractor_label"].values.tolist() == [share.label for share in found.shares]
     assert np.array_equal(data["attractor_number"], found.attractor)
     assert "Experiment: 60 starts" in str(found) and "%" in str(found)
+
+
+def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
+    bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
+    system = System.from_si(bar, Load.harmonic(5e3, 6e3, frequency=60.0), Contact(restitution=0.6))
+    experiment(system, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr")
+    data = Experiment.from_archive(Archive.open(tmp_path / "e.zarr")).dataset
+    for name, scale, unit in (
+        ("impact_velocity", system.speed_scale, "m/s"),
+        ("blow_energy", system.energy_scale, "J"),
+        ("position", system.length_scale, "m"),
+        ("interval_mean", system.time_scale, "s"),
+    ):
+        assert data[name].attrs["si_scale"] == pytest.approx(scale) and data[name].attrs["si_units"] == unit
+    assert data["impact_velocity"].attrs["units"] == "1"
+    assert data["impact_velocity"].attrs["comment"] == "dimensionless" and "comment" not in data["code"].attrs
+    assert data.attrs["frequency_Hz"] == 60.0 and data.attrs["scaling"].startswith("dimensionless")
+    plain = experiment(PNEUMATIC, 30, "wall", 1, workers=1).dataset
+    assert plain["blow_energy"].attrs["comment"] == "dimensionless" and "si_scale" not in plain["blow_energy"].attrs
+    assert "frequency_Hz" not in plain.attrs
 
 
 def test_shares_beside_single_motions():

@@ -307,3 +307,13 @@ def test_curves_of_stability_separate_stable_from_unstable():
             assert np.any((y[:, i] >= values[j]) & (y[:, i] <= values[j + 1])), (x.values[i], values[j])
     assert changes > 8
     assert any(curve.kind == "neimark-sacker" for curve in curves.of_stability)
+
+
+def test_a_case_of_coefficients():
+    text = "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.6\n"
+    text += "[load]\nkind = 'fourier'\ncoefficients = [[0.9, 0.0], [1.0, 0.0]]\n"
+    case = Case.from_text(text)
+    assert case.varied({"system.s": 3.0}).system().s == 3.0
+    found = sweep(CaseFamily(case, {}), "system.s=3,20", quantities=["phase"], workers=1)
+    direct = sweep(PNEUMATIC, "s=3,20", quantities=["phase"], workers=1)
+    assert np.array_equal(found["phase"], direct["phase"])

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, System
+from percuss.case import load_case
 from percuss.cli import main
 from percuss.explore import sweep
 
@@ -32,6 +33,7 @@ modes = 2
 impacts = 200
 """
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+BASINS = ("basins", "hydraulic-drifter", "--modes", "2")
 PLANE = ("--x", "restitution=0.2:0.8:4", "--y", "load_factor=0.3:0.9:3")
 
 
@@ -107,7 +109,7 @@ def test_a_map_is_kept_and_resumed(percuss):
         (["case.toml", "--x", "restitution=0:1"], "FROM:TO:NUMBER"),
         (["case.toml", "--x", "restitution=0:1:0"], "restitution"),
         (["case.toml", "--x", "restitution=0:1:3", "--y", "restitution=0:1:3"], "one axis only"),
-        (["case.toml", "--x", "restitution=0:0.9:100000", "--y", "s=1:20:100000", "--quantity", "label"], "--yes"),
+        (["case.toml", "--x", "restitution=0:0.9:100000", "--y", "s=1:20:100000", "--quantity", "label"], " GB"),
         (["case.toml", "--x", "restitution=0:1:3", "--curves"], "--y"),
         (["case.toml", "--x", "restitution=0:1:3", "--periods", "1..3"], "m an axis"),
         (["case.toml", "--x", "restitution=0:1:3", "--plot", "map.gif"], ".png, .svg or .pdf"),
@@ -161,6 +163,55 @@ def test_basins(percuss):
     assert percuss("export", "b.zarr", "-o", "b.nc").code == 0
 
 
+def test_units_of_a_plane_are_those_of_the_case(percuss):
+    ask = ("basins", "hydraulic-drifter", "--modes", 0, "--impacts", 100, "--json")
+    system = load_case("hydraulic-drifter").system()
+    done = percuss(*ask, "--x", "time=0:20 ms:4", "--y", "velocity=-6 m/s:-0.1:3", "--at", "position=-30 mm")
+    assert done.code == 0, done.err
+    found = done.json()
+    time, velocity = (axis["values"] for axis in found["axes"])
+    assert np.allclose(time, np.linspace(0.0, 0.02, 4) / system.time_scale, rtol=1e-13)
+    assert np.allclose(velocity, np.linspace(-6.0, -0.1, 3) / system.speed_scale, rtol=1e-13)
+    assert found["at"] == {"position": pytest.approx(-0.03 / system.length_scale, rel=1e-13)}
+    plain = [f"{name}=" + ",".join(map(repr, values)) for name, values in (("time", time), ("velocity", velocity))]
+    same = percuss(*ask, "--x", plain[0], "--y", plain[1], "--at", f"position={found['at']['position']!r}")
+    assert same.json() == found
+    assert found["si"] == {
+        "length_m": system.length_scale,
+        "speed_m_s": system.speed_scale,
+        "time_s": system.time_scale,
+        "energy_J": system.energy_scale,
+        "frequency_Hz": system.frequency,
+    }
+
+
+def test_scales_of_an_experiment(percuss):
+    ask = ("--starts", 20, "--modes", 0, "--impacts", 100, "--json")
+    system = load_case("hydraulic-drifter").system()
+    assert percuss("experiment", "hydraulic-drifter", *ask).json()["si"]["speed_m_s"] == system.speed_scale
+    assert percuss("experiment", "case.toml", *ask).json()["si"] is None
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        ("experiment", "case.toml", "--starts", 1_000_000_000),
+        ("basins", "case.toml", "--x", "time=0:6:100000", "--y", "velocity=-6:0:100000"),
+    ],
+)
+def test_what_no_memory_holds_is_refused_before_anything_is_made(percuss, monkeypatch, ask):
+    def computed(*_):
+        raise AssertionError("computed before it was agreed to")
+
+    for job in ("experiment_job.ExperimentJob", "basin_job.BasinsJob"):
+        monkeypatch.setattr(f"percuss.explore.ends.{job}.compute", computed)
+    done = percuss(*ask, "--modes", 0)
+    assert (done.code, done.out) == (2, "") and "--yes" in done.err and "GB" in done.err
+    monkeypatch.setattr("percuss.explore.carry.sheet._memory", lambda: 64e9)
+    done = percuss(*ask, "--modes", 0, "--yes")
+    assert (done.code, done.out) == (2, "") and "of memory" in done.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -173,6 +224,19 @@ def test_basins(percuss):
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "position=0:1:5"], "the wall is at 0"),
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "time=1"], "no axis"),
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "place=1"], "position"),
+        (["experiment", "case.toml", "--impacts", "0"], "one impact at least"),
+        ([*BASINS, "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--impacts", "0"], "one impact at least"),
+        ([*BASINS, "--x", "time=0:6 furlongs:4", "--y", "velocity=-6:-1:3"], "a unit of length"),
+        ([*BASINS, "--x", "time=0:6 mm:4", "--y", "velocity=-6:-1:3"], "a unit of length"),
+        ([*BASINS, "--x", "time=0:6:4", "--y", "u_1=-1 mm:1 mm:3"], "only position, velocity, time have units"),
+        ([*BASINS, "--x", "time=0:6:4", "--y", "velocity=-6:-1:3", "--at", "position=-3 s"], "a unit of time"),
+        ([*BASINS, "--x", "time=0:6:4", "--y", "velocity=-6:-1:3", "--at", "u_1=3 mm"], "have units"),
+        ([*BASINS, "--x", "time=0:6:4", "--y", "velocity=-6:-1:3", "--at", "position=far"], "NAME=NUMBER"),
+        (["basins", "case.toml", "--x", "time=0:6 ms:4", "--y", "velocity=-6:-1:3"], "units need a case in SI"),
+        (
+            ["basins", "case.toml", "--x", "time=0:6:4", "--y", "velocity=-6:-1:3", "--at", "position=-3 mm"],
+            "units need a case in SI",
+        ),
     ],
 )
 def test_starts_that_there_are_not(percuss, arguments, says):

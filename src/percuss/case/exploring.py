@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 
 from percuss.case.case import Case
 from percuss.case.family import CaseFamily
+from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.quantities import DEFAULT_QUANTITIES
+from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
     from percuss.explore.ends.basin import BasinsJob
     from percuss.explore.ends.experiments import ExperimentJob
     from percuss.explore.sweep_job import SweepJob
+    from percuss.model import System
     from percuss.simulate import Stop
 
 __all__ = ["basins_job_of", "experiment_job_of", "sweep_job_of"]
@@ -96,29 +99,60 @@ def basins_job_of(
     x: Axis,
     y: Axis,
     *,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, float | str] | None = None,
     modes: int | None = None,
     impacts: int | None = None,
 ) -> BasinsJob:
-    """The basins of a case over a plane of starts, in dimensionless numbers.
+    """The basins of a case over a plane of starts; the axes of what it comes to are dimensionless.
 
     Parameters
     ----------
     x, y, at
-        See `percuss.explore.basins`.
+        See `percuss.explore.basins`. For a case in SI position, velocity and time may also have units, in `at` as text
+        (``"-30 mm"``).
     modes, impacts
         Instead of those of the table [simulation].
 
     Raises
     ------
     CaseError, ParameterError
-        When the case cannot be used, or there are no such starts.
+        When the case cannot be used, there are no such starts, or a unit is none of the quantity.
     """
     from percuss.explore.ends.basin import basins_job
 
-    simulation = case.simulation()
+    simulation, system = case.simulation(), case.system()
     kept = simulation.modes if modes is None else modes
-    return basins_job(case.system(), x, y, at=at, modes=kept, stop=_stop(simulation.stop, impacts))
+    x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
+    fixed = {name: _plain(system, name, value) for name, value in (at or {}).items()}
+    return basins_job(system, x, y, at=fixed, modes=kept, stop=_stop(simulation.stop, impacts))
+
+
+_START_SCALES = {
+    "position": ("length", "length_scale"),
+    "velocity": ("velocity", "speed_scale"),
+    "time": ("time", "time_scale"),
+}
+
+
+def _plain(system: System, name: str, value: float | str) -> float:
+    """A number of a start without its unit, dimensionless."""
+    if not isinstance(value, str):
+        return value
+    if name not in _START_SCALES or not system.is_si:
+        _scale(system, name, value)
+    dimension, scale = _START_SCALES[name]
+    return si(value, dimension, name) / float(getattr(system, scale))
+
+
+def _scale(system: System, name: str, unit: str) -> float:
+    """What a number of a start in some unit is divided by to be dimensionless."""
+    plain = "a plain number: it is dimensionless"
+    if name not in _START_SCALES:
+        raise ParameterError(name, unit, plain, f"only {', '.join(_START_SCALES)} have units")
+    if not system.is_si:
+        raise ParameterError(name, unit, plain, "units need a case in SI")
+    dimension, scale = _START_SCALES[name]
+    return float(getattr(system, scale)) / unit_scale(unit, (dimension,), name)[0]
 
 
 def _stop(stop: Stop, impacts: int | None) -> Stop:

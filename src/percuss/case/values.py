@@ -67,10 +67,10 @@ def _unit(value: Any, info: ValidationInfo) -> Any:
 
 def _pairs(value: Any) -> Any:
     """Lists of two numbers as tuples; what has another form is refused with its place."""
-    if not isinstance(value, list) or not value:
+    if not isinstance(value, list | tuple) or not value:
         raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
     for i, pair in enumerate(value):
-        good = isinstance(pair, list) and len(pair) == 2
+        good = isinstance(pair, list | tuple) and len(pair) == 2
         if not good or any(isinstance(x, bool) or not isinstance(x, int | float) for x in pair):
             raise ValueError(f"pairs [re, im] of numbers; number {i} of the list is {str(pair)[:40]}")
     return tuple(tuple(float(x) for x in pair) for pair in value)

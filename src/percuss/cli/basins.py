@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Sequence
 
 from percuss.cli.arguments import whole
 from percuss.cli.carrying import add_carrying, carried
+from percuss.cli.experiment import check_size
 from percuss.cli.files import PICTURES, check_picture, named_case
 from percuss.cli.parser import MAX_MODES, Parser, modes
 
@@ -17,11 +19,16 @@ __all__ = ["run"]
 _DESCRIPTION = """\
 A plane of starts, each followed until its motion is found: the basins of attraction as an image. The axes are two of
 position (of the striking end, the wall is at 0), velocity and time (load phase in radians), or modal amplitudes u_1,
-u_2, …, v_1, v_2, …; all dimensionless, and 0 where nothing is said."""
+u_2, …, v_1, v_2, …; all dimensionless, and 0 where nothing is said. For a case in SI position, velocity and time may
+have units; the axes of the result are dimensionless all the same."""
 
 _EXAMPLES = """\
   percuss basins hydraulic-drifter --x time=0:6.28:200 --y velocity=-6:-0.1:150 --modes 0 --plot basins.png
+  percuss basins hydraulic-drifter --x "time=0 ms:25 ms:80" --y "velocity=-8 m/s:-0.1 m/s:60" --at "position=-5 mm"
   percuss basins case.toml --x velocity=-5:5:300 --y position=-5:0:300 --at time=1.5 -o basins.zarr"""
+
+
+_WITH_UNIT = re.compile(r"\s*[-+−]?\.?\d")
 
 
 def _parser() -> Parser:
@@ -39,17 +46,18 @@ def _parser() -> Parser:
     return parser
 
 
-def _values(text: str) -> dict[str, float]:
-    """``position=-1,time=0.3`` as numbers by name."""
-    found: dict[str, float] = {}
+def _values(text: str) -> dict[str, float | str]:
+    """``position=-1,time=0.3`` as numbers by name; with a unit (``-30 mm``) they stay text."""
+    found: dict[str, float | str] = {}
     for part in text.split(","):
-        name, equal, value = part.partition("=")
+        name, _, value = part.partition("=")
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            equal = ""
-        if not equal or not name.strip():
-            raise argparse.ArgumentTypeError(f"'{text}': give NAME=NUMBER, for example position=-1,time=0.3")
+            if not name.strip() or not _WITH_UNIT.match(value):
+                told = f"'{text}': give NAME=NUMBER, for example position=-1,time=0.3"
+                raise argparse.ArgumentTypeError(told) from None
+            found[name.strip()] = value.strip()
     return found
 
 
@@ -62,9 +70,12 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
     if options.plot is not None:
         check_picture(parser, options.plot)
+    if options.impacts == 0:
+        parser.error("argument --impacts: one impact at least")
     case = named_case(options.case)
     x, y = Axis.parsed(options.x), Axis.parsed(options.y)
     job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)
+    check_size(options, job)
     found = Basins.of(job, carried(parser, options, job))
     if options.plot is not None:
         from percuss import plot

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import os
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried
+from percuss.cli.carrying import MOST_BYTES, add_carrying, carried
 from percuss.cli.files import PICTURES, check_picture, named_case
 from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.errors import PercussError
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from percuss.explore.job import Job
+
+__all__ = ["check_size", "run"]
 
 _DESCRIPTION = """\
 Random starts, each followed until its motion is found: what share of them ends in which motion, with intervals of 95 %.
@@ -43,6 +50,16 @@ def _parser() -> Parser:
     return parser
 
 
+def check_size(options: argparse.Namespace, job: Job) -> None:
+    """Ask about many results before any of them is computed; how long they take is asked when it is known."""
+    from percuss.explore.carry.sheet import bytes_of
+
+    begun = options.resume and options.output is not None and os.path.exists(options.output)
+    if bytes_of(job) > MOST_BYTES and not (options.yes or begun):
+        told = f"{job.size} starts would take {bytes_of(job) / 1e9:.3g} GB"
+        raise PercussError(told, "ask for fewer, or say --yes when it is meant")
+
+
 def run(arguments: Sequence[str]) -> int:
     """Make one experiment; returns the exit code."""
     from percuss.case import experiment_job_of
@@ -51,12 +68,14 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
     if options.plot is not None:
         check_picture(parser, options.plot)
-    if options.starts == 0:
-        parser.error("argument --starts: one start at least")
+    for name, value in (("starts", options.starts), ("impacts", options.impacts)):
+        if value == 0:
+            parser.error(f"argument --{name}: one {name.removesuffix('s')} at least")
     case = named_case(options.case)
     job = experiment_job_of(
         case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts
     )
+    check_size(options, job)
     from percuss.explore.ends.experiments import Experiment
 
     found = Experiment.of(job, carried(parser, options, job))

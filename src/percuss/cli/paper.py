@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from percuss.cli.files import need
 from percuss.cli.parser import Parser
+from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
     from percuss.paper.claims import ClaimsProgress
@@ -31,6 +32,9 @@ _EXAMPLES = """\
   percuss paper -o figures
   percuss paper fig4 fig5 -o figures
   percuss paper claims --full --seed 7 -o audit"""
+
+
+_LOST = "the claim that was begun is lost; the finished ones are kept, the same command goes on with the next"
 
 
 def _parser() -> Parser:
@@ -63,7 +67,12 @@ def run(arguments: Sequence[str]) -> int:
     if "claims" in names:
         from percuss.paper import claims
 
-        claims.run(folder, full=options.full, progress=_watch(), **seed)
+        watch = _watch()
+        try:
+            claims.run(folder, full=options.full, progress=watch, **seed)
+        except (Interrupted, KeyboardInterrupt) as stop:
+            kept = stop.archive if isinstance(stop, Interrupted) else None
+            raise Interrupted(watch.done, watch.steps, kept, _LOST) from None
         for name in ("claims.json", "REPORT.md"):
             print(folder / name)
     return 0
@@ -85,7 +94,7 @@ class _Watch:
     """Says on stderr which part of the claims is tried, once each, or how far it is when a person looks."""
 
     def __init__(self) -> None:
-        self.part = ""
+        self.part, self.done, self.steps = "", 0, 0
 
     def __call__(self, progress: ClaimsProgress) -> bool:
         person = sys.stderr is not None and sys.stderr.isatty()
@@ -95,7 +104,7 @@ class _Watch:
                 print(file=sys.stderr)
         elif progress.part != self.part:
             print(f"trying {progress.part}", file=sys.stderr, flush=True)
-        self.part = progress.part
+        self.part, self.done, self.steps = progress.part, progress.done, progress.steps
         return False
 
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from percuss._version import __version__
-from percuss.errors import PercussError
+from percuss.errors import Interrupted, PercussError
 from percuss.model.checks import count
 from percuss.paper.claim_beyond import Finding, beyond
-from percuss.paper.claim_common import HOLDS, NOT, PARTLY, Claim, ClaimsProgress, Size, Trial
-from percuss.paper.claim_ends import claim_a, ends_of
-from percuss.paper.claim_hydraulic import claim_d, scatters_of
+from percuss.paper.claim_common import HOLDS, NOT, PARTLY, Claim, ClaimsProgress, Size, Table, Trial, Verdict
+from percuss.paper.claim_ends import End, claim_a, ends_of
+from percuss.paper.claim_hydraulic import Scatter, claim_d, scatters_of
 from percuss.paper.claim_periods import claim_b, claim_c
 from percuss.paper.claim_ranges import claim_e
 from percuss.paper.claim_stiffness import claim_f
@@ -25,6 +26,11 @@ __all__ = ["DEFAULT", "FULL", "HOLDS", "NOT", "PARTLY", "Audit", "Claim", "Claim
 
 DEFAULT = Size(starts=60_000)
 FULL = Size(starts=1_000_000)
+
+PART = "claims.part.json"
+"""The finished claims of an audit that is not."""
+
+LOST = "a claim begun is lost, finished ones are kept: say the same again to go on"
 
 
 @dataclass(frozen=True)
@@ -77,17 +83,25 @@ def audit(size: Size = DEFAULT, seed: int = 1, progress: Callable[[ClaimsProgres
     Interrupted
         When `progress` asked for the end.
     """
-    trial = Trial(size, count("seed", seed, least=0), progress)
-    ends, scatters = ends_of(trial), scatters_of(trial)
-    claims = (
-        claim_a(trial, ends),
-        claim_b(trial),
-        claim_c(trial),
-        claim_d(trial, scatters),
-        claim_e(trial, scatters),
-        claim_f(trial),
+    return _tried(Trial(size, count("seed", seed, least=0), progress), lambda _, make, __: make())
+
+
+Keep = Callable[[str, Callable[[], Any], Callable[[Any], Any]], Any]
+"""A part of the audit: its name, what makes it, and what makes it of JSON's types."""
+
+
+def _tried(trial: Trial, keep: Keep) -> Audit:
+    ends: list[End] = keep("ends", lambda: ends_of(trial), _ends)
+    a = keep("a", lambda: claim_a(trial, ends), _claim)
+    b = keep("b", lambda: claim_b(trial), _claim)
+    c = keep("c", lambda: claim_c(trial), _claim)
+    scatters: list[Scatter] = keep(
+        "scatters", lambda: scatters_of(trial), lambda rows: [Scatter(**row) for row in rows]
     )
-    return Audit(size, seed, claims, tuple(beyond(trial, ends)))
+    d = keep("d", lambda: claim_d(trial, scatters), _claim)
+    e = keep("e", lambda: claim_e(trial, scatters), _claim)
+    f = keep("f", lambda: claim_f(trial), _claim)
+    return Audit(trial.size, trial.seed, (a, b, c, d, e, f), tuple(beyond(trial, ends)))
 
 
 def run(
@@ -118,7 +132,8 @@ def run(
     PercussError
         When the files cannot be written.
     Interrupted
-        When `progress` asked for the end; nothing is written then.
+        When `progress` asked for the end, or after Ctrl-C. The finished claims are kept in ``claims.part.json``, and
+        the same call goes on with the next.
     """
     target = Path(directory)
     try:
@@ -127,13 +142,72 @@ def run(
         raise PercussError(f"{target}: cannot be made: {error.strerror or error}", "give another folder") from None
     if not os.access(target, os.W_OK):
         raise PercussError(f"{target}: cannot be written to", "give another folder")
-    found = audit(size or (FULL if full else DEFAULT), seed, progress)
+    trial = Trial(size or (FULL if full else DEFAULT), count("seed", seed, least=0), progress)
+    parts = _Parts(target / PART, trial)
+    try:
+        found = _tried(trial, parts.keep)
+    except Interrupted as stop:
+        kept = str(parts.path) if parts.path.exists() else None
+        raise Interrupted(stop.done, stop.size, kept, LOST) from None
     text = json.dumps(found.to_json_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     for name, content in (("claims.json", text), ("REPORT.md", report(found))):
-        try:
-            (target / name).write_text(content, encoding="utf-8")
-        except OSError as error:
-            raise PercussError(
-                f"{target / name}: cannot be written: {error.strerror or error}", "make room, or give another folder"
-            ) from None
+        _write(target / name, content)
+    with suppress(OSError):
+        parts.path.unlink()
     return found
+
+
+# -- finished parts -------------------------------------------------------------------------------------------------
+
+
+class _Parts:
+    """The finished parts of an audit of one size, seed and version, in a file: the next run goes on with the others."""
+
+    def __init__(self, path: Path, trial: Trial) -> None:
+        self.path = path
+        self.tree: dict[str, Any] = {"percuss": __version__, **asdict(trial.size), "seed": trial.seed}
+        kept: dict[str, Any] = {}
+        with suppress(OSError, ValueError, KeyError, TypeError):  # no such file, or none of ours
+            found = json.loads(path.read_text(encoding="utf-8"))
+            kept = dict(found.pop("parts")) if isinstance(found, dict) else {}
+            kept = kept if found == self.tree else {}
+        self.tree["parts"] = kept
+
+    def keep(self, name: str, make: Callable[[], Any], revive: Callable[[Any], Any]) -> Any:
+        """A part from the file, or made and written there; either way as it is read from there."""
+        parts = self.tree["parts"]
+        if name in parts:
+            with suppress(ValueError, KeyError, TypeError, AttributeError):
+                return revive(parts[name])
+        made = make()
+        plain = [asdict(item) for item in made] if isinstance(made, list) else asdict(made)
+        parts[name] = json.loads(json.dumps(plain, default=lambda number: number.tolist()))
+        _write(self.path, json.dumps(self.tree, ensure_ascii=False))
+        return revive(parts[name])
+
+
+def _write(path: Path, text: str) -> None:
+    """A file that is whole or not there."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, path)
+    except OSError as error:
+        told = f"{path}: cannot be written: {error.strerror or error}"
+        raise PercussError(told, "make room, or give another folder") from None
+    finally:
+        with suppress(OSError):
+            beside.unlink()
+
+
+def _claim(tree: Any) -> Claim:
+    tables = tuple(
+        Table(table["title"], tuple(table["columns"]), tuple(tuple(row) for row in table["rows"]))
+        for table in tree["tables"]
+    )
+    verdict, remarks = Verdict(**tree["verdict"]), tuple(tree["remarks"])
+    return Claim(**{**tree, "verdict": verdict, "tables": tables, "remarks": remarks})
+
+
+def _ends(rows: Any) -> list[End]:
+    return [End(**{**row, "labels": {name: tuple(share) for name, share in row["labels"].items()}}) for row in rows]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.paper.figure import Figure
+import numpy as np
+
+from percuss.paper.figure import Columns, Figure
 from percuss.paper.limits import TENTHS, branch_rows, pneumatic, stacked
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Picture
 
 __all__ = ["figures"]
@@ -35,4 +38,26 @@ def _paint(figure: Figure, picture: Picture) -> None:
     axes.set_yticks([0.0, math.pi / 4, math.pi / 2, 3 * math.pi / 4, math.pi], ["0", "π/4", "π/2", "3π/4", "π"])
     axes.set_xlabel("$p_0/p_1$")
     axes.set_ylabel("impact phase φ")
+    _label(axes, figure.columns)
     branch_legend(axes)
+    legend = axes.get_legend()
+    if legend is not None:
+        legend.remove()
+    picture.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+
+
+def _label(axes: Axes, columns: Columns) -> None:
+    """The number of each curve: at its fold, or at the edge of the picture where the fold lies beyond it."""
+    for text in list(axes.texts):
+        text.remove()
+    for r in np.unique(columns["restitution"]).tolist():
+        here = columns["restitution"] == r
+        y, phase = columns["load_factor"][here], columns["phase"][here]
+        fold = int(np.argmax(y))
+        at, shift, side = (float(y[fold]), float(phase[fold])), (-2, 0), "right"
+        if y[fold] > _SHOWN:
+            last = np.flatnonzero(y > _SHOWN).min()
+            inner = np.interp(_SHOWN, y[last - 1 : last + 1], phase[last - 1 : last + 1])
+            at, shift, side = (_SHOWN, float(inner)), (3, 0), "left"
+        name = f"{r:.1f}" if r else "R = 0"
+        axes.annotate(name, at, shift, textcoords="offset points", fontsize=6.5, ha=side, va="center")

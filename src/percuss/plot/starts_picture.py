@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from percuss.plot.canvas import COLOURS, INK, new_figure, style
+from percuss.plot.canvas import INK, new_figure, style
+from percuss.plot.map_picture import SHADES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,12 +22,11 @@ MOST_SHOWN = 10
 MOST_POINTS = 20_000
 """Starts drawn; of more an even choice."""
 
-_SHADES = (*COLOURS, "#F0E442", "#882255", "#117733", "#88CCEE")
 _OTHERS = "#B5B5B5"
 _NAMES = {
     "time": "load phase of the start [rad]",
-    "velocity": "velocity of the start",
-    "position": "place of the start",
+    "velocity": "velocity of the start [bar lengths/rad]",
+    "position": "position [bar lengths]",
 }
 
 
@@ -90,7 +90,7 @@ def experiment(found: _Starts, title: str = "") -> Figure:
         _bars(left, found.shares)
         _scatter(right, found)
         if title:
-            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
     return figure
 
 
@@ -129,12 +129,12 @@ def basins(found: _Image, title: str = "") -> Figure:
         ax.set_ylabel(_NAMES.get(found.y[0], found.y[0]))
         _legend(ax, found.shares, n)
         if title:
-            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
     return figure
 
 
 def _colour(i: int) -> str:
-    return _SHADES[i] if i < MOST_SHOWN else _OTHERS
+    return SHADES[i] if i < MOST_SHOWN else _OTHERS
 
 
 def _name(shares: Sequence[_Share], i: int) -> str:

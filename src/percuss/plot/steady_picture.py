@@ -52,7 +52,7 @@ def steady(answer: SteadyAnswer) -> Figure:
         _gap(figure.add_subplot(grid[0, 2]), answer, units)
         _multipliers(figure.add_subplot(grid[1, 0]), answer)
         _waves(figure, figure.add_subplot(grid[1, 1:]), answer, units)
-        figure.suptitle(answer.title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+        figure.suptitle(answer.title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
     return figure
 
 

@@ -73,9 +73,8 @@ def trajectory(motion: Trajectory | _Titled) -> Figure:
         _map(figure.add_subplot(grid[1, 0]), motion, units)
         _portrait(figure.add_subplot(grid[1, 1]), window, units)
         _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
-        figure.suptitle(
-            f"{title} — {motion.label}" if title else motion.label, x=0.01, ha="left", fontsize=11, fontweight="bold"
-        )
+        name = f"{title} — {motion.label}" if title else motion.label
+        figure.suptitle(name, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
     return figure
 
 

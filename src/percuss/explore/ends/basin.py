@@ -14,7 +14,7 @@ from percuss.explore.ends.attractors import DISTANCE, Attractor, attractors_of, 
 from percuss.explore.ends.basin_job import BasinsJob, Line, basins_job
 from percuss.explore.ends.cycles import COLUMNS
 from percuss.explore.ends.experiment_job import system_from
-from percuss.explore.ends.motions import dataset_of, done, starts_from
+from percuss.explore.ends.motions import dataset_of, done, si_attributes, starts_from
 from percuss.explore.ends.shares import Share, share_of
 from percuss.explore.job import Columns
 from percuss.model import System
@@ -119,6 +119,7 @@ class Basins:
             self.image,
             self.shares,
             COLUMNS,
+            self.system,
             {
                 "title": f"percuss basins: {y} over {x}",
                 "modes": self.modes,
@@ -128,7 +129,8 @@ class Basins:
         )
         units = {"position": "bar lengths", "velocity": "bar lengths/rad", "time": "rad"}
         for name, values in ((x, over), (y, up)):
-            found = found.assign_coords({name: (name, np.array(values), {"units": units.get(name, "1")})})
+            attributes = {"units": units.get(name, "1"), **si_attributes(name, self.system)}
+            found = found.assign_coords({name: (name, np.array(values), attributes)})
         return found
 
     def __str__(self) -> str:
@@ -156,9 +158,9 @@ def basins(
     system
         What moves; dimensionless.
     x, y
-        The axes: ``(name, first, last, number)``, ``(name, values)`` or an `Axis`. Names are ``position`` (of the
-        striking end, the wall is at 0), ``velocity``, ``time`` (load phase in radians), and the modal amplitudes
-        ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, ….
+        The axes: ``(name, first, last, number)``, ``(name, values)`` or an `Axis` without a unit; dimensionless. Names
+        are ``position`` (of the striking end, the wall is at 0), ``velocity``, ``time`` (load phase in radians), and
+        the modal amplitudes ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, ….
     at
         The same for all starts, by name; 0 where nothing is said.
     modes
@@ -169,7 +171,7 @@ def basins(
     Raises
     ------
     ParameterError
-        For unknown names, starts beyond the wall or amplitudes of modes that are not kept.
+        For unknown names, units, starts beyond the wall or amplitudes of modes that are not kept.
 
     Examples
     --------

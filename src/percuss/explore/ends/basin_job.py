@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.ends.cycles import COLUMNS, followed
-from percuss.explore.ends.motions import some, start_columns, start_values
+from percuss.explore.ends.motions import start_columns, start_values
 from percuss.explore.family import describe_system
 from percuss.explore.job import Column, Columns
 from percuss.model import System
@@ -54,9 +54,19 @@ class BasinsJob:
     at: tuple[tuple[str, float], ...] = ()
     threads: int | None = 1
 
-    def starts(self) -> Starts:
-        """All starts."""
-        return _plane(self.x, self.y, self.at)
+    @cached_property
+    def _lines(self) -> tuple[Array, Array]:
+        return np.array(self.x[1]), np.array(self.y[1])
+
+    def starts(self, first: int, last: int) -> Starts:
+        """The starts `first` … `last` − 1."""
+        over, up = self._lines
+        rows = np.arange(first, last)
+        values = {"position": 0.0, "velocity": 0.0, "time": 0.0, **dict(self.at)}
+        grid = {name: np.full(rows.size, value) for name, value in values.items()}
+        grid[self.x[0]] = over[rows % over.size]
+        grid[self.y[0]] = up[rows // over.size]
+        return _starts(grid)
 
     @property
     def size(self) -> int:
@@ -85,7 +95,7 @@ class BasinsJob:
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The motions from starts `first` … `last` − 1."""
-        part = some(self.starts(), slice(first, last))
+        part = self.starts(first, last)
         return {**start_values(part), **followed(self.system, part, self.modes, self.stop, self.threads, stopped)}
 
 
@@ -95,19 +105,12 @@ def _mode_of(name: str) -> int:
     return int(found[1]) if found else 0
 
 
-@lru_cache(maxsize=2)  # a worker slices the same starts for every portion
-def _plane(
-    x: tuple[str, tuple[float, ...]], y: tuple[str, tuple[float, ...]], at: tuple[tuple[str, float], ...]
-) -> Starts:
+def _starts(grid: dict[str, Array]) -> Starts:
+    """Starts from columns by name, position, velocity and time among them."""
     from percuss.simulate import Starts
 
-    rows, columns = len(y[1]), len(x[1])
-    values = {"position": 0.0, "velocity": 0.0, "time": 0.0, **dict(at)}
-    grid: dict[str, Array] = {name: np.full(rows * columns, value) for name, value in values.items()}
-    grid[x[0]] = np.tile(np.array(x[1]), rows)
-    grid[y[0]] = np.repeat(np.array(y[1]), columns)
     most = max(map(_mode_of, grid))
-    u, v = np.zeros((rows * columns, most + 1)), np.zeros((rows * columns, most + 1))
+    u, v = (np.zeros((grid["time"].size, most + 1)) for _ in "uv")
     for name, column in grid.items():
         if _mode_of(name):
             (u if name[0] == "u" else v)[:, _mode_of(name)] = column
@@ -135,6 +138,7 @@ def basins_job(
     kept = count("modes", modes, least=0, most=4096)
     Spectrum(system, kept)  # a resonance is an error here, not in a worker
     stop = Stop() if stop is None else instance("stop", stop, Stop)
+    count("impacts", stop.impacts)
     lines = [_line(axis, line) for axis, line in (("x", x), ("y", y))]
     if lines[0][0] == lines[1][0]:
         raise ParameterError("y", lines[1][0], f"another quantity than that of x: {_STATES}")
@@ -155,6 +159,9 @@ def _line(axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
         if not isinstance(line, tuple | list) or len(line) not in (2, 4) or not isinstance(line[0], str):
             raise ParameterError(axis, line, "(name, first, last, number), (name, values) or an Axis")
         line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], np.asarray(line[1], dtype=float))
+    if line.unit:
+        remedy = "divide by a scale of the system: length_scale, speed_scale or time_scale"
+        raise ParameterError(line.name, f"values in {line.unit}", "dimensionless numbers", remedy)
     return _known_name(axis, line.name), tuple(line.values.tolist())
 
 

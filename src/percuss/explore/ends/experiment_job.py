@@ -54,13 +54,13 @@ class ExperimentJob:
     rows: Starts | None = None
     threads: int | None = 1
 
-    def starts(self) -> Starts:
-        """All starts; drawn anew in every process, and kept there for the next portion."""
+    def starts(self, first: int, last: int) -> Starts:
+        """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
-            return named(self.system, self.distribution, self.number, self.seed)
-        if len(self.rows) == self.number:
-            return self.rows
-        return drawn(self.rows, self.number, self.seed)
+            return named(self.system, self.distribution, last - first, self.seed, first)
+        if self.number > len(self.rows):
+            return drawn(self.rows, last - first, self.seed, first)
+        return some(self.rows, slice(first, last))
 
     @property
     def size(self) -> int:
@@ -90,7 +90,7 @@ class ExperimentJob:
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The motions from starts `first` … `last` − 1."""
-        part = some(self.starts(), slice(first, last))
+        part = self.starts(first, last)
         return {**start_values(part), **followed(self.system, part, self.modes, self.stop, self.threads, stopped)}
 
 
@@ -111,6 +111,7 @@ def experiment_job(
     instance("system", system, System)
     kept = count("modes", modes, least=0, most=4096)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
+    count("impacts", stop.impacts)
     Spectrum(system, kept)  # a resonance is an error here, not in a worker
     seed = count("seed", seed, least=0)
     number = None if starts is None else count("starts", starts)

@@ -114,6 +114,7 @@ class Experiment:
             self.attractor,
             self.shares,
             COLUMNS,
+            self.system,
             {
                 "title": f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}",
                 "distribution": self.distribution,

@@ -16,15 +16,26 @@ if TYPE_CHECKING:
 
     import xarray
 
+    from percuss.model import System
     from percuss.simulate import Starts
 
-__all__ = ["dataset_of", "done", "fingerprint", "some", "start_columns", "start_values", "starts_from"]
+__all__ = ["dataset_of", "done", "fingerprint", "si_attributes", "some", "start_columns", "start_values", "starts_from"]
 
 _RIGID: dict[str, Column] = {
     "position": Column(unit="bar lengths", meaning="where the bar starts; the wall is at 0"),
     "velocity": Column(unit="bar lengths/rad", meaning="of the bar at its start, positive toward the wall"),
     "time": Column(unit="rad", meaning="load phase of the start"),
 }
+
+_SI = {
+    "position": ("length_scale", "m"),
+    **dict.fromkeys(("velocity", "striking_speed", "impact_velocity"), ("speed_scale", "m/s")),
+    "blow_energy": ("energy_scale", "J"),
+    **dict.fromkeys(
+        ("time", "interval_mean", "interval_std", "main_interval_mean", "main_interval_std"), ("time_scale", "s")
+    ),
+}
+"""Scales of `System`, and what they give."""
 
 
 def start_columns(displacements: int, velocities: int) -> dict[str, Column]:
@@ -82,9 +93,14 @@ def dataset_of(
     number: npt.NDArray[np.int64],
     shares: Any,
     described: Mapping[str, Column],
+    system: System,
     about: dict[str, Any],
 ) -> xarray.Dataset:
-    """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape."""
+    """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
+
+    All of it is dimensionless and says so; of a system in SI it has the scales besides, as `si_scale` and `si_units` of
+    each variable that has one.
+    """
     try:
         import xarray
     except ImportError:
@@ -98,7 +114,9 @@ def dataset_of(
     for name, values in columns.items():
         column = known[name]
         inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
-        attributes = {"long_name": column.meaning, "units": column.unit or "1"}
+        attributes = {"long_name": column.meaning, "units": column.unit or "1", **si_attributes(name, system)}
+        if not column.unit and column.dtype == "float64":
+            attributes["comment"] = "dimensionless"
         variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
     meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
     for name, meaning in meanings.items():
@@ -107,5 +125,18 @@ def dataset_of(
     return xarray.Dataset(
         variables,
         coords={"attractor": np.arange(len(shares))},
-        attrs={**about, "percuss_version": __version__},
+        attrs={
+            **about,
+            "scaling": "dimensionless: lengths in bar lengths, times in radians of the load phase",
+            **({"frequency_Hz": system.frequency} if system.is_si else {}),
+            "percuss_version": __version__,
+        },
     )
+
+
+def si_attributes(name: str, system: System) -> dict[str, Any]:
+    """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
+    if not system.is_si or name not in _SI:
+        return {}
+    scale, unit = _SI[name]
+    return {"si_scale": float(getattr(system, scale)), "si_units": unit}

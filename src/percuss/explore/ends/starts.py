@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, count, instance
@@ -17,19 +18,21 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.simulate import Starts
 
-__all__ = ["DISTRIBUTIONS", "FIELD_DEPTH", "FIELD_SPEED", "GENTLE_SPEED", "drawn", "named", "own"]
+__all__ = ["BLOCK", "DISTRIBUTIONS", "FIELD_DEPTH", "FIELD_SPEED", "GENTLE_SPEED", "drawn", "named", "own"]
 
 DISTRIBUTIONS = ("wall", "field", "gentle")
 """The named distributions of starts; all rigid, the elastic modes at rest, the load phase uniform."""
 
 FIELD_DEPTH, FIELD_SPEED, GENTLE_SPEED = 20.0, 5.0, 0.2
 
+BLOCK = 65_536
+"""Rows that are drawn together, from a stream of their own: a portion of an experiment draws only its blocks."""
+
 _TURN = 2.0 * np.pi
 
 
-@lru_cache(maxsize=4)  # a worker slices the same starts for every chunk
-def named(system: System, distribution: str, number: int, seed: int = 0) -> Starts:
-    """Starts drawn from a named distribution; the first rows do not depend on how many are drawn.
+def named(system: System, distribution: str, number: int, seed: int = 0, first: int = 0) -> Starts:
+    """Starts drawn from a named distribution; which they are does not depend on how many are drawn.
 
     ``wall``
         On the wall, leaving with the speed \\|N(0, 1)\\|·2πp_0/(1 + R), load phase uniform. 2πp_0/(1 + R) is the
@@ -40,7 +43,7 @@ def named(system: System, distribution: str, number: int, seed: int = 0) -> Star
         On the wall, leaving with a speed uniform in (0, 0.2), load phase uniform.
 
     All are rigid, with the elastic modes at rest; dimensionless. A bar that leaves has a velocity below 0. Every
-    column has a stream of its own, spawned from the seed by numpy's `SeedSequence`.
+    column of every `BLOCK` rows has a stream of its own, spawned from the seed by numpy's `SeedSequence`.
 
     Parameters
     ----------
@@ -52,6 +55,8 @@ def named(system: System, distribution: str, number: int, seed: int = 0) -> Star
         How many.
     seed
         0 or greater.
+    first
+        Row of the endless table of this seed with which to begin.
 
     Raises
     ------
@@ -70,35 +75,57 @@ def named(system: System, distribution: str, number: int, seed: int = 0) -> Star
 
     if distribution not in DISTRIBUTIONS:
         raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
-    n = count("starts", number)
-    first, second, third = (
-        np.random.default_rng(stream) for stream in np.random.SeedSequence(count("seed", seed, least=0)).spawn(3)
-    )
-    phase = _TURN * first.random(n)
-    if distribution == "field":
-        return Starts.rigid(-FIELD_DEPTH * second.random(n), FIELD_SPEED * third.standard_normal(n), phase)
-    if distribution == "gentle":
-        return Starts.rigid(0.0, -GENTLE_SPEED * (1.0 - third.random(n)), phase)  # (0, 0.2]: never without speed
+    last = first + count("starts", number)
+    seed = count("seed", seed, least=0)
     speed = _TURN * system.load.mean / (1.0 + system.restitution)
-    if speed <= 0.0:
+    if distribution == "wall" and speed <= 0.0:
         raise ParameterError(
             "distribution", "wall", "a load that pushes (mean greater than 0)", "take 'field' or 'gentle', or a file"
         )
-    return Starts.rigid(0.0, -speed * np.abs(third.standard_normal(n)), phase)
+    parts = [_block(distribution, block, seed)[:, part] for block, part in _parts(first, last)]
+    position, velocity, time = np.concatenate(parts, axis=1)
+    return Starts.rigid(position, speed * velocity if distribution == "wall" else velocity, time)
 
 
-def drawn(rows: Starts, number: int | None, seed: int = 0) -> Starts:
-    """`number` starts from given rows: the first ones as they are; when more are asked, by chance with replacement."""
+def _parts(first: int, last: int) -> Iterator[tuple[int, slice]]:
+    """The blocks of the rows `first` … `last` − 1, and what of each is asked for."""
+    for block in range(first // BLOCK, (last - 1) // BLOCK + 1):
+        yield block, slice(max(first - block * BLOCK, 0), min(last - block * BLOCK, BLOCK))
+
+
+@lru_cache(maxsize=4)  # a worker takes one portion of a block after the other
+def _block(distribution: str, block: int, seed: int) -> Array:
+    """Position, velocity and time of one block, shape (3, rows); velocities of ``wall`` over its speed."""
+    first, second, third = (
+        np.random.default_rng(stream) for stream in np.random.SeedSequence(seed, spawn_key=(block,)).spawn(3)
+    )
+    found = np.zeros((3, BLOCK))
+    found[2] = _TURN * first.random(BLOCK)
+    if distribution == "field":
+        found[0] = -FIELD_DEPTH * second.random(BLOCK)
+        found[1] = FIELD_SPEED * third.standard_normal(BLOCK)
+    elif distribution == "gentle":
+        found[1] = -GENTLE_SPEED * (1.0 - third.random(BLOCK))  # (0, 0.2]: never without speed
+    else:
+        found[1] = -np.abs(third.standard_normal(BLOCK))
+    found.setflags(write=False)
+    return found
+
+
+def drawn(rows: Starts, number: int, seed: int = 0, first: int = 0) -> Starts:
+    """`number` starts of given rows, by chance with replacement; which they are does not depend on how many."""
     from percuss.simulate import Starts
 
-    if number is None or number == len(rows):
-        return rows
-    if number < len(rows):
-        which = np.arange(count("starts", number))
-    else:
-        stream = np.random.SeedSequence(count("seed", seed, least=0)).spawn(4)[3]
-        which = np.random.default_rng(stream).integers(0, len(rows), number)
+    last = first + count("starts", number)
+    seed = count("seed", seed, least=0)
+    which = np.concatenate([_chosen(len(rows), block, seed)[part] for block, part in _parts(first, last)])
     return Starts(rows.displacement[which], rows.velocity[which], rows.gap[which], rows.time[which])
+
+
+@lru_cache(maxsize=4)
+def _chosen(rows: int, block: int, seed: int) -> npt.NDArray[np.int64]:
+    stream = np.random.SeedSequence(seed, spawn_key=(block, 3))  # beside the three of `_block`
+    return np.random.default_rng(stream).integers(0, rows, BLOCK)
 
 
 # -- one's own ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,91 @@
+"""``percuss serve``: the workbench, a page on this machine."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import secrets
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from percuss.cli.files import named_case, need
+from percuss.cli.parser import Parser
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
+stability map, how the bar moves, and what each blow delivers. Everything is computed on this machine, and nothing else
+is asked. It listens to this machine alone unless --host says otherwise."""
+
+_EXAMPLES = """\
+  percuss serve
+  percuss serve breaker.toml
+  percuss serve --host 0.0.0.0 --token a-long-secret-word --workers 4"""
+
+_LEAST_TOKEN = 12
+
+
+def _parser() -> Parser:
+    parser = Parser("serve", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", nargs="?", help="what the page opens with: a TOML file, or a machine's name")
+    add("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1: this machine alone)")
+    add("--port", type=_port, default=8321, help="port to listen on, 0 for any free one (default 8321)")
+    add("--workers", metavar="N", type=_workers, default=1, help="processes (default 1)")
+    add("--token", type=_token, help="a secret that the page must send; needed with --host elsewhere")
+    add("--name", action="append", default=[], help="another name of this server, for one behind a reverse proxy")
+    add("--no-browser", action="store_true", help="do not open the page")
+    return parser
+
+
+def _port(text: str) -> int:
+    if not re.fullmatch(r"\d{1,5}", text, re.ASCII) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 to 65535")
+    return int(text)
+
+
+def _workers(text: str) -> int:
+    if not re.fullmatch(r"\d{1,3}", text, re.ASCII) or not 1 <= int(text) <= 256:
+        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 1 to 256")
+    return int(text)
+
+
+def _token(text: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9._~-]*", text) or len(text) < _LEAST_TOKEN:
+        accepted = f"{_LEAST_TOKEN} or more letters, digits and - . _ ~"
+        raise argparse.ArgumentTypeError(f"give {accepted}, for example {secrets.token_urlsafe(16)}")
+    return text
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Serve the page until Ctrl-C; returns the exit code."""
+    parser = _parser()
+    options = parser.parsed(arguments)
+    for package in ("fastapi", "uvicorn", "plotly"):
+        need(package, "web")
+    # cli and web are rooms of one floor, which do not import each other: this is the one door between them
+    settings_room = import_module("percuss.web.settings")
+    if not settings_room.is_loopback(options.host):
+        if not options.token:
+            word = secrets.token_urlsafe(16)
+            parser.error(f"argument --host: others can reach {options.host}: it needs a token, such as --token {word}")
+        print(_OPEN.format(host=options.host), file=sys.stderr)
+    text = ""
+    if options.case is not None:
+        from percuss.case.tables import without_recording
+
+        case = named_case(options.case)
+        case.system()
+        text = without_recording(case).to_toml()
+    settings = settings_room.Settings(
+        host=options.host, port=options.port, token=options.token or "", names=tuple(options.name), case=text
+    )
+    import_module("percuss.web.serving").serve(settings, options.workers, not options.no_browser)
+    return 0
+
+
+_OPEN = """\
+percuss: listening on {host}: everyone who can reach this machine and has the token can make it compute.
+percuss: what is sent is not encrypted; in a network that is not yours put a reverse proxy with TLS before it."""

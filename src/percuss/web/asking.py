@@ -1,0 +1,178 @@
+"""The questions as the page sends them: one model each, which also writes the OpenAPI schema."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+__all__ = [
+    "AxisAsked",
+    "BoundariesAsked",
+    "CaseAsked",
+    "CurvesAsked",
+    "ExperimentAsked",
+    "ExperimentFileAsked",
+    "MapAsked",
+    "MotionAsked",
+    "PlaceAsked",
+    "QuickAsked",
+    "RangeAsked",
+    "ReportAsked",
+    "SimulateAsked",
+    "SteadyAsked",
+]
+
+Name = Annotated[str, Field(min_length=1, max_length=64)]
+Periods = Annotated[int, Field(ge=1, le=100, description="load periods per impact, m")]
+Modes = Annotated[int, Field(ge=0, le=256, description="elastic modes")]
+Impacts = Annotated[int, Field(ge=0, le=20_000, description="the most impacts")]
+
+
+Values = Annotated[
+    dict[str, float],
+    Field(max_length=32, description="parameters by name, in the case's units", examples=[{"restitution": 0.2}]),
+]
+
+_RESTITUTION: dict[str, Any] = {"name": "restitution", "from": 0.0, "to": 0.9, "count": 5}
+_LOAD_FACTOR: dict[str, Any] = {"name": "load_factor", "from": 0.05, "to": 1.2}
+
+
+class _Asked(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class CaseAsked(_Asked):
+    """A case: exactly one of the three."""
+
+    case: dict[str, Any] | None = Field(None, description="the tables of a case file, as JSON")
+    toml: Annotated[str, Field(max_length=500_000)] | None = Field(None, description="the text of a case file")
+    machine: Annotated[str, Field(max_length=64)] | None = Field(
+        None, description="a machine of the catalogue", examples=["mini-breaker"]
+    )
+
+
+class PlaceAsked(CaseAsked):
+    """The case with other values of its parameters."""
+
+    values: Values
+
+
+class QuickAsked(CaseAsked):
+    """The steady motions, as far as a few milliseconds go."""
+
+    periods: Periods = 1
+    curve: Annotated[int, Field(ge=0, le=1001)] = 0
+    modes: Modes = 32
+    multipliers: bool = False
+    values: Values | None = Field(None, description="as POST /api/place; the answer then has the case's new tables")
+
+
+class SteadyAsked(CaseAsked):
+    """What ``percuss steady --json`` answers."""
+
+    periods: Annotated[list[Periods], Field(min_length=1, max_length=8)] = [1]
+    modes: Modes | None = None
+
+
+class CurvesAsked(CaseAsked):
+    """The curves over the load phase, and the branches over the load factor."""
+
+    periods: Periods = 1
+    points: Annotated[int, Field(ge=2, le=4001)] = 721
+    branches: Annotated[int, Field(ge=2, le=1000)] = 200
+    load_factor: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
+    modes: Modes = 32
+
+
+class AxisAsked(_Asked):
+    """An axis of a map: equal steps, or the values themselves."""
+
+    name: Name
+    unit: Annotated[str, Field(max_length=32)] = ""
+    from_: float | None = Field(None, alias="from")
+    to: float | None = None
+    count: Annotated[int, Field(ge=1, le=2000)] | None = None
+    values: Annotated[list[float], Field(min_length=1, max_length=2000)] | None = None
+
+
+class RangeAsked(_Asked):
+    """A parameter and a range of it."""
+
+    name: Name
+    from_: float = Field(alias="from")
+    to: float
+
+
+class MapAsked(CaseAsked):
+    """Quantities over a plane of two parameters."""
+
+    x: Annotated[AxisAsked, Field(examples=[_RESTITUTION])]
+    y: Annotated[AxisAsked, Field(examples=[{**_LOAD_FACTOR, "count": 4}])]
+    quantities: Annotated[list[Name], Field(min_length=1, max_length=8)] = ["orbits", "reduced_stable"]
+    periods: Periods = 1
+    modes: Modes = 32
+    impacts: Impacts | None = None
+
+
+class BoundariesAsked(CaseAsked):
+    """The curves in a plane at which motions begin, end or lose their stability."""
+
+    x: Annotated[AxisAsked, Field(examples=[_RESTITUTION])]
+    y: Annotated[RangeAsked, Field(examples=[_LOAD_FACTOR])]
+    periods: Periods = 1
+    criterion: Literal["reduced", "exact"] = "reduced"
+    kinds: Annotated[list[Literal["fold", "flip", "spiral", "grazing"]], Field(min_length=1, max_length=4)] = [
+        "fold",
+        "flip",
+    ]
+    modes: Modes = 32
+
+
+class SimulateAsked(CaseAsked):
+    """What ``percuss simulate --json`` answers."""
+
+    start: dict[str, Any] | None = Field(None, description="keys of [start], in place of the case's")
+    simulation: dict[str, Any] | None = Field(None, description="keys of [simulation], over the case's")
+    events: Annotated[int, Field(ge=0, le=20_000)] | None = Field(None, description="the last events only")
+
+
+class MotionAsked(CaseAsked):
+    """Fields of a motion over time: of a steady one, or of a simulation."""
+
+    orbit: Annotated[int, Field(ge=1, le=4096)] | None = None
+    periods: Periods = 1
+    start: dict[str, Any] | None = None
+    simulation: dict[str, Any] | None = None
+    show: Literal["start", "settled"] = "settled"
+    cycles: Annotated[int, Field(ge=1, le=64)] = 1
+    frames: Annotated[int, Field(ge=2, le=2000)] = 240
+    places: Annotated[int, Field(ge=2, le=129)] = 33
+    end_points: Annotated[int, Field(ge=2, le=20_000)] = 2000
+    window: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="only this part of the fields, in rad after `begin`"
+    )
+
+
+class ExperimentAsked(CaseAsked):
+    """Random starts, and what share of them ends in which motion."""
+
+    starts: Annotated[int, Field(ge=1, le=100_000)] = 1000
+    distribution: Literal["wall", "field", "gentle"] = "wall"
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+    modes: Modes | None = None
+    impacts: Annotated[int, Field(ge=1, le=20_000)] | None = None
+
+
+class ExperimentFileAsked(ExperimentAsked):
+    """The same experiment as a file."""
+
+    format: Literal["nc", "csv"] = "nc"
+
+
+class ReportAsked(CaseAsked):
+    """A report in one file."""
+
+    periods: Annotated[list[Periods], Field(min_length=1, max_length=8)] = [1]
+    modes: Modes | None = None
+    simulate: bool = False

@@ -1,0 +1,172 @@
+"""The catalogue, the check of a case, the upload of a recording."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Query
+from starlette.requests import Request
+from starlette.responses import Response
+
+from percuss._version import __version__
+from percuss.case import MACHINES
+from percuss.case.catalogue import is_machine, machine_text, uses_history
+from percuss.case.describing import case_dict
+from percuss.case.placing import placed
+from percuss.case.tables import without_recording
+from percuss.case.uploads import uploaded_history
+from percuss.web.answering import PROBLEMS, answer_of, gate_of, limits_of, plain_json
+from percuss.web.asking import CaseAsked, PlaceAsked
+from percuss.web.bodies import StrictRoute, bounded_body
+from percuss.web.problems import refused
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+_FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
+
+
+@router.get("/api/about", summary="What this server is, and what one request may ask for")
+async def about(request: Request) -> Response:
+    """Answered without the token."""
+    from percuss.explore import QUANTITIES, REASONS
+
+    settings = request.app.state.settings
+    quantities = [
+        {
+            "name": name,
+            "meaning": next(iter(quantity.columns.values())).meaning
+            if name != "label"
+            else "the motion that it ends in",
+            "unit": next(iter(quantity.columns.values())).unit,
+            "kind": _kind(name, next(iter(quantity.columns.values())).dtype),
+            "words": list(REASONS) if name == "reason" else None,
+            "fast": name in _FAST,
+        }
+        for name, quantity in QUANTITIES.items()
+    ]
+    return plain_json(
+        {
+            "name": "percuss",
+            "version": __version__,
+            "token": bool(settings.token),
+            "case": bool(settings.case),
+            "limits": settings.limits.to_json_dict(),
+            "quantities": quantities,
+            "distributions": ["wall", "field", "gentle"],
+            "starts": ["rigid", "still", "ringing"],
+        }
+    )
+
+
+def _kind(name: str, dtype: str) -> str:
+    if name in ("label", "reason"):
+        return "word"
+    return {"b": "flag", "i": "count"}.get(dtype[0], "number")
+
+
+@router.get("/api/machines", summary="The catalogue", responses=PROBLEMS)
+async def machines() -> Response:
+    """Mass in kg, blow rate in Hz, blow energy in J."""
+    return plain_json({"machines": [asdict(machine) for machine in MACHINES]})
+
+
+@router.get(
+    "/api/machines/{name}", summary="One machine, as POST /api/case answers", responses={404: PROBLEMS[422], **PROBLEMS}
+)
+async def machine(request: Request, name: Annotated[str, Path(max_length=64, examples=["mini-breaker"])]) -> Response:
+    """A recording comes as its harmonics."""
+    if not is_machine(name):
+        raise refused(404, "no machine of this name", "GET /api/machines lists them", "name", name)
+    asked = CaseAsked(machine=name)
+    found = await answer_of(request, asked, lambda case, _: _described(case), quick=True)
+    return plain_json(found if uses_history(name) else {**found, "toml": machine_text(name)})
+
+
+@router.get(
+    "/api/case", summary="The case that the server was started with", responses={404: PROBLEMS[422], **PROBLEMS}
+)
+async def opening(request: Request) -> Response:
+    """As POST /api/case answers; 404 without one."""
+    text = request.app.state.settings.case
+    if not text:
+        raise refused(404, "the server was started without a case")
+    return plain_json(
+        await answer_of(request, CaseAsked.model_construct(toml=text), lambda c, _: _described(c), quick=True)
+    )
+
+
+@router.post("/api/case", summary="Check a case", responses=PROBLEMS)
+async def check(request: Request, asked: CaseAsked) -> Response:
+    """Its tables, its text, its numbers in SI and without dimension, and what a map may vary."""
+    return plain_json(await answer_of(request, asked, lambda case, _: _described(case), quick=True))
+
+
+@router.post("/api/place", summary="Move a case to other values of its parameters", responses=PROBLEMS)
+async def place(request: Request, asked: PlaceAsked) -> Response:
+    """As POST /api/case answers, of the case with these values."""
+    harmonics = limits_of(request).harmonics
+    return plain_json(
+        await answer_of(request, asked, lambda case, _: case_dict(placed(case, asked.values, harmonics)), quick=True)
+    )
+
+
+def _described(case: Any) -> dict[str, Any]:
+    given = case_dict(case)
+    if given["history"] is None:
+        return given
+    return {**case_dict(without_recording(case)), "history": given["history"], "notes": given["notes"]}
+
+
+Text = Annotated[str, Query(max_length=200)]
+
+
+@router.post(
+    "/api/history",
+    summary="Turn a recording into a load",
+    responses=PROBLEMS,
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def history(
+    request: Request,
+    name: Text,
+    column: Text = "",
+    unit: Text = "",
+    time_column: Text = "",
+    sample_rate: Text = "",
+    area: Text = "",
+    frequency: Text = "",
+    force_scale: Text = "",
+    harmonics: Annotated[int | None, Query(ge=1, le=1024)] = None,
+) -> Response:
+    """The body is the file; of its name only the suffix counts. The options are those of [load] in a case."""
+    limits = limits_of(request)
+    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if kind in ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain"):
+        raise refused(415, "the body must be the file itself", "send Content-Type: application/octet-stream")
+    lane = gate_of(request).heavy
+    async with lane.place(limits.seconds):
+        data = await bounded_body(request, limits.upload_bytes, limits.body_seconds)
+    options: dict[str, Any] = {
+        "column": _column(column),
+        "unit": unit,
+        "time_column": _column(time_column),
+        "sample_rate": sample_rate,
+        "area": area,
+        "frequency": frequency,
+        "force_scale": force_scale,
+        "harmonics": harmonics,
+    }
+    found = await lane.run(request, limits.seconds, lambda _: uploaded_history(data, name, options))
+    return plain_json(found)
+
+
+def _column(text: str) -> int | str:
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 6 else text

@@ -1,0 +1,111 @@
+"""From a request to its case; a case that was asked for a moment ago is not read again."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from percuss.case.catalogue import is_machine, load_case
+from percuss.case.reading import parsed
+from percuss.case.tables import case_of
+from percuss.errors import CaseError
+from percuss.web.problems import refused
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.web.asking import CaseAsked
+
+__all__ = ["Memory", "case_asked", "case_key", "is_known"]
+
+T = TypeVar("T")
+
+
+class Memory(Generic[T]):
+    """The last few answers; safe for threads. What is too large for it is not kept.
+
+    Parameters
+    ----------
+    most
+        How many.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._kept: OrderedDict[Hashable, T] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What is kept for a key, else what `make` gives."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        made = make()
+        self.put(key, made)
+        return made
+
+    def put(self, key: Hashable, value: T) -> None:
+        """Keep a value, and let the oldest go."""
+        with self._lock:
+            self._kept[key] = value
+            self._kept.move_to_end(key)
+            while len(self._kept) > self._most:
+                self._kept.popitem(last=False)
+
+    def find(self, key: Hashable) -> T | None:
+        """What is kept for a key."""
+        with self._lock:
+            return self._kept.get(key)
+
+
+_cases: Memory[Case] = Memory(64)
+
+
+def case_key(asked: CaseAsked) -> str:
+    """The same text for the same case."""
+    if asked.machine is not None:
+        return f"machine {asked.machine}"
+    if asked.toml is not None:
+        return f"toml {asked.toml}"
+    return f"case {json.dumps(asked.case, sort_keys=True)}"
+
+
+def case_asked(asked: CaseAsked, harmonics: int) -> Case:
+    """The case of a request.
+
+    Raises
+    ------
+    Refusal
+        When it names none or several.
+    CaseError
+        When it is no case.
+    """
+    given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
+    if len(given) != 1:
+        raise refused(422, "expected exactly one of case, toml and machine", "", given[1] if given else "case")
+    return _cases.get(case_key(asked), lambda: _made(asked, harmonics))
+
+
+def is_known(asked: CaseAsked) -> bool:
+    """Whether the case of a request was read a moment ago."""
+    return _cases.find(case_key(asked)) is not None
+
+
+def _made(asked: CaseAsked, harmonics: int) -> Case:
+    if asked.machine is not None:
+        if not is_machine(asked.machine):
+            remedy = "GET /api/machines lists them"
+            raise CaseError("machine", "machine", asked.machine, "no machine of this name", remedy)
+        case = load_case(asked.machine)
+    elif asked.toml is not None:
+        if "\0" in asked.toml:
+            raise CaseError("case", "toml", None, "is not text")
+        case = case_of(parsed(asked.toml, "case"), harmonics=harmonics)
+    else:
+        assert asked.case is not None
+        case = case_of(asked.case, harmonics=harmonics)
+    case.system()
+    return case

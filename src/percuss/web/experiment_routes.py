@@ -1,0 +1,175 @@
+"""Experiments: random starts, told while they are followed, and the files of what came of them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import tempfile
+from collections.abc import AsyncIterator
+from concurrent.futures import Future
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
+
+from percuss.case import experiment_job_of
+from percuss.case.exploring_json import experiment_dict
+from percuss.case.live import watched_experiment
+from percuss.errors import PercussError
+from percuss.web.answering import PROBLEMS, attachment, gate_of, limits_of
+from percuss.web.asking import ExperimentAsked, ExperimentFileAsked
+from percuss.web.bodies import StrictRoute
+from percuss.web.cases import Memory, case_asked, case_key
+from percuss.web.problems import problem, problems_of, refused
+from percuss.web.steady_routes import BINARY
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.explore import Experiment
+    from percuss.explore.ends.experiments import ExperimentJob
+    from percuss.web.gate import Halt
+    from percuss.web.settings import Limits
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+_experiments: Memory[Experiment] = Memory(2)
+
+_PING = 1.0
+"""Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
+
+_log = logging.getLogger("percuss.web")
+
+STREAM: dict[int | str, dict[str, Any]] = {
+    200: {"description": "server-sent events", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+    **PROBLEMS,
+}
+
+
+@router.post("/api/experiment", summary="Random starts, told as they go", response_class=Response, responses=STREAM)
+async def experiment(request: Request, asked: ExperimentAsked) -> Response:
+    """Events ``progress`` with the shares so far, then ``done`` or ``error``; ends when the client leaves."""
+    limits, gate = limits_of(request), gate_of(request)
+    case, job = await gate.quick.run(request, limits.seconds, lambda _: _job(asked, limits))
+    place = gate.experiments.place(limits.experiment_seconds)
+    halt = await place.__aenter__()  # a refusal must come before the stream begins
+    events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
+    loop = asyncio.get_running_loop()
+
+    def tell(kind: str, what: Any) -> None:
+        if not halt():
+            loop.call_soon_threadsafe(events.put_nowait, (kind, what))
+
+    running = gate.experiments.submit(lambda: _follow(case, job, asked, halt, tell))
+
+    async def stream() -> AsyncIterator[bytes]:
+        try:
+            async for text in _told(request, events, running, halt):
+                yield text
+        finally:
+            halt.stop()
+            gate.experiments.hold(running)
+            await place.__aexit__(None, None, None)
+
+    return StreamingResponse(
+        stream(), media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}
+    )
+
+
+@router.post("/api/experiment/file", summary="An experiment as a file", response_class=Response, responses=BINARY)
+async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Response:
+    """NetCDF or CSV, one row for each start; what was not just computed is computed again, with the same numbers."""
+    limits, gate = limits_of(request), gate_of(request)
+
+    def work(halt: Halt) -> bytes:
+        known = _experiments.find(_key(asked))
+        if known is None:
+            case, job = _job(asked, limits)
+            known = _follow(case, job, asked, halt, lambda kind, what: None)
+        if known is None:
+            raise refused(503, "it took too long", "ask for fewer starts")
+        return _file(known, asked.format)
+
+    lane, seconds = gate.experiments, limits.experiment_seconds
+    kind = "text/csv; charset=utf-8" if asked.format == "csv" else "application/x-netcdf"
+    return attachment(await lane.run(request, seconds, work), f"experiment.{asked.format}", kind)
+
+
+def _job(asked: ExperimentAsked, limits: Limits) -> tuple[Case, ExperimentJob]:
+    """The job of a request, within the limits."""
+    case = case_asked(asked, limits.harmonics)
+    most = case.simulation().stop.most_impacts
+    impacts = min(most, limits.impacts) if asked.impacts is None else asked.impacts
+    job = experiment_job_of(case, asked.starts, asked.distribution, asked.seed, modes=asked.modes, impacts=impacts)
+    if job.modes > limits.simulation_modes:
+        message = f"expected at most {limits.simulation_modes} in one request"
+        raise refused(422, message, "give modes", "modes", job.modes)
+    work = asked.starts * impacts * (job.modes + 1)
+    if work > limits.start_work:
+        message = f"expected starts × impacts × (modes + 1) to be at most {limits.start_work:.0e}; here {work:.1e}"
+        raise refused(422, message, "take fewer, or use percuss experiment", "starts", asked.starts)
+    return case, job
+
+
+def _key(asked: ExperimentAsked) -> str:
+    return f"{case_key(asked)} {[asked.starts, asked.distribution, asked.seed, asked.modes, asked.impacts]}"
+
+
+def _follow(case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, tell: Any) -> Experiment | None:
+    """Follow the starts, telling how far it is; the experiment, or None when it was stopped."""
+    try:
+        for look in watched_experiment(job, halt):
+            tell("progress", look.to_json_dict())
+            if look.result is not None:
+                _experiments.put(_key(asked), look.result)
+                tell("done", experiment_dict(case, look.result))
+                return look.result
+    except (PercussError, ArithmeticError, MemoryError) as error:
+        tell("error", {"problems": problems_of(error)})
+        if not isinstance(error, PercussError):
+            _log.exception("an experiment failed")
+    except Exception as error:
+        _log.exception("an experiment failed")
+        tell("error", {"problems": problems_of(error)})
+    return None
+
+
+async def _told(
+    request: Request, events: asyncio.Queue[tuple[str, Any]], running: Future[Any], halt: Halt
+) -> AsyncIterator[bytes]:
+    """The events as text, until the last one or until the client leaves."""
+    yield b": begun\n\n"
+    while True:
+        try:
+            kind, what = await asyncio.wait_for(events.get(), _PING)
+        except TimeoutError:
+            if await request.is_disconnected():
+                return
+            if halt():
+                late = problem("", None, "it took too long" if halt.late else "the server is stopping", "take fewer")
+                yield _event("error", {"problems": [late]})
+                return
+            if running.done() and events.empty():
+                return
+            yield b": still here\n\n"
+            continue
+        yield _event(kind, what)
+        if kind in ("done", "error"):
+            return
+
+
+def _event(kind: str, what: Any) -> bytes:
+    return f"event: {kind}\ndata: {json.dumps(what, allow_nan=False)}\n\n".encode()
+
+
+def _file(found: Experiment, kind: str) -> bytes:
+    from percuss.explore.carry.exporting import write_csv, write_netcdf
+
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        path = Path(folder, f"experiment.{kind}")
+        (write_csv if kind == "csv" else write_netcdf)(found.dataset, path)
+        return path.read_bytes()

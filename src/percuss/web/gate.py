@@ -1,0 +1,166 @@
+"""Computations off the event loop: only so many at once, each with a way to be stopped."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, TypeVar
+
+from percuss.web.problems import refused
+
+if TYPE_CHECKING:
+    from starlette.requests import Request
+
+    from percuss.web.settings import Limits
+
+__all__ = ["Gate", "Halt", "Lane"]
+
+T = TypeVar("T")
+
+_LOOK = 0.1
+"""Seconds between two looks at whether the client is still there."""
+
+
+class Halt:
+    """Tells a computation that nobody waits for it any more; call it as its progress callback.
+
+    Parameters
+    ----------
+    seconds
+        After which it says so by itself.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._event = threading.Event()
+        self._until = time.monotonic() + seconds
+
+    def stop(self) -> None:
+        """From now on the answer is yes."""
+        self._event.set()
+
+    @property
+    def late(self) -> bool:
+        """Whether the time is up."""
+        return time.monotonic() > self._until
+
+    def __call__(self, *_: object) -> bool:
+        return self._event.is_set() or self.late
+
+
+class Lane:
+    """Computations of one kind: so many at once, a few more in line, and the rest is told to come again.
+
+    Parameters
+    ----------
+    name
+        Of the threads.
+    at_once, waiting
+        How many are computed, and how many may wait.
+    """
+
+    def __init__(self, name: str, at_once: int, waiting: int) -> None:
+        self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix=f"percuss-{name}")
+        self._most = at_once + waiting
+        self._taken = 0
+        self._halts: set[Halt] = set()
+        self.closed = False
+
+    @asynccontextmanager
+    async def place(self, seconds: float) -> AsyncIterator[Halt]:
+        """A place in the lane for the length of the block.
+
+        Raises
+        ------
+        Refusal
+            429 when there is none, 503 when the server stops.
+        """
+        if self.closed:
+            raise refused(503, "the server is stopping")
+        if self._taken >= self._most:
+            raise refused(429, "too many computations at once", "try again in a second")
+        halt = Halt(seconds)
+        self._taken += 1
+        self._halts.add(halt)
+        try:
+            yield halt
+        finally:
+            halt.stop()
+            self._taken -= 1
+            self._halts.discard(halt)
+
+    def submit(self, work: Callable[[], T]) -> Future[T]:
+        """Begin the work when a thread is free."""
+        return self._pool.submit(work)
+
+    async def run(self, request: Request, seconds: float, work: Callable[[Halt], T]) -> T:
+        """The result of a piece of work, stopped when the client leaves or the time is up.
+
+        Raises
+        ------
+        Refusal
+            429, 503; see `place`. 503 also when it took too long.
+        """
+        async with self.place(seconds) as halt:
+            running = self.submit(lambda: work(halt))
+            future = asyncio.wrap_future(running)
+            future.add_done_callback(_looked_at)
+            try:
+                done, _ = await asyncio.wait({future}, timeout=_LOOK)
+                while not done:
+                    if self.closed:
+                        raise refused(503, "the server is stopping")
+                    if halt.late:
+                        raise refused(503, "it took too long", "ask for less")
+                    if await request.is_disconnected():
+                        raise refused(503, "nobody waits for it")
+                    done, _ = await asyncio.wait({future}, timeout=_LOOK)
+            finally:
+                self.hold(running)
+            return future.result()
+
+    def hold(self, running: Future[T]) -> None:
+        """Keep a place taken while work that was given up goes on, so that no more than is allowed ever runs."""
+        if running.done() or running.cancel():
+            return
+        self._taken += 1
+        loop = asyncio.get_running_loop()
+
+        def ended(_: Future[T]) -> None:
+            with suppress(RuntimeError):  # the loop may be gone
+                loop.call_soon_threadsafe(self._leave)
+
+        running.add_done_callback(ended)
+
+    def _leave(self) -> None:
+        self._taken -= 1
+
+    def close(self) -> None:
+        """Stop everything; nothing new begins."""
+        self.closed = True
+        for halt in list(self._halts):
+            halt.stop()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _looked_at(future: asyncio.Future[T]) -> None:
+    """What nobody waits for any more may fail in silence."""
+    if not future.cancelled():
+        future.exception()
+
+
+class Gate:
+    """The lanes of one worker: quick answers never wait for long computations."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.quick = Lane("quick", limits.quick, limits.quick_waiting)
+        self.heavy = Lane("heavy", limits.heavy, limits.heavy_waiting)
+        self.experiments = Lane("experiment", limits.experiments, 0)
+
+    def close(self) -> None:
+        """Stop everything."""
+        for lane in (self.quick, self.heavy, self.experiments):
+            lane.close()

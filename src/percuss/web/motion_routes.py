@@ -1,0 +1,126 @@
+"""Motions: simulated ones as the command line prints them, and any as frames to be drawn and heard."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from percuss.case import simulation_answer
+from percuss.case.frames import motion_frames, orbit_frames
+from percuss.web.answering import (
+    PROBLEMS,
+    answer_of,
+    attachment,
+    binary,
+    limits_of,
+    motion_key,
+    plain_json,
+    simulated_case,
+)
+from percuss.web.asking import CaseAsked, MotionAsked, SimulateAsked
+from percuss.web.bodies import StrictRoute
+from percuss.web.cases import Memory
+from percuss.web.packing import packed
+from percuss.web.problems import refused
+from percuss.web.steady_routes import BINARY
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from percuss.case import Case, SimulationAnswer
+    from percuss.web.gate import Halt
+    from percuss.web.settings import Limits
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+_motions: Memory[SimulationAnswer] = Memory(8)
+_MOST_KEPT = 8_000_000  # bytes of states
+
+
+@router.post("/api/simulate", summary="What percuss simulate --json answers", responses=PROBLEMS)
+async def simulate(request: Request, asked: SimulateAsked) -> Response:
+    """Every impact from a start, and what motion it settles on."""
+    limits = limits_of(request)
+
+    def work(case: Case, halt: Halt) -> dict[str, Any]:
+        return simulated(case, asked, asked.start, asked.simulation, limits, halt).to_json_dict(asked.events)
+
+    return plain_json(await answer_of(request, asked, work))
+
+
+@router.post("/api/simulate/file", summary="A simulated motion as NetCDF", response_class=Response, responses=BINARY)
+async def simulate_file(request: Request, asked: SimulateAsked) -> Response:
+    """The whole motion, which percuss simulate --resume follows further."""
+    limits = limits_of(request)
+
+    def work(case: Case, halt: Halt) -> bytes:
+        answer = simulated(case, asked, asked.start, asked.simulation, limits, halt)
+        with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+            file = Path(folder, "motion.nc")
+            answer.motion.save(file)
+            return file.read_bytes()
+
+    return attachment(await answer_of(request, asked, work), "motion.nc", "application/x-netcdf")
+
+
+@router.post(
+    "/api/motion", summary="Displacement and strain along the bar over time", response_class=Response, responses=BINARY
+)
+async def motion(request: Request, asked: MotionAsked) -> Response:
+    """Of a steady motion (`orbit`), or of a simulation."""
+    limits = limits_of(request)
+    if asked.orbit is not None and (asked.start is not None or asked.simulation is not None):
+        raise refused(422, "expected either a steady motion or a start", "leave out start and simulation", "orbit")
+    sizes: dict[str, Any] = {
+        "cycles": asked.cycles,
+        "frames": asked.frames,
+        "places": asked.places,
+        "points": asked.end_points,
+        "window": asked.window,
+    }
+
+    def work(case: Case, halt: Halt) -> bytes:
+        if asked.orbit is not None:
+            found = orbit_frames(case, asked.orbit, asked.periods, **sizes)
+        else:
+            answer = simulated(case, asked, asked.start, asked.simulation, limits, halt)
+            found = motion_frames(answer.motion, settled=asked.show == "settled", **sizes)
+        return packed(found.header, found.arrays)
+
+    return binary(await answer_of(request, asked, work))
+
+
+def simulated(
+    case: Case,
+    asked: CaseAsked,
+    start: Mapping[str, Any] | None,
+    simulation: Mapping[str, Any] | None,
+    limits: Limits,
+    halt: Halt,
+) -> SimulationAnswer:
+    """The motion of a case from a start; one that was asked for a moment ago is not computed again.
+
+    Raises
+    ------
+    Refusal
+        When it would take too much, or took too long.
+    PercussError
+        When there is no such motion.
+    """
+    key = motion_key(asked, start, simulation)
+    known = _motions.find(key)
+    if known is not None:
+        return known
+    answer = simulation_answer(simulated_case(case, start, simulation, limits), halt)
+    if answer.motion.outcome == "cancelled":
+        raise refused(503, "it took too long", "ask for fewer impacts or modes")
+    if answer.motion.states.nbytes < _MOST_KEPT:
+        _motions.put(key, answer)
+    return answer

@@ -1,0 +1,118 @@
+// The door to the server. Every number that the page shows comes through here.
+
+const TOKEN = "percuss-token";
+
+/** The token from the address, kept for this tab and taken out of the address at once. */
+export function takeToken() {
+  const found = /^#token=([^&]+)&?(.*)$/.exec(location.hash);
+  if (!found) return;
+  sessionStorage.setItem(TOKEN, decodeURIComponent(found[1]));
+  history.replaceState(null, "", `${location.pathname}#${found[2]}`);
+}
+
+/** What the server refused, with the problems as it told them: [{key, value, message, remedy}]. */
+export class Refusal extends Error {
+  constructor(status, problems, retry) {
+    super(
+      problems.map((p) => [p.message, p.remedy].filter(Boolean).join(" — ")).join("\n") ||
+        `The server answered ${status}.`,
+    );
+    this.status = status;
+    this.problems = problems;
+    this.retry = retry;
+  }
+}
+
+function headers(extra = {}) {
+  const token = sessionStorage.getItem(TOKEN);
+  return token ? { ...extra, Authorization: `Bearer ${token}` } : extra;
+}
+
+async function ask(path, options, tries = 4) {
+  let response;
+  try {
+    response = await fetch(`/api/${path}`, { ...options, headers: headers(options.headers) });
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    throw new Refusal(0, [
+      { key: "", value: null, message: "The server does not answer.", remedy: "Is percuss serve still running?" },
+    ]);
+  }
+  if (response.ok) return response;
+  if (response.status === 429 && tries > 0) {
+    const seconds = Number(response.headers.get("Retry-After") ?? 1);
+    await new Promise((done) => setTimeout(done, 1000 * Math.min(Math.max(seconds, 0.2), 5)));
+    return ask(path, options, tries - 1);
+  }
+  throw await refusal(response);
+}
+
+async function refusal(response) {
+  let problems = [];
+  try {
+    problems = (await response.json()).problems ?? [];
+  } catch {
+    // not JSON: a proxy's page, say; the status is all there is
+  }
+  const remedy = response.status === 401 ? "Open the address that percuss serve printed: it holds the token." : "";
+  if (!problems.length)
+    problems = [{ key: "", value: null, message: `The server answered ${response.status}.`, remedy }];
+  return new Refusal(response.status, problems);
+}
+
+const posted = (body, signal) => ({
+  method: "POST",
+  headers: { "Content-Type": "application/json" },
+  body: JSON.stringify(body),
+  signal,
+});
+
+export const get = async (path) => (await ask(path, {})).json();
+export const post = async (path, body, signal) => (await ask(path, posted(body, signal))).json();
+
+/** An answer with arrays: its header, and `arrays` by name as typed arrays with a `shape`. */
+export async function postBinary(path, body, signal) {
+  const buffer = await (await ask(path, posted(body, signal))).arrayBuffer();
+  const size = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
+  const kinds = { f4: Float32Array, u1: Uint8Array, i2: Int16Array };
+  const arrays = {};
+  for (const { name, dtype, shape, offset } of header.arrays) {
+    const length = shape.reduce((product, n) => product * n, 1);
+    const values = new kinds[dtype](buffer, 4 + size + offset, length);
+    arrays[name] = Object.assign(values, { shape });
+  }
+  return { ...header, arrays };
+}
+
+/** A file to keep: the bytes and the name that the server gives it. */
+export async function postFile(path, body, name) {
+  const response = await ask(path, posted(body));
+  const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
+  return { blob: await response.blob(), name: given ? given[1] : name };
+}
+
+export async function upload(path, file) {
+  return (
+    await ask(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file })
+  ).json();
+}
+
+/** Server-sent events over POST: `heard(event, data)` for each, until the stream ends or `signal` aborts it. */
+export async function stream(path, body, heard, signal) {
+  const response = await ask(path, posted(body, signal));
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (;;) {
+    const { value, done } = await reader.read();
+    if (done) return;
+    rest += value.replaceAll("\r\n", "\n");
+    for (let end = rest.indexOf("\n\n"); end >= 0; end = rest.indexOf("\n\n")) {
+      const block = rest.slice(0, end).split("\n");
+      rest = rest.slice(end + 2);
+      const field = (name) =>
+        block.filter((line) => line.startsWith(`${name}:`)).map((line) => line.slice(name.length + 1).trim());
+      if (field("event").length) heard(field("event")[0], JSON.parse(field("data").join("\n")));
+    }
+  }
+}

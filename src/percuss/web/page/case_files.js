@@ -1,0 +1,128 @@
+// Files that become a case: TOML, and measured histories of the load.
+
+import { post, upload } from "./api.js";
+import { $, $$, h, put } from "./dom.js";
+import { number, percent, withUnit } from "./format.js";
+import { data, setTables, show } from "./state.js";
+
+const parts = {};
+let refused = [];
+
+/** What was wrong with the last file. */
+export const fileProblems = () => refused;
+
+export const fileName = () =>
+  (data.tables?.title || "case")
+    .toLowerCase()
+    .replace(/[^a-z0-9]+/g, "-")
+    .replace(/^-+|-+$/g, "") || "case";
+
+/** A problem in words. */
+export const said = (problem) => [problem.message, problem.remedy].filter(Boolean).join(" — ");
+
+/** The card with the files; `told` is called when a file was refused. */
+export function filesCard(told) {
+  parts.told = told;
+  const toml = h("input", { type: "file", id: "upload-toml", accept: ".toml", onchange: readCase });
+  const history = h("input", {
+    type: "file",
+    id: "upload-history",
+    accept: ".csv,.txt,.tsv,.dat,.mat,.wav,.h5,.hdf5,.tdms,.npz",
+    onchange: () => readHistory(),
+  });
+  const extra = (name, label, hint) =>
+    h("label", { class: "pick" }, label, h("input", { type: "text", "data-history": name, placeholder: hint }));
+  parts.history = h("div", { id: "history-report", "aria-live": "polite" });
+  parts.options = h(
+    "div",
+    { class: "fields" },
+    extra("area", "Piston area", "for a pressure: 6.5 cm^2"),
+    extra("unit", "Unit", "when the header has none: MPa"),
+    extra("column", "Column", "name or number"),
+    extra("time_column", "Column of times", "name or number"),
+    extra("sample_rate", "Sample rate", "without times: 50 kHz"),
+    extra("frequency", "Frequency", "found when empty"),
+    extra("harmonics", "Harmonics", "found when empty"),
+    extra("force_scale", "Force scale", "for a dimensionless case: 1 kN"),
+  );
+  return h(
+    "div",
+    { class: "card" },
+    h("h2", {}, "Files"),
+    h("p", {}, h("label", { for: "upload-toml" }, "A case as TOML"), h("br"), toml),
+    h(
+      "p",
+      {},
+      h("label", { for: "upload-history" }, "A measured load (CSV and others), to be the load of this case"),
+      h("br"),
+      history,
+    ),
+    h(
+      "details",
+      {},
+      h("summary", {}, "How the recording is read"),
+      parts.options,
+      h("button", { type: "button", onclick: () => readHistory() }, "Read it again"),
+    ),
+    parts.history,
+  );
+}
+
+async function readCase(event) {
+  const file = event.target.files[0];
+  if (!file) return;
+  try {
+    const found = await post("case", { toml: await file.text() });
+    refused = [];
+    Object.assign(data, { base: null, physical: null, info: found });
+    show({ machine: "", orbit: 0 });
+    setTables(found.tables);
+  } catch (error) {
+    refused = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
+    parts.told();
+  }
+  event.target.value = "";
+}
+
+async function readHistory() {
+  const file = $("#upload-history").files[0];
+  if (!file) return put(parts.history, h("p", { class: "problem" }, "Choose a file first."));
+  const words = new URLSearchParams({ name: file.name });
+  const kept = data.tables.load;
+  for (const input of $$("input[data-history]", parts.options))
+    if (input.value.trim()) words.set(input.dataset.history, input.value.trim());
+  if (!words.has("area") && kept?.area && data.tables.bar) words.set("area", kept.area);
+  try {
+    const found = await upload(`history?${words}`, file);
+    put(parts.history, recording(found.report, found.notes));
+    setTables({ ...data.tables, load: found.load });
+  } catch (error) {
+    const list = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
+    put(
+      parts.history,
+      list.map((p) => h("p", { class: "problem", role: "alert" }, [p.key && `${p.key}: `, said(p)])),
+    );
+  }
+}
+
+/** What was found in a recording. */
+export function recording(report, notes = []) {
+  const rows = [
+    ["cycles used", number(report.cycles)],
+    ["frequency", `${withUnit(report.frequency, "Hz", 5)} (${report.frequency_given ? "given" : "found"})`],
+    ["lengths of the cycles vary by", percent(report.jitter)],
+    ["cycles scatter about their mean", percent(report.scatter)],
+    ["drift", percent(report.drift)],
+    ["harmonics kept", number(report.harmonics)],
+    ["which leave out", percent(report.residual)],
+  ];
+  const words = [...notes, ...(report.warnings ?? [])].map((text) => h("p", { class: "note warn" }, text));
+  return [h("h3", {}, "The recording"), list(rows), words];
+}
+
+export const list = (rows) =>
+  h(
+    "dl",
+    { class: "facts" },
+    rows.map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
+  );

@@ -1,0 +1,260 @@
+// The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
+
+import { $$, download, h, put, select } from "./dom.js";
+import { number, si, withUnit } from "./format.js";
+import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
+import { BAR, CONTACT, KINDS, START, SYSTEM, TITLE, loadFields, otherLoad, typed } from "./fields.js";
+import { valueAt } from "./moves.js";
+import { data, on, setKey, setTables } from "./state.js";
+
+let shape = "";
+const parts = {};
+
+export function startCase(panel) {
+  parts.form = h("form", {
+    class: "grid",
+    id: "case-form",
+    onsubmit: (event) => event.preventDefault(),
+    autocomplete: "off",
+  });
+  parts.facts = h("div", { class: "card" });
+  parts.files = filesCard(problems);
+  parts.general = h("div", { role: "alert", id: "case-problems" });
+  put(
+    panel,
+    h("div", { class: "card row middle" }, h("h2", { class: "grow" }, "The case"), form(), tools()),
+    parts.general,
+    parts.form,
+    parts.facts,
+  );
+  on("tables info", build);
+  on("problems", problems);
+  on("info", facts);
+}
+
+/** Which form: SI, or plain numbers. */
+function form() {
+  const button = (id, text, press) => h("button", { type: "button", id, onclick: press }, text);
+  parts.si = button("form-si", "SI", toPhysical);
+  parts.plain = button("form-plain", "Dimensionless", toPlain);
+  return h("div", { class: "segments", role: "group", "aria-label": "Form of the case" }, parts.si, parts.plain);
+}
+
+function toPlain() {
+  if (!data.tables?.bar || !data.info?.plain) return;
+  data.physical = data.tables;
+  setTables(data.info.plain);
+}
+
+/** The tables in SI to go back to: those of before, else those of the machine. */
+const physical = () => data.physical ?? (data.base?.bar ? data.base : null);
+
+function toPhysical() {
+  if (!data.tables?.bar && physical()) setTables(physical());
+}
+
+function tools() {
+  const save = () => download(new Blob([data.info?.toml ?? ""], { type: "application/toml" }), `${fileName()}.toml`);
+  return h(
+    "div",
+    { class: "row" },
+    h("button", { type: "button", id: "case-download", onclick: save }, "Download TOML"),
+  );
+}
+
+function build() {
+  const tables = data.tables;
+  if (!tables) return;
+  parts.si.setAttribute("aria-pressed", String(Boolean(tables.bar)));
+  parts.plain.setAttribute("aria-pressed", String(Boolean(tables.system)));
+  parts.si.disabled = Boolean(tables.system) && !physical();
+  parts.si.title = parts.si.disabled
+    ? "A dimensionless case has no scales: pick a machine, or upload a case in SI"
+    : "";
+  const now = JSON.stringify([Boolean(tables.bar), tables.load?.kind, tables.load?.coefficients?.length]);
+  if (now !== shape) {
+    shape = now;
+    const first = tables.bar ? [...TITLE, ...BAR] : [...TITLE, ...SYSTEM];
+    const groups = tables.bar
+      ? [group("Bar", first), load(tables), h("div", { class: "stack" }, group("Contact", CONTACT), parts.files)]
+      : [h("div", { class: "stack" }, group("System", first), parts.files), load(tables)];
+    put(parts.form, groups, group("Simulation", START, true));
+    problems();
+  }
+  fill();
+}
+
+const group = (title, fields, folded = false) => {
+  const inside = h(
+    "div",
+    { class: "fields" },
+    fields.map(([key, label, hint]) => field(key, label, hint)),
+  );
+  if (!folded) return h("fieldset", {}, h("legend", {}, title), inside);
+  return h(
+    "fieldset",
+    {},
+    h("legend", {}, title),
+    h("p", { class: "hint small muted" }, "For the motion from a start. Empty: at rest, one bar length off the wall."),
+    inside,
+  );
+};
+
+const idOf = (key) => `field-${key.replaceAll(".", "-")}`;
+
+function field(key, label, hint) {
+  const id = idOf(key);
+  const input = h("input", {
+    type: "text",
+    id,
+    "data-key": key,
+    spellcheck: "false",
+    "aria-describedby": `${id}-hint ${id}-problem`,
+    oninput: (event) => setKey(key, key === "title" ? event.target.value || undefined : typed(event.target.value)),
+  });
+  return h(
+    "div",
+    { class: "field" },
+    h("label", { for: id }, label),
+    input,
+    h("div", { class: "hint", id: `${id}-hint` }, h("code", {}, key.split(".").at(-1)), ": ", hint),
+    h("div", { class: "problem", id: `${id}-problem` }),
+  );
+}
+
+function load(tables) {
+  const kind = tables.load?.kind ?? "harmonic";
+  const inSI = Boolean(tables.bar);
+  const change = (value) => setTables({ ...data.tables, load: otherLoad(data.tables.load, value, inSI) });
+  const known = KINDS.some(([name]) => name === kind) ? KINDS : [[kind, kind], ...KINDS];
+  const pick = select("Kind", known, kind, change, { id: "field-load-kind", "data-key": "load.kind" });
+  const inside = h(
+    "div",
+    { class: "fields" },
+    loadFields(kind, inSI).map(([key, label, hint]) => field(key, label, hint)),
+  );
+  return h(
+    "fieldset",
+    {},
+    h("legend", {}, "Load"),
+    h("div", { class: "row" }, pick),
+    h("div", { class: "problem", id: "field-load-kind-problem" }),
+    kind === "fourier" && coefficients(tables.load.coefficients ?? []),
+    inside,
+  );
+}
+
+function coefficients(pairs) {
+  const change = (k, part) => (event) => {
+    const value = typed(event.target.value);
+    const next = data.tables.load.coefficients.map((pair, i) =>
+      i === k ? pair.map((old, j) => (j === part ? (value ?? 0) : old)) : pair,
+    );
+    setKey("load.coefficients", next);
+  };
+  const box = (k, part) =>
+    h("input", {
+      type: "text",
+      "data-coefficient": `${k},${part}`,
+      "aria-label": `coefficient ${k}, ${part ? "imaginary" : "real"} part`,
+      oninput: change(k, part),
+      ".disabled": k === 0 && part === 1,
+    });
+  const row = (_, k) => [h("span", {}, k ? `p${sub(k)}` : "p₀, mean"), box(k, 0), box(k, 1)];
+  const add = () => setKey("load.coefficients", [...data.tables.load.coefficients, [0, 0]]);
+  const drop = () => setKey("load.coefficients", data.tables.load.coefficients.slice(0, -1));
+  return h(
+    "div",
+    { class: "field" },
+    h(
+      "div",
+      { class: "coefficients" },
+      h("span", {}),
+      h("span", { class: "small muted" }, "real"),
+      h("span", { class: "small muted" }, "imaginary"),
+      pairs.map(row),
+    ),
+    h(
+      "div",
+      { class: "row" },
+      h("button", { type: "button", onclick: add }, "Add a harmonic"),
+      h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Take the last out"),
+    ),
+    h("div", { class: "problem", id: "field-load-coefficients-problem" }),
+  );
+}
+
+const sub = (k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
+
+/** The fields from the tables; the one that is being typed into is left alone. */
+function fill() {
+  for (const input of $$("input[data-key]", parts.form)) {
+    if (input === document.activeElement) continue;
+    const value = valueAt(data.tables, input.dataset.key);
+    const text = value === undefined || value === null ? "" : String(value);
+    if (input.value !== text) input.value = text;
+  }
+  for (const input of $$("input[data-coefficient]", parts.form)) {
+    if (input === document.activeElement) continue;
+    const [k, part] = input.dataset.coefficient.split(",").map(Number);
+    input.value = String(data.tables.load.coefficients?.[k]?.[part] ?? "");
+  }
+}
+
+/** Each problem beside its field; those of no field above the form. */
+function problems() {
+  const beside = new Map();
+  const general = [...fileProblems()];
+  for (const problem of data.problems) {
+    const key = problem.key.replace(/\[.*$/, "");
+    if (key && document.getElementById(`${idOf(key)}-problem`)) beside.set(key, [...(beside.get(key) ?? []), problem]);
+    else general.push(problem);
+  }
+  for (const place of $$(".problem[id]", parts.form)) {
+    const key = place.id
+      .replace(/^field-/, "")
+      .replace(/-problem$/, "")
+      .replace(/-(?=\w+$)/, ".");
+    const words = (beside.get(key) ?? []).map(said).join(" ");
+    put(place, words);
+    const input = document.getElementById(idOf(key));
+    if (input) words ? input.setAttribute("aria-invalid", "true") : input.removeAttribute("aria-invalid");
+  }
+  put(
+    parts.general,
+    general.map((p) => h("p", { class: "note bad" }, [p.key && `${p.key}: `, said(p)])),
+  );
+}
+
+function facts() {
+  const { info } = data;
+  if (!info) return;
+  const { system, bar, first_mode: mode } = info;
+  const rows = [
+    ["wave speed s", number(system.s)],
+    ["damping d", number(system.d)],
+    ["restitution R", number(system.restitution)],
+    ["load factor p₀/p₁", number(system.load_factor)],
+    ["load periods per period of the first mode", number(1 / mode)],
+  ];
+  const machine = bar && [
+    ["mass", si(bar.mass_kg * 1000, "g")],
+    ["length", si(bar.length_m, "m")],
+    ["cross-section", withUnit(bar.area_m2 * 1e4, "cm²")],
+    ["wave speed", withUnit(bar.wave_speed_m_s, "m/s")],
+    ["first elastic mode", si(bar.first_mode_Hz, "Hz")],
+    ["contact time", withUnit(bar.contact_time_us, "µs")],
+  ];
+  const part = (title, what) => h("div", {}, h("h3", {}, title), what);
+  put(
+    parts.facts,
+    h("h2", {}, "What follows from it"),
+    h(
+      "div",
+      { class: "grid" },
+      machine && part("The machine", list(machine)),
+      part("In plain numbers", list(rows)),
+      info.history && h("div", {}, recording(info.history, info.notes)),
+    ),
+  );
+}

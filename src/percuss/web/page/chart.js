@@ -1,0 +1,135 @@
+// Charts on a canvas, drawn in well under a millisecond each so that a slider repaints them all within its frame.
+// A chart is told what to draw by a plain object:
+//   x, y   {label, from, to, ticks?: [[value, text]]}      equal: true for one scale on both
+//   image  {canvas, smooth}                                  drawn over the whole plane, first row at the bottom
+//   items  line {x, y, colour, dash?, width?}, points {x, y, shape, colour, size?}, band {from, to, colour} (in y),
+//          level {at, axis?, colour, dash?}, circle {radius}, label {x, y, text}
+
+import { h, put } from "./dom.js";
+import { theme } from "./colours.js";
+import { layout, mark, paint, swatch } from "./chart_pen.js";
+import { enlarge } from "./enlarge.js";
+
+export const PHASES = [0, 0.5, 1, 1.5, 2].map((i) => [i * Math.PI, ["0", "π/2", "π", "3π/2", "2π"][2 * i]]);
+
+export class Chart {
+  /** A figure with its caption, its canvas and its legend; `about` says in words what is drawn. */
+  constructor(title, { kind = "", about = "", zoom = true, role = "img" } = {}) {
+    this.title = title;
+    this.canvas = h("canvas", { role, "aria-label": about || title });
+    this.key = h("ul", { class: "legend" });
+    this.caption = h("span", {}, title);
+    const button = h(
+      "button",
+      { type: "button", "aria-label": `Enlarge: ${title}`, onclick: () => enlarge(this) },
+      "Enlarge",
+    );
+    this.figure = h(
+      "figure",
+      { class: `chart ${kind}` },
+      h("figcaption", {}, this.caption, zoom && button),
+      this.canvas,
+      this.key,
+    );
+    this.spec = null;
+    this.legend = "";
+    this.drawn = 0;
+    this.box = [0, 0]; // kept, for asking the canvas makes the browser lay the page out at once
+    new ResizeObserver(([{ contentRect }]) => {
+      this.box = [contentRect.width, contentRect.height];
+      this.repaint();
+    }).observe(this.canvas);
+  }
+
+  /** Draw this; nothing happens while the chart is out of sight, it is drawn when it comes into sight. */
+  draw(spec) {
+    this.spec = spec;
+    if (spec.about) this.canvas.setAttribute("aria-label", spec.about);
+    this.legends(spec.items);
+    this.repaint();
+  }
+
+  repaint() {
+    const { canvas, spec } = this;
+    const [width, height] = this.box;
+    if (!spec || !width || !height) return;
+    const ratio = Math.min(window.devicePixelRatio || 1, 3);
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const pen = canvas.getContext("2d", { alpha: true });
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    this.frame = layout(pen, spec, width, height);
+    paint(pen, spec, this.frame);
+    this.drawn += 1;
+    canvas.dataset.drawn = String(this.drawn);
+    this.still = null;
+  }
+
+  /** Points drawn over the picture as it stands, many times a second. */
+  over(points, line = null) {
+    const { canvas, frame } = this;
+    if (!frame || !this.box[0]) return;
+    const pen = canvas.getContext("2d");
+    if (!this.still) {
+      this.still = document.createElement("canvas");
+      this.still.width = canvas.width;
+      this.still.height = canvas.height;
+      this.still.getContext("2d").drawImage(canvas, 0, 0);
+    }
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, canvas.width, canvas.height);
+    pen.drawImage(this.still, 0, 0);
+    pen.restore();
+    if (line !== null) {
+      pen.strokeStyle = theme().accent;
+      pen.lineWidth = 1.5;
+      pen.setLineDash([]);
+      pen.beginPath();
+      (pen.moveTo(frame.px(line), frame.top), pen.lineTo(frame.px(line), frame.bottom));
+      pen.stroke();
+    }
+    for (const [x, y, colour] of points) if (Number.isFinite(y)) mark(pen, "disc", frame.px(x), frame.py(y), 6, colour);
+  }
+
+  /** The point of the plane under a pointer event, or null beside it. */
+  at(event) {
+    if (!this.frame) return null;
+    const box = this.canvas.getBoundingClientRect();
+    const { left, right, top, bottom, toX, toY } = this.frame;
+    const px = event.clientX - box.left;
+    const py = event.clientY - box.top;
+    const inside = px >= left - 8 && px <= right + 8 && py >= top - 8 && py <= bottom + 8;
+    return inside ? { x: toX(px), y: toY(py) } : null;
+  }
+
+  legends(items) {
+    const named = items.filter((item) => item.name);
+    const now = JSON.stringify(named.map((item) => [item.name, item.colour, item.shape, item.dash, theme().dark]));
+    if (now === this.legend) return;
+    this.legend = now;
+    const seen = new Set();
+    put(
+      this.key,
+      named.filter((i) => !seen.has(i.name) && seen.add(i.name)).map((i) => h("li", {}, swatch(i), i.name)),
+    );
+  }
+}
+
+/** The least and the greatest of some lists, with a margin; a flat one gets room. */
+export function span(lists, margin = 0.08) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const list of lists)
+    for (const value of list) {
+      if (value === null || !Number.isFinite(value)) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  if (low > high) return [-1, 1];
+  const room = (high - low || Math.abs(high) || 1) * margin;
+  return [low - room, high + room];
+}

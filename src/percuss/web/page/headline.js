@@ -1,0 +1,136 @@
+// The answer first: what the hammer gives, whether it can keep it up, and why.
+
+import { $, h, put } from "./dom.js";
+import { number, scaleOf } from "./format.js";
+import { chosen, data, on, reasonOf, show, view } from "./state.js";
+
+export function startHeadline() {
+  on("quick steady problems view info", paint);
+}
+
+function paint() {
+  const box = $("#headline");
+  const key = JSON.stringify([
+    data.changed,
+    Boolean(data.steady),
+    data.quick?.changed,
+    view.orbit,
+    data.problems,
+    data.info?.title,
+  ]);
+  if (box.dataset.key === key) return; // nothing new to say
+  box.dataset.key = key;
+  const title = h("p", { class: "title" }, data.tables?.title || data.info?.title || "Untitled case");
+  if (data.problems.length) {
+    const words = data.problems.map((p) =>
+      h("p", {}, [p.key && `${p.key}: `, p.message, p.remedy && ` — ${p.remedy}`]),
+    );
+    put(
+      box,
+      h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, badge("bad", "No answer")), words),
+    );
+    return;
+  }
+  if (!data.quick) return;
+  const found = chosen();
+  const [mark, words] = found ? verdict(found) : none();
+  put(
+    box,
+    h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, mark), words, orbits()),
+    found && figures(found),
+  );
+}
+
+const badge = (kind, text) => h("span", { class: `badge ${kind}`, id: "verdict" }, text);
+
+function verdict(found) {
+  const { quick, full } = found;
+  const stable = quick.stable;
+  if (full && !full.admissible) {
+    const why = full.violation
+      ? "between two blows the striking end would have to pass through the wall"
+      : "the end does not strike forward";
+    return [
+      badge("bad", "Not possible"),
+      h("p", {}, `This steady motion cannot happen: ${why}. It is ${reasonOf(found)}.`),
+    ];
+  }
+  return [
+    badge(stable ? "good" : "bad", stable ? "Stable" : "Unstable"),
+    h("p", { id: "reason" }, sentence(reasonOf(found))),
+  ];
+}
+
+function none() {
+  const { m, nearest, note } = data.quick;
+  const near =
+    nearest &&
+    [
+      nearest.load_factor !== null && `a load factor of ${number(nearest.load_factor)}`,
+      nearest.restitution !== null && `a restitution of ${number(nearest.restitution)}`,
+    ].filter(Boolean);
+  const words =
+    note || "The mean load is too great for its alternating part: the level lies above every crest of the curve.";
+  const way = near?.length ? ` One would exist from ${near.join(" or ")}.` : "";
+  return [
+    badge("bad", "No steady motion"),
+    h(
+      "p",
+      { id: "reason" },
+      `No steady motion with one impact in ${m === 1 ? "every load period" : `${m} load periods`}. ${words}${way}`,
+    ),
+  ];
+}
+
+const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + "." : "");
+
+function figures({ quick, full }) {
+  const si = quick.si;
+  const cells = si
+    ? [
+        ["blow energy", si.blow_energy_J, "J"],
+        ["blow rate", si.blow_rate_Hz, "Hz"],
+        ["striking speed", si.impact_velocity_m_s, "m/s"],
+        ["percussive power", si.percussive_power_kW * 1000, "W"],
+        ["peak stress", full?.si ? full.si.peak_stress_MPa * 1e6 : null, "Pa"],
+      ]
+    : [
+        ["blow energy", quick.blow_energy, ""],
+        ["striking speed", quick.impact_velocity, ""],
+        ["impact phase, rad", quick.phase, ""],
+      ];
+  cells.push(["stability margin", (full ?? quick).margin, ""]);
+  return h(
+    "dl",
+    { class: "figures" },
+    cells.map(([name, value, unit]) => figure(name, value, unit)),
+  );
+}
+
+function figure(name, value, unit) {
+  if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
+  const scale = unit === "J" || unit === "W" || unit === "Pa" ? scaleOf(value, unit) : { factor: 1, unit };
+  return h(
+    "div",
+    {},
+    h("dd", {}, number(value * scale.factor, 4), unit && h("small", {}, scale.unit)),
+    h("dt", {}, name),
+  );
+}
+
+function orbits() {
+  const all = data.quick.orbits;
+  if (all.length < 2) return null;
+  const now = chosen().number;
+  const button = (orbit, i) => {
+    const label = `Motion ${i + 1} of ${all.length}, ${orbit.stable ? "stable" : "unstable"}`;
+    const props = {
+      type: "button",
+      "aria-pressed": now === i + 1 ? "true" : "false",
+      "aria-label": label,
+      title: label,
+    };
+    return h("button", { ...props, onclick: () => show({ orbit: i + 1 }) }, `Motion ${i + 1}`);
+  };
+  return h("div", { class: "segments", role: "group", "aria-label": "Which steady motion" }, all.map(button));
+}

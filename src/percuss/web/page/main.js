@@ -1,0 +1,172 @@
+// The page's start: theme, sound, tabs, the catalogue, and the state from the address.
+
+import { get, takeToken } from "./api.js";
+import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
+import { startCase } from "./case_panel.js";
+import { forgetTheme } from "./colours.js";
+import { $, $$, h, put } from "./dom.js";
+import { startExperiment } from "./experiment_panel.js";
+import { startHeadline } from "./headline.js";
+import { startLessons } from "./lessons_panel.js";
+import { startMap } from "./map_panel.js";
+import { startMotion } from "./motion_panel.js";
+import { startOrbits } from "./orbits_panel.js";
+import { startReport } from "./report_panel.js";
+import { startSliders } from "./sliders.js";
+import { setSound, soundOn } from "./sound.js";
+import { data, on, pickMachine, setTables, show, tell, view } from "./state.js";
+
+const FIRST = "mini-breaker";
+const THEMES = ["auto", "light", "dark"];
+
+function toast(text) {
+  const box = $("#toast");
+  put(box, text);
+  box.classList.add("on");
+  setTimeout(() => box.classList.remove("on"), 3500);
+}
+
+/* theme */
+
+function setTheme(name) {
+  if (name === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = name;
+  localStorage.setItem("percuss-theme", name);
+  put($("#theme"), `Theme: ${name}`);
+  forgetTheme();
+  tell("theme");
+}
+
+function startTheme() {
+  const kept = localStorage.getItem("percuss-theme");
+  setTheme(THEMES.includes(kept) ? kept : "auto");
+  $("#theme").addEventListener("click", () => {
+    const now = document.documentElement.dataset.theme ?? "auto";
+    setTheme(THEMES[(THEMES.indexOf(now) + 1) % THEMES.length]);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    forgetTheme();
+    tell("theme");
+  });
+}
+
+/* tabs */
+
+function startTabs() {
+  const tabs = $$("[role=tab]");
+  for (const tab of tabs) tab.addEventListener("click", () => show({ panel: tab.id.slice(4) }));
+  $("#tabs").addEventListener("keydown", (event) => {
+    const now = tabs.findIndex((tab) => tab.id === `tab-${view.panel}`);
+    const next = { ArrowRight: now + 1, ArrowLeft: now - 1, Home: 0, End: tabs.length - 1 }[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    const tab = tabs[(next + tabs.length) % tabs.length];
+    show({ panel: tab.id.slice(4) });
+    tab.focus();
+  });
+  on("view", paintTabs);
+}
+
+function paintTabs() {
+  if (!$(`#tab-${CSS.escape(view.panel)}`)) view.panel = "case";
+  for (const tab of $$("[role=tab]")) {
+    const here = tab.id === `tab-${view.panel}`;
+    tab.setAttribute("aria-selected", String(here));
+    tab.tabIndex = here ? 0 : -1;
+    $(`#panel-${tab.id.slice(4)}`).hidden = !here;
+  }
+}
+
+/* tools */
+
+function startTools() {
+  $("#sound").addEventListener("click", async () => {
+    await setSound(!soundOn());
+    $("#sound").setAttribute("aria-pressed", String(soundOn()));
+    put($("#sound"), soundOn() ? "Sound on" : "Sound off");
+  });
+  $("#share").addEventListener("click", async () => {
+    writeAddress();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      toast("Copied: the link reproduces this view.");
+    } catch {
+      toast("The address bar holds the link; this browser does not let a page copy it.");
+    }
+  });
+  $("#machine").addEventListener("change", (event) => {
+    if (event.target.value) pickMachine(event.target.value).catch(failed);
+  });
+  on("view info", paintMachines);
+}
+
+function paintMachines() {
+  const box = $("#machine");
+  const key = JSON.stringify([view.machine, data.machines.length]);
+  if (box.dataset.key === key) return;
+  box.dataset.key = key;
+  const option = (value, text) => h("option", { value, selected: value === view.machine }, text);
+  put(
+    box,
+    !view.machine && option("", "a case of your own"),
+    data.machines.map((m) => option(m.name, m.title)),
+  );
+}
+
+/* the state */
+
+async function load(address) {
+  const own = data.about?.case && !new URLSearchParams(address.slice(1)).has("machine");
+  const { info, tables } = await fromAddress(address, FIRST, own ? () => get("case") : null);
+  data.base = info?.tables ?? null;
+  data.physical = null;
+  if (info) {
+    data.info = info;
+    data.tables = tables;
+    tell("info");
+  }
+  setTables(tables);
+  tell("view");
+}
+
+function failed(error) {
+  data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
+  tell("problems");
+}
+
+async function start() {
+  takeToken();
+  startTheme();
+  startTabs();
+  const panels = {
+    case: startCase,
+    map: startMap,
+    orbits: startOrbits,
+    motion: startMotion,
+    report: startReport,
+    experiment: startExperiment,
+    lessons: startLessons,
+  };
+  for (const [name, begin] of Object.entries(panels)) begin($(`#panel-${name}`));
+  startHeadline();
+  startSliders();
+  startTools();
+  view.panel = new URLSearchParams(location.hash.slice(1)).get("panel") ?? "case";
+  paintTabs();
+  try {
+    const catalogue = get("machines");
+    data.about = await get("about");
+    await load(location.hash).catch(failed); // a link may name a machine that there is not
+    data.machines = (await catalogue).machines;
+    paintMachines();
+    tell("view");
+  } catch (error) {
+    failed(error);
+  }
+  keepAddress();
+  writeAddress();
+  followAddress((hash) => load(hash).catch(failed));
+  document.documentElement.dataset.ready = "1";
+}
+
+start();

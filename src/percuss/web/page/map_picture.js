@@ -1,0 +1,66 @@
+// The image of a map: verdicts and words as flat colours, sizes as a ramp.
+
+import { span } from "./chart.js";
+import { ramp, rgb, theme } from "./colours.js";
+import { withUnit } from "./format.js";
+
+const VERDICTS = ["no steady motion", "steady motion, unstable", "stable steady motion"];
+
+/** One number a cell: a code for verdicts and words, a value for the rest. */
+export function content({ arrays, quantities }, kind) {
+  const [first, second] = kind.quantities;
+  if (second)
+    return { codes: arrays[first].map((n, i) => (n > 0 ? (arrays[second][i] === 1 ? 2 : 1) : 0)), words: VERDICTS };
+  if (quantities[first].words) return { codes: arrays[first], words: quantities[first].words, many: true };
+  const values = arrays[first];
+  const [low, high] = span([values], 0);
+  return { values, low: first.includes("margin") ? Math.max(low, -1) : low, high, unit: quantities[first].unit ?? "" };
+}
+
+/** The image of a map, one pixel a cell, the first row at the bottom of the plane. */
+export function picture(plane) {
+  if (!plane) return;
+  const { nx, ny, codes, values, low, high } = plane;
+  const canvas = document.createElement("canvas");
+  canvas.width = nx;
+  canvas.height = ny;
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(nx, ny);
+  const colours = theme();
+  plane.palette = plane.many
+    ? [...colours.kinds, ...colours.kinds]
+    : [colours["map-none"], colours["map-unstable"], colours["map-stable"]];
+  const palette = plane.palette.map(rgb);
+  const empty = rgb(colours["map-none"]);
+  for (let i = 0; i < nx * ny; i++) {
+    let colour = empty;
+    if (codes) colour = codes[i] >= 0 ? (palette[codes[i] % palette.length] ?? empty) : empty;
+    else if (Number.isFinite(values[i])) colour = ramp((values[i] - low) / (high - low || 1));
+    image.data.set([colour[0], colour[1], colour[2], 255], 4 * i);
+  }
+  pen.putImageData(image, 0, 0);
+  plane.canvas = canvas;
+}
+
+/** What its colours mean. */
+export function legends(plane, colours) {
+  if (!plane?.canvas) return [];
+  if (plane.codes) {
+    const used = new Set(plane.codes);
+    return plane.words
+      .map((name, i) => ({ type: "patch", name, colour: plane.palette[i % plane.palette.length], i }))
+      .filter(({ i }) => used.has(i));
+  }
+  const step = (plane.high - plane.low) / 200 || 1;
+  const rounded = (value) => Math.round(value / step) * step;
+  const patch = (share) =>
+    `#${ramp(share)
+      .map((v) => v.toString(16).padStart(2, "0"))
+      .join("")}`;
+  const steps = [0, 0.25, 0.5, 0.75, 1].map((share) => ({
+    type: "patch",
+    name: withUnit(rounded(plane.low + share * (plane.high - plane.low)), plane.unit, 3),
+    colour: patch(share),
+  }));
+  return [...steps, { type: "patch", name: "none", colour: colours["map-none"] }];
+}

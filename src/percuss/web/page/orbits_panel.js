@@ -1,0 +1,129 @@
+// The steady motions: where their phases come from, how they branch with the load, what the load does at the blow, and
+// what becomes of a disturbance.
+
+import { framed, h, put } from "./dom.js";
+import { angle, number, si } from "./format.js";
+import { drawOrbitCharts, fullOf, orbitCharts, wantBranches } from "./orbits_charts.js";
+import { askAgain, chosen, data, on, reasonOf, show, view } from "./state.js";
+
+const parts = {};
+
+export function startOrbits(panel) {
+  parts.table = h("div", { class: "card scroll", id: "orbit-table" });
+  parts.about = h("div", { class: "card", id: "orbit-about" });
+  put(panel, parts.table, orbitCharts(), parts.about);
+  on("quick", paint); // at once: a slider waits for it
+  on("steady view theme", framed(paint));
+  on("quick view", wantBranches);
+}
+
+function paint() {
+  if (view.panel !== "orbits") return;
+  const quick = data.quick;
+  if (quick && !quick.whole) askAgain();
+  drawOrbitCharts(quick); // the pictures first: reading their size after the table has changed would cost a layout
+  table();
+  about();
+  performance.mark("percuss-painted");
+}
+
+function table() {
+  const quick = data.quick;
+  if (!quick)
+    return put(
+      parts.table,
+      h("p", { class: "muted" }, data.problems.length ? "No answer: see the problem above." : "…"),
+    );
+  const now = chosen()?.number;
+  const head = ["Motion", "Impact phase", "Possible", "Verdict", "Margin", "Load at impact over mean", "Blow"];
+  const rows = quick.orbits.map((orbit, i) => {
+    const full = fullOf(i);
+    const { ratio, lower, upper } = orbit.waveform;
+    const cells = [
+      h(
+        "button",
+        { type: "button", "aria-pressed": String(now === i + 1), onclick: () => show({ orbit: i + 1 }) },
+        `${i + 1}`,
+      ),
+      angle(orbit.phase),
+      full
+        ? full.admissible
+          ? "yes"
+          : full.violation
+            ? "no: passes through the wall"
+            : "no: does not strike forward"
+        : "…",
+      reasonOf({ quick: orbit, full }),
+      number((full ?? orbit).margin, 4),
+      `${number(ratio, 4)} (stable between ${number(lower, 3)} and ${number(upper, 3)})`,
+      orbit.si ? si(orbit.si.blow_energy_J, "J") : number(orbit.blow_energy),
+    ];
+    return h(
+      "tr",
+      { class: now === i + 1 ? "chosen" : "" },
+      cells.map((cell, j) => h("td", { class: j === 4 || j === 6 ? "n" : "" }, cell)),
+    );
+  });
+  const title = `Steady motions with one impact ${quick.m === 1 ? "every load period" : `in ${quick.m} load periods`}`;
+  const key = JSON.stringify([
+    data.changed,
+    Boolean(data.steady),
+    quick.changed,
+    now,
+    Boolean(quick.orbits[0]?.reason),
+  ]);
+  if (parts.table.dataset.key === key) return;
+  parts.table.dataset.key = key;
+  const focus = document.activeElement?.closest("#orbit-table") && document.activeElement.textContent;
+  put(
+    parts.table,
+    h("h2", {}, title),
+    rows.length
+      ? h(
+          "table",
+          {},
+          h(
+            "thead",
+            {},
+            h(
+              "tr",
+              {},
+              head.map((t) => h("th", { scope: "col" }, t)),
+            ),
+          ),
+          h("tbody", {}, rows),
+        )
+      : h("p", {}, "There are none: the level lies above the curve."),
+  );
+  if (focus) [...parts.table.querySelectorAll("button")].find((b) => b.textContent === focus)?.focus();
+}
+
+function about() {
+  const found = chosen();
+  const full = found?.full;
+  if (!found) return put(parts.about, h("p", { class: "muted" }, "No steady motion to tell of."));
+  const key = JSON.stringify([data.changed, found.number, Boolean(full)]);
+  if (parts.about.dataset.key === key) return;
+  parts.about.dataset.key = key;
+  const { lower, upper, ratio, stable } = found.quick.waveform;
+  const rule = `At the moment of impact the load is ${number(ratio)} of its mean. A rigid, undamped bar keeps the motion up while this lies between ${number(lower)} (flip) and ${number(upper)} (fold): here it ${stable ? "does" : "does not"}.`;
+  const notes = [full?.disagreement, ...(full?.warnings ?? [])].filter(Boolean);
+  const reduced = found.quick.reduced;
+  put(
+    parts.about,
+    h("h2", {}, `Motion ${found.number}, looked at closely`),
+    h("p", {}, rule),
+    h(
+      "dl",
+      { class: "facts" },
+      [
+        ["impact phase", angle(found.quick.phase)],
+        ["largest multiplier, reduced criterion", number(Math.max(...reduced.moduli))],
+        ["largest multiplier, with elastic modes", number(found.quick.multipliers?.largest)],
+        ["σ, the bar's elasticity in the criterion", number(reduced.sigma)],
+        ["proved", full ? (full.proven ? "yes, with all modes" : "left open by the modes left out") : "…"],
+      ].map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
+    ),
+    notes.map((text) => h("p", { class: "note warn" }, text)),
+  );
+}

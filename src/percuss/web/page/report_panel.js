@@ -1,0 +1,161 @@
+// What it means in joules, hertz, metres per second and megapascals, as cards; and the report as one file.
+
+import { postFile } from "./api.js";
+import { fileName } from "./case_files.js";
+import { download, h, put } from "./dom.js";
+import { angle, number, percent, scaleOf } from "./format.js";
+import { chosen, data, on, reasonOf, view } from "./state.js";
+
+const parts = {};
+
+export function startReport(panel) {
+  parts.head = h("div", { class: "card" });
+  parts.cards = h("div", { class: "cards", id: "report-cards" });
+  parts.rest = h("div", { class: "card", id: "report-rest" });
+  parts.button = h(
+    "button",
+    { type: "button", class: "main", id: "report-download", onclick: save },
+    "Download the report",
+  );
+  parts.simulated = h("input", { type: "checkbox", id: "report-simulated" });
+  parts.status = h("p", { class: "small muted", role: "status", id: "report-status" });
+  const tick = h("label", { class: "row middle" }, parts.simulated, "with a simulation from the case's start");
+  put(
+    panel,
+    parts.head,
+    parts.cards,
+    parts.rest,
+    h(
+      "div",
+      { class: "card" },
+      h("div", { class: "row middle" }, parts.button, tick),
+      h(
+        "p",
+        { class: "small muted" },
+        "One HTML file with the figures and the pictures, readable without this server.",
+      ),
+      parts.status,
+    ),
+  );
+  on("steady quick view info", paint);
+}
+
+async function save() {
+  parts.button.disabled = true;
+  put(parts.status, "Writing the report …");
+  try {
+    const body = { case: data.tables, periods: [view.m], simulate: parts.simulated.checked };
+    const { blob, name } = await postFile("report", body, `${fileName()}.html`);
+    download(blob, name);
+    put(parts.status, `Saved as ${name}, ${number(blob.size / 1000, 3)} kB.`);
+  } catch (error) {
+    put(parts.status, h("span", { class: "problem" }, error.message));
+  }
+  parts.button.disabled = false;
+}
+
+// [name, key, factor to the base unit, unit, what it is]; the unit "" is a share
+const CARDS = [
+  ["Blow energy", "blow_energy_J", 1, "J", "kinetic energy just before the blow, all modes"],
+  ["Delivered energy", "delivered_energy_J", 1, "J", "what the blow takes from the bar"],
+  ["Blow rate", "blow_rate_Hz", 1, "Hz", "blows per second"],
+  ["Blow rate", "blow_rate_per_min", 1, "blows/min", "blows per minute"],
+  ["Striking speed", "impact_velocity_m_s", 1, "m/s", "of the striking end"],
+  ["Percussive power", "percussive_power_kW", 1e3, "W", "blow energy times blow rate"],
+  ["Input power", "input_power_kW", 1e3, "W", "mean of force times speed at the driven end"],
+  ["Efficiency", "efficiency", 100, "%", "delivered power over input power"],
+  ["Stroke", "stroke_mm", 1e-3, "m", "range of the striking end"],
+  ["Peak stress, hammer", "peak_stress_MPa", 1e6, "Pa", "at first contact"],
+  ["Peak stress, struck rod", "receiving_stress_MPa", 1e6, "Pa", "of the same material, at first contact"],
+  ["Contact time", "contact_time_us", 1e-6, "s", "a wave's way there and back"],
+  ["Mean force", "mean_force_kN", 1e3, "N", "on the wall, over time"],
+  ["Momentum", "momentum_N_s", 1, "N·s", "of the bar at the blow"],
+];
+
+const SCALED = new Set(["J", "W", "m", "Pa", "s", "N"]);
+
+function paint() {
+  if (view.panel !== "report") return;
+  const found = chosen();
+  if (!found) {
+    put(
+      parts.head,
+      h("h2", {}, "No steady motion to report"),
+      h("p", {}, data.problems.length ? "See the problem above." : "The headline says what would have to change."),
+    );
+    put(parts.cards);
+    return rest();
+  }
+  const { full, quick, number: k } = found;
+  const title = `${data.tables.title ?? "The case"}: motion ${k}, one blow ${view.m === 1 ? "every load period" : `in ${view.m} load periods`}`;
+  const possible = full
+    ? full.admissible
+      ? "It is possible."
+      : "It is not possible: the striking end would pass through the wall."
+    : "";
+  put(
+    parts.head,
+    h("h2", {}, title),
+    h(
+      "p",
+      {},
+      `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}; margin ${number((full ?? quick).margin)}.`,
+    ),
+  );
+  put(parts.cards, full?.si ? CARDS.map((row) => card(full.si, row)) : plain(found));
+  rest();
+}
+
+function card(si, [name, key, factor, unit, about]) {
+  const value = si[key];
+  const known = value !== null && value !== undefined;
+  const scale = known && SCALED.has(unit) ? scaleOf(value * factor, unit) : { factor: 1, unit };
+  const text = known ? number(value * factor * scale.factor) : "–";
+  return h(
+    "div",
+    { class: "card", "data-figure": key, "data-value": known ? value : null },
+    h("div", { class: "name" }, name),
+    h("div", { class: "value" }, text, h("small", {}, scale.unit)),
+    h("div", { class: "small muted" }, about),
+  );
+}
+
+/** A dimensionless case has no joules; these are its figures. */
+function plain({ quick, full }) {
+  const rows = [
+    ["Impact phase", quick.phase, "rad of the load"],
+    ["Striking speed", quick.impact_velocity, "u_t(1, 0⁻), the striking end"],
+    ["Rigid speed", quick.rigid_velocity, "of the rigid motion"],
+    ["Blow energy", quick.blow_energy, "times M L³ Ω²"],
+    ["Energy in, per blow", full?.energy.input, "from the load"],
+    ["Energy to damping", full?.energy.damping, "per blow"],
+    ["Energy to the blow", full?.energy.impact, "per blow"],
+    ["Stability margin", (full ?? quick).margin, "1 minus the largest multiplier"],
+  ];
+  return rows.map(([name, value, about]) =>
+    h(
+      "div",
+      { class: "card" },
+      h("div", { class: "name" }, name),
+      h("div", { class: "value" }, number(value)),
+      h("div", { class: "small muted" }, about),
+    ),
+  );
+}
+
+function rest() {
+  const found = data.steady?.rest;
+  if (!found) return put(parts.rest, h("p", { class: "muted" }, "…"));
+  const force = data.info?.scales?.force_N;
+  const value = force ? scaleOf(found.least_contact_force * force, "N") : { factor: 1, unit: "" };
+  const least = `${number(found.least_contact_force * (force ?? 1) * value.factor)} ${value.unit}`.trim();
+  const words = found.possible
+    ? `Possible: the load always holds the bar against the wall, with at least ${least}.`
+    : `Not possible: the contact force would fall to ${least}, so the load pulls the bar off.`;
+  const warnings = (chosen()?.full?.warnings ?? []).map((text) => h("p", { class: "note warn" }, text));
+  const energy = chosen()?.full?.energy;
+  const closes =
+    energy &&
+    `Energy in per blow is closed by the blow (${percent(energy.impact / energy.input)}) and damping (${percent(energy.damping / energy.input)}).`;
+  put(parts.rest, h("h3", {}, "Lying at rest on the wall"), h("p", {}, words), closes && h("p", {}, closes), warnings);
+}

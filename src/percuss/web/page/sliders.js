@@ -1,0 +1,129 @@
+// Sliders of the quantities that decide most: the restitution, the load, the frequency, the damping.
+
+import { $, h, put } from "./dom.js";
+import { number, plainNumber, withUnit } from "./format.js";
+import { present } from "./moves.js";
+import { data, move, on, show, view } from "./state.js";
+
+const WANTED = [
+  "restitution",
+  "load_factor",
+  "kappa",
+  "load.amplitude",
+  "load.frequency",
+  "s",
+  "bar.length",
+  "bar.damping_ratio",
+  "d",
+];
+const NAMES = {
+  restitution: ["Restitution R", "0: the blow is swallowed; 1: the bar bounces off whole"],
+  load_factor: ["Load factor p₀/p₁", "mean of the load over the amplitude of its first harmonic"],
+  kappa: ["Load κ", "the square load pushes for κ/2 of each period"],
+  "load.amplitude": ["Load amplitude", ""],
+  "load.frequency": ["Load frequency", ""],
+  s: ["Wave speed s", "bar lengths that a wave runs per radian of the load"],
+  "bar.length": ["Bar length", ""],
+  "bar.damping_ratio": ["Damping ratio", "of the first elastic mode"],
+  d: ["Damping d", ""],
+};
+
+const rows = new Map();
+let built = "";
+
+export function startSliders() {
+  on("info", build);
+  on("tables quick view", follow);
+}
+
+/** Every slider anew when the case has other ones; the ranges stay as long as the names do. */
+function build() {
+  const known = new Map((data.info?.parameters ?? []).map((p) => [p.name, p]));
+  const square = known.get("kappa")?.movable;
+  const hidden = { load_factor: square, d: known.has("bar.damping_ratio") };
+  const has = (name) => known.get(name)?.movable && !hidden[name];
+  const names = WANTED.filter(has);
+  const key = `${view.machine}|${Boolean(data.tables?.system)}|${names.join()}`;
+  if (key === built) return follow();
+  built = key;
+  rows.clear();
+  for (const name of names) rows.set(name, slider(known.get(name)));
+  const open = matchMedia("(min-width: 861px)").matches;
+  put(
+    $("#controls"),
+    h(
+      "details",
+      { open },
+      h("summary", {}, h("h2", {}, "Sliders")),
+      [...rows.values()].map((row) => row.box),
+      periods(),
+    ),
+  );
+  follow();
+}
+
+function slider({ name, unit, low, high, value }) {
+  const id = `slide-${name.replace(".", "-")}`;
+  const [title, hint] = NAMES[name];
+  const range = { low, high: Math.max(high, (value ?? 0) * 1.0001) };
+  const step = (range.high - range.low) / 1000;
+  const output = h("output", { for: id });
+  const input = h("input", {
+    type: "range",
+    id,
+    min: range.low,
+    max: range.high,
+    step,
+    title: hint || title,
+    oninput: (event) => {
+      performance.mark("percuss-slide");
+      move({ [name]: Math.max(plainNumber(Number(event.target.value)), range.low) });
+    },
+  });
+  const ends = h(
+    "div",
+    { class: "ends", "aria-hidden": "true" },
+    h("span", {}, number(range.low, 3)),
+    h("span", {}, withUnit(range.high, unit, 3)),
+  );
+  const box = h(
+    "div",
+    { class: "slider" },
+    h("div", { class: "head" }, h("label", { for: id }, title), output),
+    input,
+    ends,
+  );
+  return { box, input, output, unit, name };
+}
+
+function periods() {
+  const change = (event) => {
+    const value = Number(event.target.value);
+    if (Number.isInteger(value) && value >= 1 && value <= 100) show({ m: value, orbit: 0 });
+  };
+  const input = h("input", {
+    type: "number",
+    id: "periods",
+    min: 1,
+    max: 100,
+    step: 1,
+    ".value": String(view.m),
+    oninput: change,
+  });
+  return h("label", { class: "pick" }, "Load periods per blow, m", input);
+}
+
+function follow() {
+  if (!data.tables) return;
+  for (const { name, input, output, unit } of rows.values()) {
+    const value = present(data, name);
+    if (value === undefined || value === null) continue;
+    if (value > Number(input.max)) input.max = value;
+    if (document.activeElement !== input || Math.abs(Number(input.value) - value) > Number(input.step))
+      input.value = value;
+    output.textContent = withUnit(value, unit);
+    input.setAttribute("aria-valuetext", `${number(value)} ${unit}`);
+  }
+  const input = $("#periods");
+  if (input && document.activeElement !== input) input.value = view.m;
+}

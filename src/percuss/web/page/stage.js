@@ -1,0 +1,230 @@
+// The bar in motion, drawn anew for every frame of the screen from the frames that the server computed.
+// Stroke and strain differ by orders of magnitude, so each is drawn on its own scale, and the scales are told.
+
+import { signed, theme } from "./colours.js";
+import { number } from "./format.js";
+
+const FLASH = 0.22; // seconds that a blow is seen
+
+export class Stage {
+  /** `ticked(time)` is called for every frame, `struck(blow)` when the play passes a blow. */
+  constructor(canvas, ticked, struck) {
+    Object.assign(this, { canvas, ticked, struck });
+    this.motion = null;
+    this.time = 0; // rad after the begin of the motion
+    this.rate = 1; // rad per second
+    this.grow = 1;
+    this.playing = false;
+    this.flash = { left: 0, size: 0 };
+    this.frames = [];
+    new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  show(motion, force) {
+    const { arrays } = motion;
+    this.motion = motion;
+    this.force = force;
+    this.length = arrays.t.at(-1); // the frames may cover only the first part of the stretch
+    this.places = arrays.x.length;
+    this.deepest = Math.max(1e-12, ...Array.from(arrays.end_gap, (v) => (Number.isFinite(v) ? -v : 0)));
+    this.strain = 1e-12;
+    for (const value of arrays.strain) this.strain = Math.max(this.strain, Math.abs(value));
+    this.stretch = 1e-12;
+    const { displacement } = arrays;
+    for (let i = 0; i < displacement.length; i += this.places) {
+      const end = displacement[i + this.places - 1];
+      for (let j = 0; j < this.places; j++) this.stretch = Math.max(this.stretch, Math.abs(displacement[i + j] - end));
+    }
+    this.loudest = Math.max(1e-30, ...motion.blows.map((blow) => blow.energy ?? 0));
+    this.time = Math.min(this.time, this.length);
+    this.draw();
+  }
+
+  play() {
+    if (this.playing || !this.motion) return;
+    this.playing = true;
+    this.before = performance.now();
+    this.frames = [];
+    const step = (now) => {
+      if (!this.playing) return;
+      this.advance(Math.min(Math.max((now - this.before) / 1000, 0), 0.25));
+      this.before = now;
+      this.count(now);
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  pause() {
+    this.playing = false;
+  }
+
+  seek(time) {
+    this.time = Math.min(Math.max(time, 0), this.length);
+    this.draw();
+    this.ticked(this.time);
+  }
+
+  advance(seconds) {
+    const from = this.time;
+    let to = from + seconds * this.rate;
+    this.blows(from, to);
+    if (to >= this.length) {
+      to = this.length > 0 ? to % this.length : 0;
+      this.blows(-1e-9, to);
+    }
+    this.time = to;
+    this.flash.left = Math.max(0, this.flash.left - seconds);
+    this.draw();
+    this.ticked(to);
+  }
+
+  blows(from, to) {
+    for (const blow of this.motion.blows) {
+      if (blow.time <= from || blow.time > to || blow.kind === "release" || blow.kind === "grazing") continue;
+      this.flash = { left: FLASH, size: Math.sqrt(Math.max(blow.energy ?? 0, 0) / this.loudest) };
+      this.struck(blow, (blow.energy ?? 0) / this.loudest);
+    }
+  }
+
+  /** The frames of the last second, for whoever wants to know whether they come fast enough. */
+  count(now) {
+    this.frames.push(now);
+    while (this.frames.length > 61) this.frames.shift();
+    if (this.frames.length > 30)
+      this.canvas.dataset.fps = ((1000 * (this.frames.length - 1)) / (now - this.frames[0])).toFixed(1);
+  }
+
+  /** Scales of the drawing: pixels for a bar length, for its travel and for its stretch. */
+  scales(width) {
+    const wall = width - 56;
+    const travel = 0.36 * wall;
+    const bar = 0.5 * wall;
+    const rigid = this.motion.modes === 0; // what is left then is the rounding of the numbers on their way here
+    return { wall, bar, travel: travel / this.deepest, stretch: rigid ? 0 : (0.07 * bar * this.grow) / this.stretch };
+  }
+
+  /** How much larger than the bar its travel and its stretch are drawn, in words. */
+  magnified() {
+    const { bar, travel, stretch } = this.scales(1000);
+    const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; a rigid bar";
+    return `travel drawn ×${number(travel / bar, 2)}${stretched} on the bar's own scale`;
+  }
+
+  draw() {
+    const { canvas, motion } = this;
+    const width = canvas.clientWidth;
+    const height = canvas.clientHeight;
+    if (!motion || !width || !height) return;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    this.paint(pen, width, height);
+  }
+
+  paint(pen, width, height) {
+    const colours = theme();
+    const scale = this.scales(width);
+    const { places } = this;
+    const { t, displacement, strain } = this.motion.arrays;
+    const at = this.frame(t);
+    const mid = height * 0.47;
+    const thick = Math.min(height * 0.34, scale.bar * 0.2);
+    this.wall(pen, scale.wall, height, colours);
+    const value = (list, j) => {
+      const a = list[at.i * places + j];
+      return a + at.share * (list[at.next * places + j] - a);
+    };
+    const end = value(displacement, places - 1);
+    const edge = scale.wall + end * scale.travel;
+    const put = (j) => edge - (1 - j / (places - 1)) * scale.bar + (value(displacement, j) - end) * scale.stretch;
+    let left = put(0);
+    const start = left;
+    for (let j = 0; j < places - 1; j++) {
+      const right = put(j + 1);
+      const share = (value(strain, j) + value(strain, j + 1)) / (2 * this.strain);
+      pen.fillStyle = signed(share);
+      const swell = thick * (1 - 0.06 * share);
+      pen.fillRect(left - 0.4, mid - swell / 2, right - left + 0.8, swell);
+      left = right;
+    }
+    pen.strokeStyle = colours.ink;
+    pen.lineWidth = 1.2;
+    pen.strokeRect(start, mid - thick / 2, left - start, thick);
+    this.push(pen, start, mid, colours);
+    if (this.flash.left > 0) this.burst(pen, scale.wall, mid, thick, colours);
+    this.words(pen, width, height, colours);
+  }
+
+  /** The two frames about the present time and the share of the second. */
+  frame(t) {
+    const last = t.length - 1;
+    const place = this.length > 0 ? (this.time / this.length) * last : 0;
+    const i = Math.min(Math.max(Math.floor(place), 0), last);
+    return { i, next: Math.min(i + 1, last), share: place - i };
+  }
+
+  wall(pen, x, height, colours) {
+    pen.fillStyle = colours.muted;
+    pen.fillRect(x, 12, 4, height - 44);
+    pen.strokeStyle = colours.muted;
+    pen.lineWidth = 1.2;
+    pen.beginPath();
+    for (let y = 16; y < height - 32; y += 11) (pen.moveTo(x + 4, y), pen.lineTo(x + 20, y + 11));
+    pen.stroke();
+  }
+
+  /** The load on the driven end: an arrow, to the right when it pushes. */
+  push(pen, x, y, colours) {
+    if (!this.force) return;
+    const value = this.force(this.motion.load_phase + this.time);
+    const length = 46 * value;
+    if (Math.abs(length) < 2) return;
+    const tip = value > 0 ? x - 4 : x - 4 + length;
+    const tail = value > 0 ? x - 4 - length : x - 4;
+    const head = value > 0 ? -7 : 7;
+    pen.strokeStyle = pen.fillStyle = colours.kinds[3];
+    pen.lineWidth = 3;
+    pen.beginPath();
+    (pen.moveTo(tail, y), pen.lineTo(tip + head * 0.6, y));
+    pen.stroke();
+    pen.beginPath();
+    (pen.moveTo(tip, y), pen.lineTo(tip + head, y - 6), pen.lineTo(tip + head, y + 6), pen.closePath());
+    pen.fill();
+  }
+
+  burst(pen, x, y, thick, colours) {
+    const share = this.flash.left / FLASH;
+    const reach = (0.35 + 0.65 * this.flash.size) * (10 + 26 * (1 - share));
+    pen.strokeStyle = colours.kinds[4];
+    pen.globalAlpha = share;
+    pen.lineWidth = 3;
+    pen.beginPath();
+    for (const side of [-1, 1])
+      for (const lean of [0.35, 1])
+        (pen.moveTo(x - 3, y + side * (thick / 2 + 4)),
+          pen.lineTo(x - 3 - lean * reach, y + side * (thick / 2 + 4 + reach)));
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  words(pen, width, height, colours) {
+    pen.font = "12.5px system-ui, sans-serif";
+    pen.textAlign = "left";
+    const stress = this.motion.stress_scale_Pa;
+    const most = stress ? `${number((this.strain * stress) / 1e6, 3)} MPa` : `strain ${number(this.strain, 3)}`;
+    const y = height - 20;
+    const bar = Math.min(150, width * 0.25);
+    for (let i = 0; i < bar; i++) {
+      pen.fillStyle = signed((2 * i) / bar - 1);
+      pen.fillRect(14 + i, y, 1.5, 10);
+    }
+    pen.fillStyle = colours.muted;
+    pen.fillText(`compression … tension, ±${most}`, 22 + bar, y + 10);
+  }
+}

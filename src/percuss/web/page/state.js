@@ -1,0 +1,204 @@
+// What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
+// `view` is all that the address bar holds; `data` is what the server answered.
+
+import { get, post } from "./api.js";
+import { latest, settled } from "./dom.js";
+import { withKey } from "./moves.js";
+
+export const DEFAULTS = {
+  panel: "case",
+  machine: "",
+  m: 1,
+  orbit: 0, // 0: the one to look at first
+  lesson: 0,
+  x: "restitution",
+  y: "load_factor",
+  xr: "", // ranges of the map's axes "from:to", empty for the server's
+  yr: "",
+  q: "verdict",
+  source: "orbit",
+  window: "settled",
+  slow: "",
+  grow: "1",
+  cycles: 1,
+  zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
+  starts: 300,
+  distribution: "wall",
+  seed: 1,
+  emodes: 0,
+};
+
+export const view = { ...DEFAULTS };
+
+/** `tables`: the case as it is now; `base`: the machine that it was made from. */
+export const data = {
+  about: null,
+  machines: [],
+  base: null,
+  tables: null,
+  physical: null, // the tables in SI, kept while the dimensionless form is shown
+  info: null,
+  quick: null,
+  steady: null,
+  problems: [],
+  changed: 0, // counts the changes of the case, so that late answers are known
+  moved: null, // parameters of the last change when it was a move, else null
+  moving: {}, // parameters on their way to the server: {name: number}
+  placed: {}, // parameters moved since the case was last told in full
+};
+
+const listeners = new Map();
+
+/** Be told of a topic: view, tables, quick, info, steady, problems, theme. */
+export function on(topics, heard) {
+  for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
+}
+
+export function tell(topic) {
+  for (const heard of listeners.get(topic) ?? []) heard(topic);
+}
+
+export function show(changes) {
+  Object.assign(view, changes);
+  tell("view");
+  if ("m" in changes) changedCase(null);
+}
+
+/** The case of a request. */
+export const asked = () => ({ case: data.tables, periods: view.m });
+
+let epoch = 0; // counts the cases that were set whole: a late answer to a move of the one before is dropped
+
+const askQuick = latest(
+  async () => {
+    const sent = { ...data.moving };
+    const values = Object.keys(sent).length ? sent : null;
+    const whole = view.panel === "orbits";
+    const question = { count: data.changed, epoch, sent };
+    const answer = await post("quick", { ...asked(), values, curve: 361, multipliers: whole }).catch((error) => {
+      throw Object.assign(error, { question });
+    });
+    return { answer: Object.assign(answer, { changed: question.count, whole }), question };
+  },
+  ({ answer, question }) => {
+    if (question.epoch !== epoch) return;
+    for (const [name, value] of Object.entries(question.sent))
+      if (data.moving[name] === value) delete data.moving[name];
+    if (answer.tables) data.tables = answer.tables;
+    data.quick = answer;
+    data.problems = [];
+    if (answer.tables) tell("tables");
+    tell("problems");
+    tell("quick");
+    refresh();
+  },
+  (error) => {
+    data.moving = {};
+    data.placed = {};
+    refused(error, error.question ?? { count: data.changed });
+  },
+);
+
+const refresh = settled(() => {
+  const question = { tables: data.tables, m: view.m, count: data.changed };
+  askInfo(question);
+  askSteady(question);
+}, 140);
+
+const askInfo = latest(
+  async ({ tables, count }) => ({ info: await post("case", { case: tables }), count }),
+  ({ info, count }) => {
+    if (count !== data.changed) return;
+    data.info = info;
+    data.placed = { ...data.moving };
+    tell("info");
+  },
+  refused,
+);
+
+const askSteady = latest(
+  async ({ tables, m, count }) => ({ steady: await post("steady", { case: tables, periods: [m] }), count }),
+  ({ steady, count }) => {
+    if (count !== data.changed) return;
+    data.steady = steady;
+    tell("steady");
+  },
+  refused,
+);
+
+function refused(error, question) {
+  if (question.count !== data.changed) return;
+  data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
+  data.quick = data.steady = null;
+  tell("problems");
+  tell("quick");
+  tell("steady");
+}
+
+function changedCase(names) {
+  if (!data.tables) return;
+  data.changed += 1;
+  data.moved = names;
+  data.steady = null;
+  tell("tables");
+  askQuick();
+}
+
+/** Ask again for the same case, with what the panel in sight needs. */
+export const askAgain = () => data.tables && askQuick();
+
+/** Another case altogether, or one edited by hand. */
+export function setTables(tables) {
+  epoch += 1;
+  Object.assign(data, { tables, moving: {}, placed: {} });
+  changedCase(null);
+}
+
+export const setKey = (key, value) => setTables(withKey(data.tables, key, value));
+
+/** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. */
+export function move(values) {
+  Object.assign(data.moving, values);
+  Object.assign(data.placed, values);
+  changedCase(Object.keys(values));
+}
+
+/** The machine of a name, as the case. */
+export async function machineTables(name) {
+  const found = await get(`machines/${encodeURIComponent(name)}`);
+  return found;
+}
+
+export async function pickMachine(name) {
+  const found = await machineTables(name);
+  view.machine = name;
+  view.orbit = 0;
+  data.base = found.tables;
+  data.physical = null;
+  data.info = found;
+  tell("info");
+  tell("view");
+  setTables(found.tables);
+}
+
+/** Why an orbit is stable or not; short until the multipliers are known. */
+export function reasonOf({ quick, full }) {
+  return (
+    quick.reason ?? full?.reason ?? (quick.stable ? "stable" : quick.fold ? "unstable, beyond the fold" : "unstable")
+  );
+}
+
+/** The orbit that is looked at: number k from 1, its quick answer and, when it has come, its full answer. */
+export function chosen() {
+  const orbits = data.quick?.orbits ?? [];
+  if (!orbits.length) return null;
+  const full = data.steady?.periods?.[0]?.orbits ?? [];
+  let index = view.orbit >= 1 && view.orbit <= orbits.length ? view.orbit - 1 : -1;
+  if (index < 0) {
+    const rank = orbits.map(
+      (orbit, i) => (orbit.stable ? 2 : 0) + (full[i] ? Number(full[i].admissible) : 1) * 3 + i * 0.01,
+    );
+    index = rank.indexOf(Math.max(...rank));
+  }
+  return { number: index + 1, quick: orbits[index], full: full.length === orbits.length ? full[index] : null };
+}

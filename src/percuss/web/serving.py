@@ -1,0 +1,206 @@
+"""Runs the workbench with uvicorn: the socket, the workers, the browser, and an end without loose threads."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import uvicorn
+
+from percuss.errors import PercussError
+from percuss.web.settings import Settings
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+    from types import FrameType
+
+__all__ = ["address", "bound", "serve"]
+
+_GRACE = 1
+"""Seconds that requests under way have to end after the server is told to stop."""
+
+_PATIENCE = 5.0
+"""Seconds that loading the kernels from numba's cache does not take."""
+
+
+def address(settings: Settings) -> str:
+    """Where the page is, with the token behind the #, which browsers do not send."""
+    host = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(settings.host, settings.host)
+    host = f"[{host}]" if ":" in host and not host.startswith("[") else host
+    token = f"#token={settings.token}" if settings.token else ""
+    return f"http://{host}:{settings.port}/{token}"
+
+
+def bound(host: str, port: int) -> socket.socket:
+    """A socket that listens there; port 0 takes a free one.
+
+    Raises
+    ------
+    PercussError
+        When there is no such address, or the port is taken.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    # with its protocol: asyncio turns off the waiting for small packets only where it is said to be TCP
+    found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    try:
+        if os.name == "posix":  # elsewhere it would let two servers share the port
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((host.strip("[]"), port))
+        found.listen(1024)
+    except (OSError, UnicodeError) as error:
+        found.close()
+        reason = getattr(error, "strerror", None) or str(error)
+        raise PercussError(f"cannot listen on {host}, port {port}: {reason}", "--port 0 takes a free port") from None
+    found.set_inheritable(True)
+    return found
+
+
+def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
+    """Serve the workbench until Ctrl-C or SIGTERM.
+
+    Parameters
+    ----------
+    settings
+        Where, for whom, and how much.
+    workers
+        Processes; requests are stateless, so that any of them answers any.
+    browser
+        Whether to open the page, where there is a screen.
+
+    Raises
+    ------
+    PercussError
+        When the address cannot be listened on, or a package is missing.
+    """
+    listening = bound(settings.host, settings.port)
+    settings = replace(settings, port=listening.getsockname()[1])
+
+    def tell() -> None:
+        print(f"percuss workbench: {address(settings)}  (Ctrl-C ends it)", flush=True)
+        if browser and _has_screen():
+            webbrowser.open(address(settings))
+
+    if workers == 1:
+        _work(settings, listening, tell)
+    else:
+        tell()  # who is early waits in the socket's line
+        _supervise(settings, listening, workers)
+
+
+def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
+    """Serve in this process; also what every worker process does."""
+    from percuss.web.app import create_app
+
+    config = uvicorn.Config(
+        create_app(settings),
+        host=settings.host,
+        port=settings.port,
+        ws="none",
+        access_log=False,
+        log_level="warning",
+        server_header=False,
+        proxy_headers=False,
+        timeout_keep_alive=30,
+        timeout_graceful_shutdown=_GRACE,
+        limit_concurrency=512,
+    )
+    sys.setswitchinterval(0.001)  # a slider's answer does not wait 5 ms behind a long computation
+    server = _Server(config)
+    server.ready = ready
+    patience = threading.Timer(_PATIENCE, _tell_of_preparing)
+    patience.daemon = True
+    server.patience = patience
+    patience.start()
+    server.run([listening])
+    _end()
+
+
+def _supervise(settings: Settings, listening: socket.socket, workers: int) -> None:
+    """Keep so many worker processes on one socket until the end is asked for."""
+    told = threading.Event()
+    before = {which: signal.signal(which, lambda *_: told.set()) for which in (signal.SIGINT, signal.SIGTERM)}
+    spawn = multiprocessing.get_context("spawn")
+
+    def begun() -> BaseProcess:
+        process = spawn.Process(target=_work, args=(settings, listening))
+        process.start()
+        return process
+
+    crew = [begun() for _ in range(workers)]
+    try:
+        while not told.wait(0.5):
+            dead = [process for process in crew if not process.is_alive()]
+            if dead:
+                told.wait(1.0)  # one that cannot even begin is not begun a thousand times a second
+                crew = [process for process in crew if process.is_alive()]
+                crew += [begun() for _ in range(workers - len(crew)) if not told.is_set()]
+    finally:
+        for process in crew:
+            process.terminate()
+        for process in crew:
+            process.join(3.0 * _GRACE)
+            if process.is_alive():
+                process.kill()
+        for which, handler in before.items():
+            signal.signal(which, handler)
+
+
+class _Server(uvicorn.Server):
+    """uvicorn's server; what is being computed is stopped as soon as the end is asked for."""
+
+    ready: Callable[[], None] | None = None
+    patience: threading.Timer | None = None
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Tell who waits that the kernels are loaded and the page answers."""
+        await super().startup(sockets)
+        if self.patience is not None:
+            self.patience.cancel()
+        if self.ready is not None and self.started:
+            self.ready()
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """The first signal ends in order, the second at once; neither is an error."""
+        if self.should_exit and sig == signal.SIGINT:
+            self.force_exit = True
+        self.should_exit = True
+        gate = getattr(getattr(getattr(self.config.loaded_app, "app", None), "state", None), "gate", None)
+        if gate is not None:
+            gate.close()
+
+
+def _end() -> None:
+    """Leave, though a thread may still compute: Python would wait for it."""
+    until = time.monotonic() + _GRACE
+    while _busy() and time.monotonic() < until:
+        time.sleep(0.02)
+    if _busy():
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
+
+
+def _tell_of_preparing() -> None:
+    text = "percuss: preparing; when kernels must be compiled about half a minute, later runs take them from a cache"
+    print(text, file=sys.stderr, flush=True)
+
+
+def _busy() -> bool:
+    return any(thread.name.startswith("percuss-") and thread.is_alive() for thread in threading.enumerate())
+
+
+def _has_screen() -> bool:
+    if sys.stdout is None or not sys.stdout.isatty():
+        return False
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,190 @@
+"""Steady motions: the quick answer of a slider, the whole one, the curves, maps and boundaries."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from percuss.case import steady_answer, sweep_job_of
+from percuss.case.curves import boundaries_dict, curves_dict
+from percuss.case.placing import placed
+from percuss.case.quick import quick_dict
+from percuss.case.tables import json_tables
+from percuss.web.answering import PROBLEMS, answer_of, binary, limits_of, plain_json
+from percuss.web.asking import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
+from percuss.web.bodies import StrictRoute
+from percuss.web.packing import packed
+from percuss.web.problems import refused
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.explore import Sweep
+    from percuss.explore.axis import Axis
+    from percuss.explore.sweep_job import SweepJob
+    from percuss.web.gate import Halt
+    from percuss.web.settings import Limits
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+BINARY: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "a JSON header and arrays",
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    },
+    **PROBLEMS,
+}
+
+
+@router.post("/api/quick", summary="Steady motions while a slider moves", responses=PROBLEMS)
+async def quick(request: Request, asked: QuickAsked) -> Response:
+    """Phases, both criteria, figures in SI; without proofs and integrals."""
+
+    harmonics = limits_of(request).harmonics
+
+    def work(case: Case, _: Halt) -> dict[str, Any]:
+        if asked.values is None:
+            return quick_dict(case, asked.periods, asked.curve, asked.modes, asked.multipliers)
+        moved = placed(case, asked.values, harmonics)
+        found = quick_dict(moved, asked.periods, asked.curve, asked.modes, asked.multipliers)
+        return {**found, "tables": json_tables(moved)}
+
+    return plain_json(await answer_of(request, asked, work, quick=True))
+
+
+@router.post("/api/steady", summary="What percuss steady --json answers", responses=PROBLEMS)
+async def steady(request: Request, asked: SteadyAsked) -> Response:
+    """Every steady motion, with proofs, energies and figures in SI."""
+    periods = tuple(sorted(set(asked.periods)))
+    return plain_json(
+        await answer_of(request, asked, lambda case, _: steady_answer(case, periods, asked.modes).to_json_dict())
+    )
+
+
+@router.post("/api/curves", summary="v_f, the load, and the branches over the load factor", responses=PROBLEMS)
+async def curves(request: Request, asked: CurvesAsked) -> Response:
+    """For the φ curve, the waveform criterion and the bifurcation diagram of the closed form."""
+    factors = asked.load_factor
+    if factors is not None and not factors[0] < factors[1]:
+        raise refused(422, "expected a range from a lower to a higher value", "", "load_factor", factors)
+
+    def work(case: Case, _: Halt) -> dict[str, Any]:
+        return curves_dict(case, asked.periods, asked.points, asked.branches, factors, asked.modes)
+
+    return plain_json(await answer_of(request, asked, work))
+
+
+@router.post("/api/map", summary="Quantities over a plane of two parameters", response_class=Response, responses=BINARY)
+async def plane(request: Request, asked: MapAsked) -> Response:
+    """Arrays of shape (len(y), len(x)); over R, the load factor and m within milliseconds."""
+    limits = limits_of(request)
+    x, y = axis_of(asked.x, "x"), axis_of(asked.y, "y")
+    return binary(await answer_of(request, asked, lambda case, halt: _map(case, x, y, asked, limits, halt)))
+
+
+@router.post("/api/boundaries", summary="Fold and flip curves in a plane", responses=PROBLEMS)
+async def boundary_curves(request: Request, asked: BoundariesAsked) -> Response:
+    """Each point solved for as a root; null where a curve has none."""
+    limits = limits_of(request)
+    x = axis_of(asked.x, "x")
+    if len(x) > limits.boundary_points:
+        raise refused(422, f"expected at most {limits.boundary_points} values", "", "x.count", len(x))
+    return plain_json(await answer_of(request, asked, lambda case, _: _boundaries(case, x, asked)))
+
+
+def axis_of(asked: AxisAsked, key: str) -> Axis:
+    """The axis of a map.
+
+    Raises
+    ------
+    Refusal
+        When it has neither values nor ends and a number of steps.
+    ParameterError
+        When its values make no axis.
+    """
+    from percuss.explore.axis import Axis
+
+    if asked.values is not None:
+        if (asked.from_, asked.to, asked.count) != (None, None, None):
+            raise refused(422, "expected either values, or from, to and count", "", f"{key}.values")
+        return Axis(asked.name, np.asarray(asked.values), asked.unit)
+    if asked.from_ is None or asked.to is None or asked.count is None:
+        raise refused(422, "expected from, to and count, or values", "", key)
+    return Axis.linear(asked.name, asked.from_, asked.to, asked.count, asked.unit)
+
+
+def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> bytes:
+    begun = time.perf_counter()
+    job = sweep_job_of(case, [y, x], asked.quantities, periods=asked.periods, modes=asked.modes, impacts=asked.impacts)
+    _check_size(job, limits)
+    from percuss.explore.sweeps import Sweep
+
+    found = Sweep.shaped(job, job.compute(0, job.size, halt))
+    if halt():
+        raise refused(503, "it took too long", "ask for fewer cells")
+    return _packed_map(found, x, y, 1e3 * (time.perf_counter() - begun))
+
+
+def _check_size(job: SweepJob, limits: Limits) -> None:
+    from percuss.explore.planes import fits_plane
+
+    fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
+    most = limits.cells if fast else limits.slow_cells
+    if job.size > most:
+        why = "" if fast else "; only maps over restitution, load_factor and m, of what arrays can tell, may be larger"
+        remedy = "use percuss sweep for more"
+        raise refused(422, f"expected at most {most} cells in one request{why}", remedy, "x.count", job.size)
+    if job.stop.most_impacts > limits.impacts:
+        raise refused(422, f"expected at most {limits.impacts}", "", "impacts", job.stop.most_impacts)
+
+
+def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> bytes:
+    from percuss.explore.quantities import CELL_OUTCOMES
+
+    arrays, about = {}, {}
+    for name in ("outcome", *found.quantities):
+        values, words = found[name], found.words.get(name)
+        if values.dtype.kind == "U":  # labels: as numbers of their words
+            texts, numbers = np.unique(values, return_inverse=True)
+            words, values = tuple(texts.tolist()), numbers.reshape(values.shape).astype(np.int16)
+        column = found.columns.get(name)
+        about[name] = {
+            "unit": column.unit if column else "",
+            "meaning": column.meaning if column else "",
+            "words": None if words is None else list(words),
+        }
+        arrays[name] = values
+    header = {
+        "x": {"name": x.name, "unit": x.unit, "values": x.values.tolist()},
+        "y": {"name": y.name, "unit": y.unit, "values": y.values.tolist()},
+        "periods": found.ask["periods"],
+        "modes": found.ask["modes"],
+        "quantities": about,
+        "outcomes": list(CELL_OUTCOMES),
+        "milliseconds": milliseconds,
+    }
+    return packed(header, arrays)
+
+
+def _boundaries(case: Case, x: Axis, asked: BoundariesAsked) -> dict[str, Any]:
+    from percuss.case import CaseFamily
+    from percuss.explore import boundaries
+
+    family = CaseFamily(case, {x.name: x.unit} if x.unit else {})
+    exact: dict[str, Any] = {"modes": asked.modes} if asked.criterion == "exact" else {}
+    found = boundaries(
+        family,
+        x,
+        (asked.y.name, asked.y.from_, asked.y.to),
+        asked.periods,
+        asked.criterion,
+        kinds=tuple(dict.fromkeys(asked.kinds)),
+        **exact,
+    )
+    return boundaries_dict(found)

@@ -1,0 +1,393 @@
+"""Every endpoint of the workbench: what it answers, and that this is what the command line prints."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("fastapi")
+
+from percuss import steady_states
+from percuss.case import MACHINES, Case, load_case, simulation_answer
+from percuss.case.catalogue import write_history
+from percuss.case.describing import parameters
+from percuss.case.placing import placed
+from percuss.case.quick import quick_dict
+from percuss.case.tables import case_of, json_tables, without_recording
+from percuss.cli import main
+from percuss.errors import CaseError, ParameterError
+from percuss.stability import stability_plane
+from web_client import Client, events
+
+NAMES = [machine.name for machine in MACHINES]
+PLAIN = {
+    "system": {"s": 20, "d": 0.0048, "restitution": 0.6},
+    "load": {"kind": "harmonic", "mean": 0.9, "amplitude": 1.0},
+}
+PLANE = {
+    "x": {"name": "restitution", "from": 0.0, "to": 0.9, "count": 7},
+    "y": {"name": "load_factor", "from": 0.05, "to": 1.0, "count": 5},
+}
+
+
+@pytest.fixture(scope="module")
+def client() -> Client:
+    return Client()
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    assert main(list(arguments)) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+# -- cases ----------------------------------------------------------------------------------------------------------
+
+
+def test_about_and_the_catalogue(client: Client) -> None:
+    about = client.get("/api/about").json()
+    assert about["token"] is False and about["case"] is False
+    assert about["limits"]["upload_bytes"] == 10_000_000
+    assert {"stable", "label", "margin"} <= {quantity["name"] for quantity in about["quantities"]}
+    machines = client.get("/api/machines").json()["machines"]
+    assert [machine["name"] for machine in machines] == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_machine_comes_as_a_case_of_the_same_system(client: Client, name: str) -> None:
+    found = client.get(f"/api/machines/{name}").json()
+    system = load_case(name).system()
+    again = case_of(found["tables"])
+    np.testing.assert_array_equal(again.system().load.coefficients, system.load.coefficients)
+    assert again.system().s == system.s and found["scales"]["frequency_Hz"] == system.frequency
+    assert Case.from_text(found["toml"]).system().d == system.d
+    plain = case_of(found["plain"]).system()
+    t = np.linspace(0.0, 6.0, 25)
+    np.testing.assert_allclose(plain.load.value(t), system.load.value(t), rtol=1e-13)
+    assert found["bar"]["first_mode_Hz"] == pytest.approx(system.s * system.frequency * math.pi, rel=1e-12)
+    assert (found["history"] is None) == (name != "hydraulic-drifter")
+
+
+def test_all_problems_of_a_case_come_at_once_with_their_keys(client: Client) -> None:
+    tables = json_tables(load_case("mini-breaker"))
+    tables["bar"]["length"] = "34 kg"
+    tables["contact"]["restitution"] = "much"
+    tables["load"]["men"] = tables["load"].pop("mean")
+    problems = client.problems("/api/case", {"case": tables})
+    assert {problem["key"] for problem in problems} == {"bar.length", "contact.restitution", "load.men"}
+    assert any("did you mean" in problem["remedy"] for problem in problems)
+    text = client.problems("/api/case", {"toml": "[bar]\nlength = 3 mm\n"})
+    assert "not valid TOML" in text[0]["message"]
+
+
+def test_null_is_not_given(client: Client) -> None:
+    tables = {**PLAIN, "start": None, "system": {**PLAIN["system"]}, "load": {**PLAIN["load"], "harmonic": None}}
+    found = client.answer("/api/case", {"case": tables})
+    assert "start" not in found["tables"] and "harmonic" not in found["tables"]["load"]
+
+
+def test_a_history_is_no_part_of_a_case(client: Client) -> None:
+    text = '[bar]\nlength = "1 m"\n[contact]\nrestitution = 0.1\n[load]\nkind = "history"\nfile = "/etc/passwd"\n'
+    assert client.problems("/api/case", {"toml": text})[0]["key"] == "load.kind"
+
+
+def test_an_upload_is_read_as_the_command_line_reads_it(client: Client, tmp_path: Any) -> None:
+    write_history(tmp_path / "pressure.csv")
+    data = (tmp_path / "pressure.csv").read_bytes()
+    found = client.request("POST", "/api/history?name=C:\\\\x\\\\mine.CSV&area=6.5 cm^2", content=data).json()
+    case = load_case("hydraulic-drifter")
+    here = case_of({**json_tables(case), "load": found["load"]})
+    np.testing.assert_array_equal(here.system().load.coefficients, case.system().load.coefficients)
+    assert found["report"]["frequency"] == here.system().frequency
+    refused = client.request("POST", "/api/history?name=mine.csv", content=data)
+    assert refused.status_code == 422 and refused.json()["problems"][0]["key"] == "load.area"
+    plain = client.request("POST", "/api/history?name=a.csv&area=1 cm^2&force_scale=1 kN", content=data).json()
+    assert set(plain["load"]) == {"kind", "coefficients"}
+    broken = client.request("POST", "/api/history?name=mine.csv", content=b"nothing,here\n")
+    assert broken.status_code == 422 and "percuss-" not in broken.text
+    assert (
+        client.request("POST", "/api/history?name=mine.exe", content=data).json()["problems"][0]["key"] == "load.file"
+    )
+
+
+# -- moving ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_movable_parameter_moves_to_its_value(name: str) -> None:
+    case = without_recording(load_case(name))
+    for row in parameters(case):
+        if not row["movable"] or row["name"] == "load.scale":
+            continue
+        value = 1.01 * row["value"]
+        moved = {again["name"]: again for again in parameters(placed(case, {row["name"]: value}))}
+        assert moved[row["name"]]["value"] == pytest.approx(value, rel=1e-12)
+        assert moved[row["name"]]["unit"] == row["unit"]
+    scaled = placed(case, {"load.scale": 2.0}).system().load
+    np.testing.assert_allclose(scaled.coefficients, 2.0 * case.system().load.coefficients, rtol=1e-14)
+
+
+def test_moves_of_a_square_load_and_refusals() -> None:
+    case = case_of({**PLAIN, "load": {"kind": "square", "amplitude": 1.0, "kappa": 1.1}})
+    moved = placed(case, {"load_factor": 0.4, "restitution": 0.3, "s": 30.0}).system()
+    assert moved.load.load_factor == pytest.approx(0.4, abs=1e-12)
+    assert (moved.restitution, moved.s) == (0.3, 30.0)
+    for values in ({"nothing": 1.0}, {"kappa": math.inf}):
+        with pytest.raises(ParameterError):
+            placed(case, values)
+    with pytest.raises(CaseError):
+        placed(case, {"restitution": 2.0})
+    with pytest.raises(ParameterError, match=r"move bar\.length"):
+        placed(load_case("mini-breaker"), {"s": 30.0})
+
+
+def test_place_answers_as_case_does(client: Client) -> None:
+    found = client.answer("/api/place", {"machine": "mini-breaker", "values": {"restitution": 0.25}})
+    assert found["tables"]["contact"] == {"restitution": 0.25}
+    assert found == client.answer("/api/case", {"case": found["tables"]})
+    quick = client.answer("/api/quick", {"machine": "mini-breaker", "values": {"restitution": 0.25}})
+    assert quick["tables"] == found["tables"] and quick["restitution"] == 0.25
+
+
+# -- steady motions -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["hydraulic-drifter", "mini-breaker", "laboratory-striker"])
+def test_steady_is_what_the_command_line_prints(client: Client, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    told = printed(capsys, "steady", name, "--json", "--periods", "1,2")
+    assert client.answer("/api/steady", {"machine": name, "periods": [2, 1]}) == told
+    tables = client.get(f"/api/machines/{name}").json()["tables"]
+    found = client.answer("/api/steady", {"case": tables, "periods": [1, 2]})
+    for key in ("periods", "system", "rest", "title"):
+        assert found[key] == told[key]
+
+
+def test_a_case_file_is_answered_as_the_command_line_does(
+    client: Client, tmp_path: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = client.answer("/api/case", {"case": PLAIN})["toml"]
+    (tmp_path / "mine.toml").write_text(text)
+    told = printed(capsys, "steady", str(tmp_path / "mine.toml"), "--json", "--modes", "8")
+    found = client.answer("/api/steady", {"toml": text, "modes": 8})
+    assert {**found, "case": 0, "title": 0} == {**told, "case": 0, "title": 0}
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("multipliers", [False, True])
+def test_the_quick_answer_is_the_whole_one_but_for_rounding(client: Client, name: str, multipliers: bool) -> None:
+    quick = client.answer("/api/quick", {"machine": name, "multipliers": multipliers})
+    whole = client.answer("/api/steady", {"machine": name})["periods"][0]
+    assert {key: quick[key] for key in ("m", "level", "level_max", "exists", "nearest", "note")} == {
+        key: whole[key] for key in ("m", "level", "level_max", "exists", "nearest", "note")
+    }
+    for one, other in zip(quick["orbits"], whole["orbits"], strict=True):
+        for key in ("phase", "impact_velocity", "rigid_velocity", "stable", "reduced", "waveform"):
+            assert one[key] == other[key]
+        assert one["margin"] == pytest.approx(other["margin"], abs=1e-12)
+        assert one["multipliers"]["dominant_mode"] == other["multipliers"]["dominant_mode"]
+        for key, value in one["si"].items():
+            assert value == pytest.approx(other["si"][key], rel=1e-14)
+        if multipliers:
+            moduli = [math.hypot(*pair) for pair in one["multipliers"]["values"]]
+            assert moduli == pytest.approx(other["multipliers"]["moduli"], abs=1e-12)
+            assert one["reason"] == other["reason"]
+
+
+def test_quick_at_a_jump_of_the_load_and_without_a_motion() -> None:
+    square = case_of({**PLAIN, "load": {"kind": "square", "amplitude": 1.0, "kappa": 1.2}})
+    for orbit in quick_dict(square)["orbits"]:
+        assert orbit["reason"] and orbit["multipliers"]["values"]
+    none = quick_dict(case_of({**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}), curve=5)
+    assert not none["exists"] and none["nearest"]["load_factor"] > 0.0 and len(none["curve"]["load"]) == 5
+
+
+def test_curves_hold_the_roots_and_the_branches(client: Client) -> None:
+    found = client.answer("/api/curves", {"case": PLAIN, "points": 181, "branches": 61})
+    states = steady_states(case_of(PLAIN).system())
+    np.testing.assert_allclose(found["rigid_velocity"], states.rigid_velocity(found["phase"]), atol=1e-12)
+    assert found["level"] == states.level and found["force_N"] is None
+    factors = np.array(found["branches"]["load_factor"])
+    plane = stability_plane(states.system, 0.6, factors)
+    mine = np.array(found["branches"]["phase"], dtype=float)
+    np.testing.assert_array_equal(mine, plane.phase)
+    assert factors[0] < found["branches"]["now"] < factors[-1]
+    assert np.isnan(mine[:, -1]).all() and not np.isnan(mine[:, 0]).any()  # beyond the fold there is nothing
+    assert [orbit["phase"] for orbit in found["waveform"]["orbits"]] == [orbit.phase for orbit in states.orbits]
+    elastic = {**PLAIN, "system": {"s": 50, "d": 0, "restitution": 1}}
+    assert client.answer("/api/curves", {"case": elastic, "branches": 5})["level"] == 0.0
+    assert client.problems("/api/curves", {"case": PLAIN, "load_factor": [1.0, 0.5]})[0]["key"] == "load_factor"
+
+
+# -- maps -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_map_is_what_the_command_line_prints(client: Client, capsys: pytest.CaptureFixture[str]) -> None:
+    names = ["orbits", "stable", "margin", "phases"]
+    told = printed(
+        capsys, "sweep", "mini-breaker", "--x", "load_factor=0.05:1:5", "--y", "restitution=0:0.9:7", "--json",
+        "--quantity", ",".join(names),
+    )  # fmt: skip
+    header, arrays = client.arrays("/api/map", {"machine": "mini-breaker", **PLANE, "quantities": names})
+    assert header["x"]["values"] == told["axes"][1]["values"] and header["y"]["values"] == told["axes"][0]["values"]
+    for name in names:
+        expected = np.array(told["quantities"][name]["values"], dtype=float)
+        np.testing.assert_allclose(arrays[name], expected, rtol=1e-6, atol=1e-7)
+        assert header["quantities"][name]["meaning"]
+    assert [header["outcomes"][code] for code in arrays["outcome"].ravel()] == ["ok"] * 35
+
+
+def test_maps_over_keys_with_units_and_of_words(client: Client) -> None:
+    x = {"name": "bar.length", "unit": "mm", "values": [300.0, 320.0, 340.0]}
+    asked = {"machine": "mini-breaker", "x": x, "y": PLANE["y"], "quantities": ["reason", "blow_energy", "admissible"]}
+    header, arrays = client.arrays("/api/map", asked)
+    assert arrays["blow_energy"].shape == (5, 3) and header["quantities"]["blow_energy"]["unit"] == "J"
+    assert "flip" in header["quantities"]["reason"]["words"]
+    small = {"x": {**PLANE["x"], "count": 2}, "y": {**PLANE["y"], "count": 2}, "quantities": ["label"]}
+    header, arrays = client.arrays("/api/map", {"case": PLAIN, **small, "modes": 0, "impacts": 200})
+    words = [header["quantities"]["label"]["words"][i] for i in arrays["label"].ravel()]
+    assert all(words)
+
+
+def test_boundaries_bound_the_map(client: Client) -> None:
+    asked = {"case": PLAIN, "x": {**PLANE["x"], "count": 4}, "y": {"name": "load_factor", "from": 0.02, "to": 2.0}}
+    found = client.answer("/api/boundaries", asked)
+    fold = next(curve for curve in found["curves"] if curve["kind"] == "fold")
+    system = case_of(PLAIN).system()
+    for r, factor in zip(fold["x"], fold["y"], strict=True):
+        if factor is not None:
+            plane = stability_plane(system, r, [0.999 * factor, 1.001 * factor])
+            assert plane.roots.tolist() == [2, 0]
+
+
+# -- motions --------------------------------------------------------------------------------------------------------
+
+
+def test_frames_of_an_orbit_are_its_fields(client: Client) -> None:
+    asked = {"machine": "mini-breaker", "orbit": 1, "frames": 40, "places": 9, "end_points": 300, "cycles": 2}
+    header, arrays = client.arrays("/api/motion", asked)
+    orbit = steady_states(load_case("mini-breaker").system()).orbits[0]
+    assert header["period"] == orbit.period and header["begin"] == orbit.phase
+    t = np.linspace(0.0, 2.0 * orbit.period, 40)
+    field = orbit.field(np.linspace(0.0, 1.0, 9), t)
+    np.testing.assert_allclose(arrays["displacement"], field.displacement.T, rtol=2e-6, atol=1e-7)
+    np.testing.assert_allclose(arrays["strain"], field.strain.T, rtol=2e-5, atol=1e-9)
+    assert np.nanmax(arrays["end_gap"]) < 1e-6 and np.isnan(arrays["end_velocity"]).sum() == 2
+    assert [blow["kind"] for blow in header["blows"]] == ["impact"] * 3
+    scale = load_case("mini-breaker").system().energy_scale
+    assert header["blows"][0]["energy_J"] == pytest.approx(scale * orbit.delivered_energy)
+    zoomed, close = client.arrays("/api/motion", {**asked, "window": [0.1, 0.2]})
+    assert close["t"][0] == np.float32(0.1) and close["t"][-1] == np.float32(0.2)
+    assert zoomed["blows"] == header["blows"]
+    assert client.problems("/api/motion", {**asked, "orbit": 3})[0]["key"] == "orbit"
+    assert client.problems("/api/motion", {**asked, "start": {}})[0]["key"] == "orbit"
+    assert client.problems("/api/motion", {**asked, "window": [0.2, 0.1]})[0]["key"] == "window"
+
+
+@pytest.mark.parametrize("show", ["start", "settled"])
+def test_frames_of_a_simulation_are_its_fields(client: Client, show: str) -> None:
+    asked = {
+        "machine": "mini-breaker",
+        "simulation": {"modes": 4},
+        "frames": 30,
+        "places": 5,
+        "cycles": 3,
+        "show": show,
+    }
+    header, arrays = client.arrays("/api/motion", asked)
+    motion = simulation_answer(load_case("mini-breaker").changed(simulation={"modes": 4})).motion
+    assert header["label"] == motion.label == "z=1/1" and header["outcome"] == "periodic"
+    t = np.linspace(header["begin"], header["end"], 30)
+    places = np.linspace(0.0, 1.0, 5)
+    np.testing.assert_allclose(arrays["displacement"], motion.position(places, t).T, rtol=1e-5, atol=1e-6)
+    assert header["end"] - header["begin"] == pytest.approx(6.0 * math.pi)
+    inside = (motion.events.time >= header["begin"]) & (motion.events.time <= header["end"])
+    assert len(header["blows"]) == int(inside.sum())
+    assert arrays["poincare_phase"].size == motion.impacts
+    assert np.isnan(arrays["end_velocity"]).sum() == int(inside.sum())
+    assert np.all(np.diff(arrays["end_t"]) >= 0.0)
+
+
+def test_frames_of_rest_chatter_and_departure(client: Client) -> None:
+    chatter = {**PLAIN, "system": {**PLAIN["system"], "restitution": 0.2}}
+    header, arrays = client.arrays("/api/motion", {"case": chatter, "simulation": {"modes": 0}, "cycles": 2})
+    assert header["label"].startswith("chatter") and "rest" in {blow["kind"] for blow in header["blows"]}
+    assert np.nanmax(arrays["end_gap"]) < 1e-6
+    gone = {**PLAIN, "load": {"kind": "harmonic", "mean": -0.5, "amplitude": 1.0}}
+    header, arrays = client.arrays("/api/motion", {"case": gone, "simulation": {"modes": 0}})
+    assert header["outcome"] == "departed" and np.isfinite(arrays["displacement"]).all()
+
+
+def test_simulate_is_what_the_command_line_prints(client: Client, capsys: pytest.CaptureFixture[str]) -> None:
+    told = printed(
+        capsys, "simulate", "mini-breaker", "--json", "--modes", "4", "--start", "position=-0.5", "--events", "last:7"
+    )
+    asked = {"machine": "mini-breaker", "start": {"position": -0.5}, "simulation": {"modes": 4}, "events": 7}
+    assert client.answer("/api/simulate", asked) == told
+    file = client.post("/api/simulate/file", {**asked})
+    assert file.status_code == 200 and file.content[:4] == b"\x89HDF"
+    assert client.problems("/api/simulate", {**asked, "start": {"position": 1.0}})[0]["key"] == "start.position"
+    assert client.problems("/api/simulate", {**asked, "start": {"orbit": 9}})[0]["key"] == "start.orbit"
+
+
+def test_a_time_alone_does_not_ask_for_a_million_impacts(client: Client) -> None:
+    found = client.answer("/api/simulate", {"case": PLAIN, "simulation": {"modes": 0, "time": 60.0, "periodic": False}})
+    assert found["outcome"] == "time" and found["end_time"] == pytest.approx(60.0)
+
+
+# -- experiments and reports ----------------------------------------------------------------------------------------
+
+
+def test_an_experiment_ends_with_what_the_command_line_prints(
+    client: Client, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = printed(
+        capsys, "experiment", "mini-breaker", "--starts", "150", "--modes", "0", "--seed", "3", "--json",
+        "--distribution", "field",
+    )  # fmt: skip
+    asked = {"machine": "mini-breaker", "starts": 150, "modes": 0, "seed": 3, "distribution": "field"}
+    found = client.post("/api/experiment", asked)
+    assert found.headers["content-type"].startswith("text/event-stream")
+    seen = events(found.text)
+    assert [name for name, _ in seen[:-1]] == ["progress"] * (len(seen) - 1) and seen[-1][0] == "done"
+    assert seen[-1][1] == told
+    done = [data["done"] for name, data in seen if name == "progress"]
+    assert done == sorted(done) and done[-1] == 150
+    assert sum(share["share"] for share in seen[-2][1]["shares"]) == pytest.approx(1.0)
+    text = client.post("/api/experiment/file", {**asked, "format": "csv"})
+    rows = list(csv.reader(io.StringIO(text.text)))
+    assert len(rows) == 151 and "attachment" in text.headers["content-disposition"]
+    again = Client().post("/api/experiment/file", {**asked, "format": "csv"})
+    assert again.text == text.text
+    assert client.post("/api/experiment/file", asked).content[:4] == b"\x89HDF"
+
+
+def test_the_report_is_one_file(client: Client) -> None:
+    tables = json_tables(load_case("mini-breaker"))
+    tables["title"] = '<script>alert("$x")</script> & $\\frac{'
+    found = client.post("/api/report", {"case": tables, "simulate": True})
+    assert found.status_code == 200, found.text
+    text = found.text
+    assert "<script" not in text and "&lt;script&gt;" in text
+    assert text.count("<svg") == 2 and "blow energy" in text and "src=" not in text
+    assert "http-equiv" in text and "default-src 'none'" in text
+    none = client.post("/api/report", {"case": {**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}})
+    assert "No steady motion exists" in none.text
+
+
+# -- load -----------------------------------------------------------------------------------------------------------
+
+
+def test_slider_moves_are_quick(client: Client) -> None:
+    """A bound that no busy machine misses; benchmarks/web.py measures."""
+    took = []
+    for i in range(40):
+        begun = time.process_time()
+        client.answer("/api/quick", {"machine": "mini-breaker", "values": {"load_factor": 0.3 + 0.001 * i}})
+        took.append(time.process_time() - begun)
+    assert sorted(took)[20] < 0.1
