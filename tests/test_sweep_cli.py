@@ -109,7 +109,7 @@ def test_a_map_is_kept_and_resumed(percuss):
         (["case.toml", "--x", "restitution=0:1"], "FROM:TO:NUMBER"),
         (["case.toml", "--x", "restitution=0:1:0"], "restitution"),
         (["case.toml", "--x", "restitution=0:1:3", "--y", "restitution=0:1:3"], "one axis only"),
-        (["case.toml", "--x", "restitution=0:0.9:100000", "--y", "s=1:20:100000", "--quantity", "label"], " GB"),
+        (["case.toml", "--x", "restitution=0:0.9:100000", "--y", "s=1:20:100000", "--quantity", "label"], "--yes"),
         (["case.toml", "--x", "restitution=0:1:3", "--curves"], "--y"),
         (["case.toml", "--x", "restitution=0:1:3", "--periods", "1..3"], "m an axis"),
         (["case.toml", "--x", "restitution=0:1:3", "--plot", "map.gif"], ".png, .svg or .pdf"),

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 from percuss.cli.arguments import whole
 from percuss.cli.carrying import add_carrying, carried
-from percuss.cli.experiment import check_size
 from percuss.cli.files import PICTURES, check_picture, named_case
 from percuss.cli.parser import MAX_MODES, Parser, modes
 
@@ -75,7 +74,6 @@ def run(arguments: Sequence[str]) -> int:
     case = named_case(options.case)
     x, y = Axis.parsed(options.x), Axis.parsed(options.y)
     job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)
-    check_size(options, job)
     found = Basins.of(job, carried(parser, options, job))
     if options.plot is not None:
         from percuss import plot

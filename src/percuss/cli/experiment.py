@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from percuss.cli.arguments import whole
-from percuss.cli.carrying import MOST_BYTES, add_carrying, carried
+from percuss.cli.carrying import add_carrying, carried
 from percuss.cli.files import PICTURES, check_picture, named_case
 from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.errors import PercussError
 
 if TYPE_CHECKING:
-    from percuss.explore.job import Job
+    pass
 
-__all__ = ["check_size", "run"]
+__all__ = ["run"]
 
 _DESCRIPTION = """\
 Random starts, each followed until its motion is found: what share of them ends in which motion, with intervals of 95 %.
@@ -50,16 +47,6 @@ def _parser() -> Parser:
     return parser
 
 
-def check_size(options: argparse.Namespace, job: Job) -> None:
-    """Ask about many results before any of them is computed; how long they take is asked when it is known."""
-    from percuss.explore.carry.sheet import bytes_of
-
-    begun = options.resume and options.output is not None and os.path.exists(options.output)
-    if bytes_of(job) > MOST_BYTES and not (options.yes or begun):
-        told = f"{job.size} starts would take {bytes_of(job) / 1e9:.3g} GB"
-        raise PercussError(told, "ask for fewer, or say --yes when it is meant")
-
-
 def run(arguments: Sequence[str]) -> int:
     """Make one experiment; returns the exit code."""
     from percuss.case import experiment_job_of
@@ -75,7 +62,6 @@ def run(arguments: Sequence[str]) -> int:
     job = experiment_job_of(
         case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts
     )
-    check_size(options, job)
     from percuss.explore.ends.experiments import Experiment
 
     found = Experiment.of(job, carried(parser, options, job))

@@ -47,7 +47,6 @@ class Task:
         self, archive: str | os.PathLike[str] | None, workers: int, pool: Pool | None, chunk: int | None
     ) -> Columns:
         """All of it."""
-        check_memory(self.job)  # before even a sample is computed
         asked = chunk if not self.chunk else self.chunk
         self.chunk_asked = chunk is not None
         at_once = max(1, pool.workers) if pool is not None else workers
@@ -56,6 +55,7 @@ class Task:
         self.item_seconds = pace.item_seconds or self.item_seconds
         self.chunk = asked or chunk_of(self.job.size, self.item_seconds, at_once)
         self._foretell(at_once)
+        check_memory(self.job)  # after the watcher was told of size and time
         if archive is not None and self.kept is None:
             self.kept = Archive.create(archive, self.job, self.chunk, self.item_seconds)
         self.sheet = Sheet(self.job)
