@@ -90,7 +90,7 @@ def _dispatch(arguments: list[str]) -> int:
     if first in ("-h", "--help", "help"):
         if len(arguments) > 1 and arguments[1] in COMMANDS:
             return _dispatch([arguments[1], "--help"])
-        print(_HELP.format(commands="\n".join(f"  {name:<10}{what}" for name, what in COMMANDS.items())), end="")
+        print(_HELP.format(commands="\n".join(f"  {name:<12}{what}" for name, what in COMMANDS.items())), end="")
         return 0
     if first in ("-V", "--version"):
         from percuss._version import __version__

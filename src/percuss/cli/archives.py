@@ -83,7 +83,7 @@ def archive_report(archive: Archive, name: str) -> Report:
     from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
-    sections: list[Section | Grid] = [Section("what was asked", _padded(_asked(archive)))]
+    sections: list[Section | Grid] = [Section("what was asked", tuple(_asked(archive)))]
     if axes := _axes(archive):
         sections.append(axes)
     sections += [_columns(archive), Section("how it was made", tuple(_origin(archive)))]
@@ -123,12 +123,6 @@ def _rows(prefix: str, values: dict[str, Any]) -> Iterator[tuple[str, str]]:
             yield f"{prefix}{name}", _brief(value)
 
 
-def _padded(rows: list[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
-    """Labels that may be longer than a report's are usually, as wide as the longest."""
-    width = max([len(label) for label, _ in rows], default=0)
-    return tuple((f"{label:<{width + 2}}" if width > 14 else label, text) for label, text in rows)
-
-
 def _brief(value: Any) -> str:
     if isinstance(value, list) and len(value) > 12:
         return f"{len(value)} values, {_brief(value[0])} … {_brief(value[-1])}"
@@ -162,7 +156,7 @@ def _columns(archive: Archive) -> Section:
         kind = column.dtype + (f" × {' × '.join(map(str, column.shape))}" if column.shape else "")
         unit = f", {column.unit}" if column.unit else ""
         rows.append((name, f"{kind}{unit}{': ' if column.meaning else ''}{column.meaning}"))
-    return Section("columns", _padded(rows))
+    return Section("columns", tuple(rows))
 
 
 def _origin(archive: Archive) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.numbers import number, percent
+from percuss.explore.quantities import CELL_OUTCOMES, needs
 
 if TYPE_CHECKING:
     from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
@@ -27,13 +28,18 @@ def sweep_report(title: str, found: Sweep, curves: Boundaries | None = None) -> 
     sections.append(Section("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
     if curves is not None:
         sections.append(Section("Boundaries", _curve_rows(curves)))
-    return Report(title, f"{cells} cells over {over}.", PLAIN, tuple(sections))
+    return Report(title, f"{_counted(cells, 'cell')} over {over}.", PLAIN, tuple(sections))
 
 
 def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     rows = [(axis.name, _axis(axis)) for axis in found.axes]
-    m = found.ask["periods"]
-    rows.append(("modes", f"{found.ask['modes']}; {m} load period{'s' if m != 1 else ''} per impact"))
+    asked = needs(found.ask["quantities"])
+    of_orbits = asked & {"orbits", "exact"} and all(axis.name != "m" for axis in found.axes)
+    per_impact = f"{_counted(found.ask['periods'], 'load period')} per impact" if of_orbits else ""
+    if asked & {"exact", "simulation", "lyapunov"}:
+        rows.append(("modes", f"{found.ask['modes']}{'; ' if per_impact else ''}{per_impact}"))
+    elif per_impact:
+        rows.append(("periods", per_impact))
     codes, counts = np.unique(found["outcome"], return_counts=True)
     words = found.words["outcome"]
     failed = [
@@ -55,24 +61,41 @@ def _quantity(found: Sweep, name: str) -> str:
     if name in found.words:
         values = np.array([*found.words[name], ""])[values]
     if values.dtype.kind == "U":
-        return _words(values)
+        return _words(values, *_answered(found))
     if values.dtype == bool:
-        return f"in {percent(float(values.mean()))} of the cells"
+        answered, whose = _answered(found)
+        return f"in {percent(float(values[answered].mean()))} of {whose}" if answered.any() else "nowhere"
     there = values[np.isfinite(values)] if values.dtype.kind == "f" else values[values >= 0]
+    at_rest = int(np.isneginf(values).sum()) if name == "lyapunov" else 0
+    resting = f"comes to rest (−∞) in {_counted(at_rest, 'cell')}"
     if not there.size:
-        return "nowhere"
+        return resting if at_rest else "nowhere"
     unit = found.columns[name].unit
     span = f"{number(float(there.min()))} to {number(float(there.max()))}{' ' + unit if unit else ''}"
-    return span if there.size == values.size or values.ndim > len(found.axes) else f"{span}, in {there.size} cells"
+    if there.size < values.size and values.ndim == len(found.axes):
+        span += f", in {_counted(there.size, 'cell')}"
+    return f"{span}; {resting}" if at_rest else span
 
 
-def _words(values: np.ndarray[Any, Any]) -> str:
-    kinds, counts = np.unique(values[values != ""], return_counts=True)
+def _answered(found: Sweep) -> tuple[np.ndarray[Any, Any], str]:
+    """Which cells have values, and what they are called."""
+    outcome = found["outcome"]
+    answered = (outcome == 0) | (outcome == 1)
+    if answered.all():
+        return answered, "the cells"
+    without = np.unique(outcome[~answered]).tolist() == [CELL_OUTCOMES.index("no system")]
+    n = int(answered.sum())
+    one = "has" if n == 1 else "have"
+    return answered, f"the {_counted(n, 'cell')} that {one} {'a system' if without else 'an answer'}"
+
+
+def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: str) -> str:
+    kinds, counts = np.unique(values[answered & (values != "")], return_counts=True)
     order = np.argsort(-counts, kind="stable")
-    told = [f"{kinds[i]} {percent(counts[i] / values.size)}" for i in order[:_MOST_LABELS]]
+    told = [f"{kinds[i]} {percent(counts[i] / answered.sum())}" for i in order[:_MOST_LABELS]]
     if len(kinds) > _MOST_LABELS:
-        told.append(f"{len(kinds) - _MOST_LABELS} others")
-    return ", ".join(told) or "nowhere"
+        told.append(_counted(len(kinds) - _MOST_LABELS, "other"))
+    return (", ".join(told) + ("" if answered.all() else f", of {whose}")) if told else "nowhere"
 
 
 def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
@@ -81,7 +104,7 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
         there = curve.y[~np.isnan(curve.y)]
         if there.size:
             span = f"{curves.y_name} from {number(float(there.min()))} to {number(float(there.max()))}"
-            rows.append((curve.kind, f"{span}, {there.size} points"))
+            rows.append((curve.kind, f"{span}, {_counted(int(there.size), 'point')}"))
     return tuple(rows) or (("none", "no boundary crosses the plane"),)
 
 
@@ -91,8 +114,8 @@ def experiment_report(title: str, found: Experiment) -> Report:
     first = shares[0]
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
-        ("bar", "rigid" if found.modes == 0 else f"{found.modes} elastic modes"),
-        ("ends", f"after {found.stop.most_impacts} impacts at the latest, or when the motion is found"),
+        ("bar", "rigid" if found.modes == 0 else _counted(found.modes, "elastic mode")),
+        ("ends", f"after {_counted(found.stop.most_impacts, 'impact')} at the latest, or when the motion is found"),
     ]
     tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
     summary = f"{first.label} in {percent(first.share)} of the starts"
@@ -104,13 +127,13 @@ def basins_report(title: str, found: Basins) -> Report:
     """What a plane of starts leads to."""
     (x, over), (y, up) = found.x, found.y
     rows = [
-        (name, f"{number(values[0])} to {number(values[-1])}, {len(values)} values")
+        (name, f"{number(values[0])} to {number(values[-1])}, {_counted(len(values), 'value')}")
         for name, values in (found.x, found.y)
     ]
     rows += [(name, number(value)) for name, value in found.at]
-    rows.append(("bar", "rigid" if found.modes == 0 else f"{found.modes} elastic modes"))
+    rows.append(("bar", "rigid" if found.modes == 0 else _counted(found.modes, "elastic mode")))
     shares = found.shares
-    summary = f"{len(over) * len(up)} starts over {x} and {y}: {_counted(len(shares), 'attractor')}."
+    summary = f"{_counted(len(over) * len(up), 'start')} over {x} and {y}: {_counted(len(shares), 'attractor')}."
     return Report(
         title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
     )

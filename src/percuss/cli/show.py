@@ -32,7 +32,8 @@ def plain_text(report: Report) -> str:
             lines += [section.heading, *_plain_grid(section)]
             continue
         lines.append(section.heading if section.level == 1 else f"-- {section.heading}")
-        lines += [f"  {label:<16}{text}" for label, text in section.rows]
+        width = max([14, *(len(label) for label, _ in section.rows)]) + 2
+        lines += [f"  {label:<{width}}{text}" for label, text in section.rows]
     return "\n".join(lines) + "\n"
 
 
