@@ -81,7 +81,7 @@ def test_a_portion_of_a_huge_plane_is_made_alone():
     assert part.displacement[:, 2].tolist() == [job.y[1][-2]] * 2 + [0.1] * 2
     assert np.allclose(part.displacement @ [1.0, -2.0, 2.0], -1.0)
     with pytest.raises(PercussError, match="memory"):
-        carry_out(job, progress=lambda progress: pytest.fail("asked too late"), workers=1)
+        carry_out(job, workers=1)
 
 
 def test_what_is_not_done_has_no_number():

@@ -98,7 +98,7 @@ def test_a_portion_of_very_many_starts_is_drawn_alone():
         last = job.compute(n - 5, n, lambda: False)
         same(job.compute(n - 2, n, lambda: False), {name: values[3:] for name, values in last.items()})
     with pytest.raises(PercussError, match="memory"):
-        carry_out(job, progress=lambda progress: pytest.fail("asked too late"), workers=1)
+        carry_out(job, workers=1)
 
 
 def test_drawing_with_replacement_does_not_depend_on_how_many():
