@@ -112,7 +112,8 @@ def lyapunov_exponent(
         N, the elastic modes kept.
     impacts
         Impacts over which the growth is averaged, 20 or more. The average is weighted by exp(−1/(t(1 − t))), t from
-        0 to 1 over them, which costs a chaotic motion a quarter more of error and gives a regular one many digits [1]_.
+        0 to 1 over them, which costs a chaotic motion a quarter more of error and gives a regular one many digits
+        (Das et al. 2017).
     discard
         Impacts before them; in the second half of these the difference turns to where it grows fastest.
 
@@ -125,7 +126,7 @@ def lyapunov_exponent(
 
     References
     ----------
-    .. [1] S. Das, Y. Saiki, E. Sander, J. A. Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017) 4111–4140.
+    S. Das, Y. Saiki, E. Sander, J. A. Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017) 4111–4140.
 
     Examples
     --------

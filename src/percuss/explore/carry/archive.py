@@ -208,7 +208,7 @@ class Archive:
         return self._lock is not None or is_locked(self.path)
 
     def read(self) -> Columns:
-        """All columns, shape (size, *shape of an item); what is not done holds the column's fill value."""
+        """All columns, shape (size, …); what is not done holds the column's fill value."""
         empty = np.repeat(~self.done, self.chunk)[: self.size]
         found: Columns = {}
         try:

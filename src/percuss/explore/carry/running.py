@@ -57,7 +57,7 @@ def carry_out(
     Returns
     -------
     dict
-        All columns, arrays of shape (size, *shape of one item).
+        All columns, arrays of shape (size, …), with the shape of one item behind the size.
 
     Raises
     ------
