@@ -12,11 +12,10 @@ from percuss.explore.carry.archive import Archive
 from percuss.explore.carry.running import carry_out
 from percuss.explore.ends.attractors import matched
 from percuss.explore.ends.cycles import COLUMNS, invariants_of
-from percuss.explore.ends.experiment_job import system_from
 from percuss.explore.ends.experiments import Experiment, experiment, experiment_job
 from percuss.explore.ends.shares import wilson
 from percuss.explore.ends.starts import BLOCK, DISTRIBUTIONS, drawn, named, own
-from percuss.explore.family import describe_system
+from percuss.explore.family import describe_system, system_from
 
 TURN = 2.0 * np.pi
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.errors import MissingExtraError
 from percuss.explore.cells import label_text
-from percuss.explore.quantities import CELL_OUTCOMES, REASONS
 
 if TYPE_CHECKING:
     import xarray
@@ -33,11 +32,11 @@ def map_dataset(found: Sweep) -> xarray.Dataset:
     for name, column in found.columns.items():
         extra = ["orbit"] if column.shape else []
         attributes = {"units": column.unit or "1", "long_name": column.meaning}
-        words = {"outcome": CELL_OUTCOMES, "reason": REASONS}.get(name)
+        words = found.words.get(name)
         if words is not None:
             attributes["words"] = ", ".join(words)
         variables[name] = ([*names, *extra], found.arrays[name], attributes)
     if "label" in found.quantities:
         variables["label"] = (names, label_text(found.arrays).astype(object), {"long_name": "motion label"})
-    coordinates = {axis.name: (axis.name, axis.values, {"units": axis.unit or "1"}) for axis in found.axes}
+    coordinates = {axis.name: axis.coordinate() for axis in found.axes}
     return xarray.Dataset(variables, coordinates, {"kind": "sweep"})

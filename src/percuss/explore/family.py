@@ -7,11 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
+import numpy as np
+
 from percuss.errors import ParameterError
-from percuss.model import Load, System
+from percuss.model import Bar, Load, System
 from percuss.model.checks import finite, instance
 
-__all__ = ["PARAMETERS", "Family", "SystemFamily", "describe_system", "vary"]
+__all__ = ["PARAMETERS", "Family", "SystemFamily", "describe_system", "system_from", "vary"]
 
 
 class Family(Protocol):
@@ -104,6 +106,19 @@ def describe_system(system: System) -> dict[str, Any]:
         }  # fmt: skip
         about["frequency"] = system.frequency
     return about
+
+
+def system_from(about: Mapping[str, Any]) -> System:
+    """The system that an ask describes; `describe_system` backwards."""
+    load = about["load"]
+    p = np.array([complex(*pair) for pair in load["coefficients"]])
+    made = Load(p, None, tuple(load.get("breaks", ())), tuple(load.get("values", ())))
+    system = System(about["s"], about["d"], about["restitution"], made)
+    if about.get("bar") is None:
+        return system
+    sizes, frequency = Bar(**about["bar"]), float(about["frequency"])
+    damping = system.d * sizes.mass_per_length * 2.0 * math.pi * frequency
+    return replace(system, bar=Bar(**about["bar"], damping=damping), frequency=frequency)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Column", "Columns", "Job"]
+__all__ = ["ASK_FORMAT", "Column", "Columns", "Job"]
+
+ASK_FORMAT = 1
+"""Of what is asked, as an archive keeps it; every ask has it as ``percuss``."""
 
 Columns = dict[str, npt.NDArray[Any]]
 """Arrays by name, each of shape (items, *shape of one item)."""

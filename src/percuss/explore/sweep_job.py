@@ -16,7 +16,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
 from percuss.explore.family import Family, SystemFamily
-from percuss.explore.job import Column, Columns
+from percuss.explore.job import ASK_FORMAT, Column, Columns
 from percuss.explore.planes import fits_plane, plane_columns
 from percuss.explore.quantities import DEFAULT_QUANTITIES, QUANTITIES, checked, columns_of, needs
 from percuss.model import System
@@ -34,7 +34,6 @@ SystemFunction = Callable[[System], float]
 PERIODS = "m"
 """The axis of the load periods per impact: a parameter of the question, not of the system."""
 
-FORMAT = 1
 MAX_MODES = 4096
 
 
@@ -106,7 +105,7 @@ class SweepJob:
         """Axes, quantities, the family and the options."""
         ask: dict[str, Any] = {
             "kind": "sweep",
-            "percuss": FORMAT,
+            "percuss": ASK_FORMAT,
             "axes": [axis.to_json_dict() for axis in self.axes],
             "quantities": list(self.quantities),
             "periods": self.periods,

@@ -15,7 +15,7 @@ from percuss.explore.axis import Axis
 from percuss.explore.ends.cycles import COLUMNS, followed
 from percuss.explore.ends.motions import start_columns, start_values
 from percuss.explore.family import describe_system
-from percuss.explore.job import Column, Columns
+from percuss.explore.job import ASK_FORMAT, Column, Columns
 from percuss.model import System
 from percuss.model.checks import Array, count, finite, instance
 
@@ -84,7 +84,7 @@ class BasinsJob:
         """What the numbers depend on."""
         return {
             "kind": "basins",
-            "percuss": 1,
+            "percuss": ASK_FORMAT,
             "system": describe_system(self.system),
             "x": {"name": self.x[0], "values": list(self.x[1])},
             "y": {"name": self.y[0], "values": list(self.y[1])},

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.ends.cycles import COLUMNS, followed
 from percuss.explore.ends.motions import fingerprint, some, start_columns, start_values
 from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
-from percuss.explore.job import Column, Columns
-from percuss.model import Bar, Load, System
+from percuss.explore.job import ASK_FORMAT, Column, Columns
+from percuss.model import System
 from percuss.model.checks import count, instance
 
 if TYPE_CHECKING:
     from percuss.simulate import Starts, Stop
 
-__all__ = ["DEFAULT_STARTS", "ExperimentJob", "experiment_job", "system_from"]
+__all__ = ["DEFAULT_STARTS", "ExperimentJob", "experiment_job"]
 
 DEFAULT_STARTS = 100_000
 
@@ -78,7 +75,7 @@ class ExperimentJob:
         """What the numbers depend on."""
         asked = {
             "kind": "experiment",
-            "percuss": 1,
+            "percuss": ASK_FORMAT,
             "system": describe_system(self.system),
             "starts": self.number,
             "distribution": self.distribution,
@@ -130,16 +127,3 @@ def experiment_job(
     else:
         name = os.path.basename(os.fspath(distribution))
     return ExperimentJob(system, number or len(rows), name, seed, kept, stop, rows, threads)
-
-
-def system_from(about: Mapping[str, Any]) -> System:
-    """The system that an ask describes; `describe_system` backwards."""
-    load = about["load"]
-    p = np.array([complex(*pair) for pair in load["coefficients"]])
-    made = Load(p, None, tuple(load.get("breaks", ())), tuple(load.get("values", ())))
-    system = System(about["s"], about["d"], about["restitution"], made)
-    if about.get("bar") is None:
-        return system
-    sizes, frequency = Bar(**about["bar"]), float(about["frequency"])
-    damping = system.d * sizes.mass_per_length * 2.0 * math.pi * frequency
-    return replace(system, bar=Bar(**about["bar"], damping=damping), frequency=frequency)
