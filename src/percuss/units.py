@@ -205,6 +205,7 @@ def _product(text: str, scale: float) -> float:
         return math.inf
 
 
+@functools.lru_cache(maxsize=1024)
 def _tidy(unit: str) -> str:
     """One spelling: µ is u, powers are ^n, products are *, no blanks: "N·s/m²" is "N*s/m^2"."""
     unit = unit.strip().replace("µ", "u").replace("μ", "u")

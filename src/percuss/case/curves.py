@@ -58,11 +58,11 @@ def curves_dict(
     right = load.value(phase, "right")
     return {
         "m": int(states.periods),
-        "phase": numbers(phase.tolist()),
-        "rigid_velocity": numbers(states.rigid_velocity(phase).tolist()),
-        "load": numbers(load.value(phase, "left").tolist()),
-        "load_right": numbers(right.tolist()),
-        "force_N": numbers((system.force_scale * right).tolist()) if system.is_si else None,
+        "phase": numbers(phase),
+        "rigid_velocity": numbers(states.rigid_velocity(phase)),
+        "load": numbers(load.value(phase, "left")),
+        "load_right": numbers(right),
+        "force_N": numbers(system.force_scale * right) if system.is_si else None,
         "level": number(states.level),
         "level_max": number(states.level_max),
         "waveform": _waveform(system, states.orbits),
@@ -110,13 +110,13 @@ def _branches(
     exact = exact_plane(system, system.restitution, values, periods, modes, plane=plane)
     there = [row for row in range(plane.phase.shape[0]) if np.isfinite(plane.phase[row]).any()]
     return {
-        "load_factor": numbers(values.tolist()),
+        "load_factor": numbers(values),
         "restitution": number(system.restitution),
         "now": number(now),
-        "phase": [numbers(plane.phase[row].tolist()) for row in there],
+        "phase": [numbers(plane.phase[row]) for row in there],
         "reduced_stable": [plane.stable[row].tolist() for row in there],
         "stable": [exact.stable[row].tolist() for row in there],
-        "margin": [numbers(exact.margin[row].tolist()) for row in there],
+        "margin": [numbers(exact.margin[row]) for row in there],
     }
 
 
@@ -125,14 +125,14 @@ def boundaries_dict(found: Boundaries) -> dict[str, Any]:
     return {
         "x_name": found.x_name,
         "y_name": found.y_name,
-        "x": numbers(found.x.tolist()),
+        "x": numbers(found.x),
         "curves": [
             {
                 "kind": curve.kind,
                 "branch": int(curve.branch),
-                "x": numbers(curve.x.tolist()),
-                "y": numbers(curve.y.tolist()),
-                "phase": numbers(curve.phase.tolist()),
+                "x": numbers(curve.x),
+                "y": numbers(curve.y),
+                "phase": numbers(curve.phase),
             }
             for curve in found.curves
         ],

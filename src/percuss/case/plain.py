@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from percuss.model import System
 
@@ -41,6 +43,9 @@ def number(value: Any) -> float | int | None:
 
 def numbers(values: Iterable[Any]) -> list[float | int | None]:
     """Each as `number` has it."""
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isfinite(values).all():
+        found: list[float | int | None] = values.tolist()
+        return found
     return [number(value) for value in values]
 
 

@@ -163,7 +163,7 @@ def _si(orbit: Orbit) -> dict[str, Any]:
 def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
     phase = np.linspace(0.0, 2.0 * math.pi, points)
     return {
-        "phase": numbers(phase.tolist()),
-        "rigid_velocity": numbers(states.rigid_velocity(phase).tolist()),
-        "load": numbers(states.system.load.value(phase).tolist()),
+        "phase": numbers(phase),
+        "rigid_velocity": numbers(states.rigid_velocity(phase)),
+        "load": numbers(states.system.load.value(phase)),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
@@ -234,9 +235,16 @@ class Load:
         return bool(self.breaks)
 
     @property
+    def sides(self) -> tuple[Side, ...]:
+        """From where its values may differ: a smooth load has one side only."""
+        return ("left", "right") if self.is_piecewise else ("right",)
+
+    @cached_property
     def harmonics(self) -> npt.NDArray[np.int64]:
         """The numbers k ≥ 1 of the harmonics that are present."""
-        return np.flatnonzero(self.coefficients[1:]) + 1
+        present = np.flatnonzero(self.coefficients[1:]) + 1
+        present.setflags(write=False)
+        return present
 
     @property
     def is_constant(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ from percuss.model.load import Side
 from percuss.stability.multipliers import floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.steady import Orbit
-from percuss.steady.oscillator import mode_frequencies, phi1, propagator
+from percuss.steady.oscillator import flights, mode_frequencies, phi1
 from percuss.steady.phases import Arcs, Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
@@ -166,25 +167,7 @@ class _Job:
         self.pull = {side: np.asarray(load.value(self.phase, side)) for side in ("left", "right")}
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
-        self.bar, self.span = self._bar()
-
-    def _bar(self) -> tuple[Array, Array]:
-        """The arrays of `percuss.stability.exact_kernels` that all cells share."""
-        d, period = self.system.d, 2.0 * np.pi * self.periods
-        omega = mode_frequencies(self.system.s, self.modes)
-        step, decay = propagator(omega, d, period), float(np.exp(-d * period))
-        n = np.arange(1, self.modes + 1)
-        rows = (
-            np.append(1.0, step.a),
-            np.append(period * float(phi1(d * period)), step.b),
-            np.append(0.0, step.c),
-            np.append(decay, step.e),
-            np.append(0.0, omega),
-            np.append(1.0, np.where(n % 2, -2.0, 2.0)),
-            np.append(0.0, step.versine),
-        )
-        half = float(np.exp(-0.5 * d * period))
-        return np.stack(rows), np.array([period, d, decay, half, float(-np.expm1(-0.5 * d * period))])
+        self.bar, self.span = _bar(system.s, system.d, 2.0 * np.pi * periods, modes)
 
     def work_off(self, workers: int) -> None:
         """All roots on the threads, each portion by itself."""
@@ -273,3 +256,21 @@ class _Job:
             fold=np.asarray(spread(self._fold(), False, bool), dtype=bool),
             outcome=np.asarray(spread(outcome, _NO_MOTION, np.int8), dtype=np.int8),
         )
+
+
+@lru_cache(maxsize=8)
+def _bar(s: float, d: float, period: float, modes: int) -> tuple[Array, Array]:
+    """The arrays of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
+    omega, step = flights(s, d, period, modes)
+    decay, n = float(np.exp(-d * period)), np.arange(1, modes + 1)
+    rows = (
+        np.append(1.0, step.a),
+        np.append(period * float(phi1(d * period)), step.b),
+        np.append(0.0, step.c),
+        np.append(decay, step.e),
+        np.append(0.0, omega),
+        np.append(1.0, np.where(n % 2, -2.0, 2.0)),
+        np.append(0.0, step.versine),
+    )
+    half = float(np.exp(-0.5 * d * period))
+    return np.stack(rows), np.array([period, d, decay, half, float(-np.expm1(-0.5 * d * period))])

@@ -55,8 +55,7 @@ def elastic_feedback(orbit: Orbit) -> float:
     """
     known = orbit.response
     response = known if isinstance(known, HarmonicResponse) else HarmonicResponse(orbit.system)
-    velocity = response.elastic(np.array([1.0]), np.array([orbit.phase])).velocity[0, 0]
-    return float(velocity) / (orbit.system.load.mean * orbit.period)
+    return response.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
 
 
 def quadratic_coefficients(
@@ -87,9 +86,8 @@ def reduced_criterion(orbit: Orbit) -> Reduced:
     U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (29)–(32).
     """
     load = orbit.system.load
-    right = float(load.value(orbit.phase, "right"))
-    left = float(load.value(orbit.phase, "left"))
-    other = _with_force(orbit, left, None) if left != right else None
+    *left, right = (float(load.value(orbit.phase, side)) for side in load.sides)
+    other = _with_force(orbit, left[0], None) if left and left[0] != right else None
     return _with_force(orbit, right, other)
 
 

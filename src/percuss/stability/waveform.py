@@ -63,6 +63,6 @@ def waveform_criterion(orbit: Orbit) -> Waveform:
     """The criterion −[(1 − R)/(1 + R)]² < p(φ)/p_0 < 1 for an orbit."""
     load, r = orbit.system.load, orbit.system.restitution
     lower, upper = -(((1.0 - r) / (1.0 + r)) ** 2), 1.0
-    sides = [float(load.value(orbit.phase, side)) / load.mean for side in ("left", "right")]
+    sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
     middle = 0.5 * (lower + upper)
     return Waveform(max(sides, key=lambda ratio: abs(ratio - middle)), lower, upper, load.mean)

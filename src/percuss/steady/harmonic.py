@@ -63,7 +63,7 @@ class HarmonicResponse:
         self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
         self.q: ComplexArray = np.asarray(np.sqrt(self.k * (self.k - 1j * system.d)) / system.s, dtype=complex)
         self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
-        self._end: dict[int | None, ComplexArray] = {}
+        self._end: dict[int | None, tuple[ComplexArray, ComplexArray]] = {}
         if system.d == 0.0:
             _refuse_resonance(system.load.harmonics, self.q.real)
 
@@ -139,11 +139,20 @@ class HarmonicResponse:
 
     def end_motion(self, theta: Array, modes: int | None = None) -> tuple[Array, Array]:
         """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
-        if modes not in self._end:
-            whole = self.p * self.shapes(np.array([1.0]), modes)[0][:, 0] + self.rigid_factor / (1j * self.k)
-            self._end[modes] = np.stack([whole, 1j * self.k * whole], axis=1)
-        both = (np.exp(1j * np.outer(theta, self.k)) @ self._end[modes]).real
+        both = (np.exp(1j * np.outer(theta, self.k)) @ self._at_end(modes)[0]).real
         return both[:, 0], both[:, 1]
+
+    def end_velocity(self, theta: float, modes: int | None = None) -> float:
+        """Elastic part of the forced velocity of the striking end at one load phase; all modes, or the first ones."""
+        return float((np.exp(1j * theta * self.k) @ self._at_end(modes)[1]).real)
+
+    def _at_end(self, modes: int | None) -> tuple[ComplexArray, ComplexArray]:
+        """What multiplies exp(ikθ) there: in displacement and velocity, shape (K, 2); in elastic velocity, (K,)."""
+        if modes not in self._end:
+            elastic = self.p * self.shapes(np.array([1.0]), modes)[0][:, 0]
+            whole = elastic + self.rigid_factor / (1j * self.k)
+            self._end[modes] = np.stack([whole, 1j * self.k * whole], axis=1), 1j * self.k * elastic
+        return self._end[modes]
 
     # -- one mode at a time --
 

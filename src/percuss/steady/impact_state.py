@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady.oscillator import mode_frequencies, propagator
+from percuss.steady.oscillator import flights
 
 __all__ = ["ModalState", "modal_state", "resolvent_bound"]
 
@@ -52,6 +52,12 @@ class ModalState:
         """Bound of |z_n(t)| for all t ≥ 0, because the energy of a free oscillation never grows; shape (N,)."""
         return np.asarray(np.hypot(self.z, self.z_velocity / self.omega))
 
+    def first(self, modes: int) -> ModalState:
+        """The first `modes` of the modes; itself when it has no more."""
+        if modes >= self.omega.size:
+            return self
+        return ModalState(*(getattr(self, name)[:modes] for name in self.__dataclass_fields__))
+
 
 def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
     """Solve the steady condition mode by mode.
@@ -65,8 +71,7 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     """
     r, d = system.restitution, system.d
     f, f_velocity = forced
-    omega = mode_frequencies(system.s, f.size)
-    step = propagator(omega, d, period)
+    omega, step = flights(system.s, d, period, f.size)
     loss = -np.expm1(-0.5 * d * period)  # 1 − exp(−dT/2)
     half_d_b = 0.5 * d * step.b
     still = loss**2 + 2.0 * step.versine  # det(I − Φ)

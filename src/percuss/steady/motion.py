@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -60,10 +60,12 @@ class Motion:
 
     def modal_state(self, modes: int) -> ModalState:
         """The elastic modes 1 … `modes` at the impact, however many the sums use."""
-        if modes == self.requested_modes and "truncation" in self.__dict__:
-            return self.state
-        f, velocity = self.response.modal(modes, np.array([self.phase]))
-        return modal_state(self.system, self.period, (f[:, 0], velocity[:, 0]))
+        known: ModalState | None = self.__dict__.get("_longest")
+        if known is None or known.omega.size < modes:
+            f, velocity = self.response.modal(modes, np.array([self.phase]))
+            known = modal_state(self.system, self.period, (f[:, 0], velocity[:, 0]))
+            self.__dict__["_longest"] = known
+        return known.first(modes)
 
     # -- speeds and energies --
 
@@ -80,7 +82,11 @@ class Motion:
     @cached_property
     def impact_velocity(self) -> float:
         """Striking speed u_t(1, 0⁻) of the striking end."""
-        return float(self.impact_field(1.0)[0])
+        response, state = self.response, self.state
+        if not isinstance(response, HarmonicResponse):
+            return float(self.impact_field(1.0)[0])
+        forced = response.end_velocity(self.phase, self.requested_modes)
+        return self.rigid_velocity + forced + float(self._end_rows[0] @ (state.velocity - state.forced_velocity))
 
     @property
     def rebound_velocity(self) -> float:
@@ -100,7 +106,9 @@ class Motion:
     @cached_property
     def rigid_stroke(self) -> float:
         """Range of the mean motion over the impact period: the scale of all relative errors."""
-        moved, _ = self.rigid_motion(np.linspace(0.0, self.period, 64 * self.periods + 1))
+        t, pushed, faded = _looks(self.system.d, self.periods)
+        start = -self.system.restitution * self.rigid_velocity - self._rigid_start[1]
+        moved = self.response.rigid_displacement(self.phase + t) + self.system.load.mean * pushed + start * faded
         return float(np.ptp(moved)) or 1.0
 
     # -- motion --
@@ -131,8 +139,7 @@ class Motion:
         here = np.array([self.phase])
         cosines, _ = mode_shapes(positions, self.modes)
         forced = self.forced_elastic(positions, here).velocity[:, 0]
-        _, forced_modes = self.response.modal(self.modes, here)
-        transient = self.state.velocity - forced_modes[:, 0]
+        transient = self.state.velocity - self.state.forced_velocity
         return np.asarray(self.rigid_velocity + forced + cosines @ transient)
 
     def field(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Field:
@@ -202,11 +209,20 @@ class Motion:
 
     @cached_property
     def _end_rows(self) -> Array:
-        return mode_shapes(np.array([1.0]), self.modes)[0]
+        return np.where(np.arange(1, self.modes + 1) % 2, -2.0, 2.0)[None, :]
 
     @cached_property
     def _offset(self) -> float:
         """Where the wall stands: B77's arbitrary constant, from y(0⁺) = 0."""
-        end = np.array([1.0])
-        forced = self.forced_elastic(end, np.array([self.phase])).displacement[0, 0]
-        return -float(forced + (mode_shapes(end, self.modes)[0] @ self.state.z)[0])
+        forced = self.forced_elastic(np.array([1.0]), np.array([self.phase])).displacement[0, 0]
+        return -float(forced + (self._end_rows @ self.state.z)[0])
+
+
+@lru_cache(maxsize=32)
+def _looks(d: float, periods: int) -> tuple[Array, Array, Array]:
+    """Times over an impact period, and what a unit mean load and a unit start velocity have moved by then."""
+    t = np.linspace(0.0, 2.0 * math.pi * periods, 64 * periods + 1)
+    looks = t, np.asarray(t**2 * phi2(d * t)), np.asarray(t * phi1(d * t))
+    for values in looks:
+        values.setflags(write=False)
+    return looks

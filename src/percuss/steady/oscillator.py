@@ -5,6 +5,7 @@ Everything broadcasts over modes and times; overdamped and critically damped mod
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from percuss.model.checks import Array
 
-__all__ = ["Propagator", "dissipated", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
+__all__ = ["Propagator", "dissipated", "flights", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
 
 _CHUNK = 1 << 20  # modes × times handled at once
 _SMALL = 0.1  # below this the differences in phi2 would lose digits and the series takes over
@@ -88,6 +89,19 @@ def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
         b = np.where(over, slow * t * phi1(spread), half * t * np.sinc(angle / np.pi))
         versine = np.where(over, half - cosine, half * 2.0 * np.sin(0.5 * angle) ** 2)
     return Propagator(cosine + half_d * b, b, -(omega**2) * b, cosine - half_d * b, half, versine)
+
+
+@lru_cache(maxsize=8)
+def flights(s: float, d: float, period: float, modes: int) -> tuple[Array, Propagator]:
+    """Frequencies of the elastic modes n = 1 … `modes` and their propagators over one period, each of shape (modes,).
+
+    The last few are kept: they are the same for every load, phase and restitution.
+    """
+    omega = mode_frequencies(s, modes)
+    step = propagator(omega, d, period)
+    for values in (omega, *step):
+        values.setflags(write=False)
+    return omega, step
 
 
 def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:

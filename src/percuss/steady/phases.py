@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -32,8 +33,12 @@ Response: TypeAlias = HarmonicResponse | PiecewiseResponse
 Curve: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 
+@lru_cache(maxsize=32)
 def forced_response(system: System) -> Response:
-    """The forced response, exact for the load's own form: piecewise where that is known, else by harmonics."""
+    """The forced response, exact for the load's own form: piecewise where that is known, else by harmonics.
+
+    The last few are kept: every motion of a system, and whatever is asked of it, shares one.
+    """
     return PiecewiseResponse(system) if system.load.is_piecewise else HarmonicResponse(system)
 
 
@@ -159,18 +164,19 @@ class Arcs:
     velocities: Array
     response: Response
 
-    @classmethod
-    def of(cls, response: Response) -> Arcs:
-        """Cut the circle at the critical points (or kinks) of the rigid velocity."""
+    @staticmethod
+    @lru_cache(maxsize=32)
+    def of(response: Response) -> Arcs:
+        """Cut the circle at the critical points (or kinks) of the rigid velocity; the last few are kept."""
         if isinstance(response, PiecewiseResponse):
             ends = response.starts
         elif response.k.size == 1:
             k = int(response.k[0])
             ends = np.sort(on_circle((np.pi * np.arange(2 * k) - np.angle(response.rigid_factor[0])) / k))
         else:
-            ends = trigonometric_roots(response.k, 1j * response.k * response.rigid_factor)
+            ends = _critical_phases(response.k.tobytes(), response.rigid_factor.tobytes())
         ends = np.append(ends, ends[0] + TURN)
-        return cls(ends, response.rigid_velocity(np.append(ends[:-1], ends[0])), response)
+        return Arcs(ends, response.rigid_velocity(np.append(ends[:-1], ends[0])), response)
 
     @property
     def highest(self) -> float:
@@ -215,26 +221,55 @@ class Arcs:
             from_top = np.clip(level / self.velocities[arc], -1.0, 1.0)
             return np.asarray(self.ends[arc] + np.arccos(from_top) / r.k[0])
 
-        def value(theta: Array) -> tuple[Array, Array]:
-            v, slope = harmonic_sums(theta, r.k, r.rigid_factor, 1j * r.k * r.rigid_factor)
-            return v, slope
-
-        phases = np.empty(arc.shape)
+        low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
+        waves = r.k.tobytes(), r.rigid_factor.tobytes()
         for number in np.unique(arc):
-            here = arc == number
-            phases[here] = self._invert_by_table(int(number), level[here], value)
-        return phases
+            here, ends = arc == number, self.ends[number : number + 2]
+            low[here], high[here], start[here] = _bracketed(level[here], *_nodes(*waves, *ends.tolist()))
+        return _polished(low, high, _waves(*waves), level, start)
 
-    def _invert_by_table(self, arc: int, level: Array, value: Curve) -> Array:
-        """Bracket each level between nodes that crowd at the arc's ends, where v_f is flat; then polish."""
-        ends = self.ends[arc], self.ends[arc + 1]
-        nodes = ends[0] + (ends[1] - ends[0]) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, _NODES)) ** 2
-        heights = value(nodes)[0]
-        if heights[0] > heights[-1]:
-            nodes, heights = nodes[::-1], heights[::-1]
-        heights = np.maximum.accumulate(heights)  # rounding where the arc is flat
-        right = np.clip(np.searchsorted(heights, level), 1, _NODES - 1)
-        a, b, low, high = heights[right - 1], heights[right], nodes[right - 1], nodes[right]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            start = low + (high - low) * np.where(b > a, (level - a) / (b - a), 0.5)
-        return _polished(np.minimum(low, high), np.maximum(low, high), value, level, start)
+
+# What follows depends on the alternating load and on d alone, so that a change of R, of s or of the mean load finds it
+# made already.
+
+
+def _waves(k: bytes, factor: bytes) -> Curve:
+    """v_f and v_f' of a load's harmonics."""
+    numbers, velocity = np.frombuffer(k), np.frombuffer(factor, dtype=complex)
+
+    def value(theta: Array) -> tuple[Array, Array]:
+        v, slope = harmonic_sums(theta, numbers, velocity, 1j * numbers * velocity)
+        return v, slope
+
+    return value
+
+
+@lru_cache(maxsize=64)
+def _critical_phases(k: bytes, factor: bytes) -> Array:
+    """Where v_f' = 0, increasing."""
+    numbers, velocity = np.frombuffer(k), np.frombuffer(factor, dtype=complex)
+    roots = trigonometric_roots(numbers, 1j * numbers * velocity)
+    roots.setflags(write=False)
+    return roots
+
+
+@lru_cache(maxsize=256)
+def _nodes(k: bytes, factor: bytes, start: float, stop: float) -> tuple[Array, Array]:
+    """Phases of an arc that crowd at its ends, where v_f is flat, and v_f there, which never falls; shapes (129,)."""
+    nodes = start + (stop - start) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, _NODES)) ** 2
+    heights = _waves(k, factor)(nodes)[0]
+    if heights[0] > heights[-1]:
+        nodes, heights = nodes[::-1], heights[::-1]
+    heights = np.maximum.accumulate(heights)  # rounding where the arc is flat
+    nodes.setflags(write=False)
+    heights.setflags(write=False)
+    return nodes, heights
+
+
+def _bracketed(level: Array, nodes: Array, heights: Array) -> tuple[Array, Array, Array]:
+    """Two phases around each level, and a first guess between them; each of the shape of `level`."""
+    right = np.clip(np.searchsorted(heights, level), 1, _NODES - 1)
+    a, b, low, high = heights[right - 1], heights[right], nodes[right - 1], nodes[right]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        start = low + (high - low) * np.where(b > a, (level - a) / (b - a), 0.5)
+    return np.minimum(low, high), np.maximum(low, high), start

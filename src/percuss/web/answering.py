@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from pydantic_core import PydanticSerializationError, to_json
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -114,8 +115,11 @@ def is_light(system: System) -> bool:
 
 def plain_json(tree: Any, status: int = 200) -> Response:
     """A tree of plain values as JSON."""
-    text = json.dumps(tree, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    return Response(text.encode("utf-8", "replace"), status, media_type="application/json")
+    try:
+        data = to_json(tree)
+    except PydanticSerializationError:  # half a surrogate pair, as only a hostile request has it
+        data = json.dumps(tree, allow_nan=False, separators=(",", ":")).encode("ascii")
+    return Response(data, status, media_type="application/json")
 
 
 def binary(data: bytes) -> Response:
