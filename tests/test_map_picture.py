@@ -14,7 +14,8 @@ pytest.importorskip("matplotlib")
 from percuss import Load, System
 from percuss.explore import Sweep, sweep
 from percuss.plot import sweep as picture
-from percuss.plot.map_picture import SHADES, _round
+from percuss.plot.map_axes import round_ticks
+from percuss.plot.map_plane import SHADES
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 PLANE = ("restitution=0.2:0.8:4", "load_factor=0.3:0.9:3")
@@ -71,7 +72,7 @@ def test_axes_read_plainly():
     figure = picture(a_map("s=0.5:20:9:log", "m=1:3:3"))
     assert [tick.get_text() for tick in figure.axes[0].get_xticklabels()] == ["0.5", "1", "2", "5", "10", "20"]
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["1", "2", "3"]
-    assert _round(0.001, 1000.0) == pytest.approx([10.0**i for i in range(-3, 4)])
+    assert round_ticks(0.001, 1000.0) == pytest.approx([10.0**i for i in range(-3, 4)])
 
 
 def test_panels_of_a_line_share_their_range():

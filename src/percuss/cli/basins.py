@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import sys
 from collections.abc import Sequence
 
 from percuss.cli.arguments import whole
 from percuss.cli.carrying import add_carrying, carried
-from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
 
 __all__ = ["run"]
@@ -88,7 +87,5 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(basins_report(case.title, found))
-    for what, path in (("basins", options.output), ("picture", options.plot)):
-        if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    tell_made(options.json, basins=options.output, picture=options.plot)
     return 0

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from percuss.cli.arguments import whole
 from percuss.cli.carrying import add_carrying, carried
-from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
 
 if TYPE_CHECKING:
@@ -78,7 +77,5 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(experiment_report(case.title, found))
-    for what, path in (("experiment", options.output), ("picture", options.plot)):
-        if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    tell_made(options.json, experiment=options.output, picture=options.plot)
     return 0

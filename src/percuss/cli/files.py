@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 from percuss.errors import CaseError, MissingExtraError
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.parser import Parser
 
-__all__ = ["PICTURES", "check_picture", "check_target", "named_case", "need"]
+__all__ = ["PICTURES", "check_picture", "check_target", "named_case", "need", "tell_made"]
 
 PICTURES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
@@ -50,6 +51,13 @@ def need(package: str, extra: str) -> None:
 
     if find_spec(package) is None:
         raise MissingExtraError(package, extra)
+
+
+def tell_made(quietly: bool, **paths: str | None) -> None:
+    """One line for every file that was made; `quietly`, when standard output holds JSON, among the messages."""
+    for what, path in paths.items():
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if quietly else sys.stdout)
 
 
 def named_case(name: str) -> Case:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from percuss.cli.arguments import events, start_keys, time_or_text, whole
-from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need
+from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.errors import CaseError, PercussError
 
@@ -64,15 +63,12 @@ def run(arguments: Sequence[str]) -> int:
     _check(parser, options)
     answer = _resumed(options) if options.resume is not None else _answered(parser, options)
     text = _json(answer, options) if options.json else ""
-    made = []
     if options.output is not None:
         answer.motion.save(options.output)
-        made.append(f"motion: {options.output}")
     if options.plot is not None:
         from percuss import plot
 
         plot.save(plot.trajectory(answer), options.plot)
-        made.append(f"picture: {options.plot}")
     if options.json:
         print(text)
     else:
@@ -80,8 +76,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(motion_report(answer, LAST if options.events is None else options.events[0]))
-    for line in made:
-        print(line, file=sys.stderr if options.json else sys.stdout)
+    tell_made(options.json, motion=options.output, picture=options.plot)
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 from percuss.errors import CaseError, PercussError
 
@@ -66,8 +65,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(steady_report(answer))
-    if options.plot is not None:
-        print(f"picture: {options.plot}", file=sys.stderr if options.json else sys.stdout)
+    tell_made(options.json, picture=options.plot)
     return 0
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.cli.arguments import whole
 from percuss.cli.carrying import add_carrying, carried
-from percuss.cli.files import PICTURES, check_picture, named_case
+from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 
 if TYPE_CHECKING:
@@ -87,12 +87,10 @@ def run(arguments: Sequence[str]) -> int:
         checked_boundaries(job.family, **_boundaries(job))
     found = _swept(parser, options, job)
     curves = _curves(job) if options.curves else None
-    made = [("map", options.output)]
     if options.plot is not None:
         from percuss import plot
 
         plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
-        made.append(("picture", options.plot))
     if options.json:
         from percuss.case.exploring_json import sweep_dict
 
@@ -102,9 +100,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(sweep_report(case.title, found, curves))
-    for what, path in made:
-        if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    tell_made(options.json, map=options.output, picture=options.plot)
     return 0
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from percuss.plot.canvas import INK, new_figure, style
-from percuss.plot.map_picture import SHADES
+from percuss.plot.map_plane import SHADES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
