@@ -143,8 +143,17 @@ def test_moves_of_a_square_load_and_refusals() -> None:
             placed(case, values)
     with pytest.raises(CaseError):
         placed(case, {"restitution": 2.0})
-    with pytest.raises(ParameterError, match=r"move bar\.length"):
-        placed(load_case("mini-breaker"), {"s": 30.0})
+    with pytest.raises(ParameterError, match="greater than 0"):
+        placed(load_case("mini-breaker"), {"s": 0.0})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_another_s_leaves_all_other_numbers_of_a_machine_alone(name: str) -> None:
+    case = without_recording(load_case(name))
+    now, moved = case.system(), placed(case, {"s": 7.5, "restitution": 0.25}).system()
+    assert (moved.s, moved.restitution) == (pytest.approx(7.5, rel=1e-12), 0.25)
+    assert moved.d == pytest.approx(now.d, rel=1e-12)
+    np.testing.assert_allclose(moved.load.coefficients, now.load.coefficients, rtol=1e-12)
 
 
 def test_place_answers_as_case_does(client: Client) -> None:

@@ -129,7 +129,7 @@ def _plain_parameters(case: Case) -> list[dict[str, Any]]:
         low, high = _RANGES.get(name) or _around(value)
         if name == "load_factor" and value is not None:
             high = max(high, 1.25 * value)
-        movable = name != "s" if case.is_si else True
+        movable = True
         if name == "d" and case.is_si:
             movable = bool(value)
         if name == "mean":

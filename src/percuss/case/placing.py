@@ -11,7 +11,7 @@ from percuss.case.family import CaseFamily
 from percuss.case.tables import case_of, json_tables, without_recording
 from percuss.errors import ParameterError
 from percuss.explore.family import PARAMETERS
-from percuss.model import Load
+from percuss.model import Bar, Load
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -26,7 +26,7 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
     """The case with these parameters, named as `percuss.case.describing.parameters` lists them.
 
     What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
-    its alternating part; a restitution takes the place of a receiving area.
+    its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
 
     Parameters
     ----------
@@ -172,7 +172,17 @@ def _kappa_of(load_factor: float) -> float:
 
 
 def _s(tables: Tables, value: float, now: System) -> None:
-    _plain(tables, "s")["s"] = value
+    """In SI by Young's modulus, the only size on which nothing but s = C/(LΩ) depends; the damping D stays."""
+    if "system" in tables:
+        tables["system"]["s"] = value
+        return
+    if not value > 0.0:
+        raise ParameterError("s", value, "a number greater than 0")
+    bar, ratio = tables["bar"], value / now.s
+    given = bar.get("youngs_modulus", f"{Bar.STEEL_MODULUS / 1e9!r} GPa")
+    bar["youngs_modulus"] = _like(given, (parsed_quantity(given)[0] or 0.0) * ratio**2)
+    if "damping_ratio" in bar:
+        bar["damping_ratio"] = _like(bar["damping_ratio"], (parsed_quantity(bar["damping_ratio"])[0] or 0.0) / ratio)
 
 
 def _d(tables: Tables, value: float, now: System) -> None:
@@ -187,14 +197,6 @@ def _d(tables: Tables, value: float, now: System) -> None:
     bar[key] = _like(bar[key], (number or 0.0) * (value / now.d))
 
 
-def _plain(tables: Tables, name: str) -> Tables:
-    if "system" not in tables:
-        remedy = "s = C/(LΩ): move bar.length or load.frequency"
-        raise ParameterError(name, None, "a dimensionless case", remedy)
-    found: Tables = tables["system"]
-    return found
-
-
 MOVABLE: dict[str, Callable[[Tables, float, System], None]] = {
     "kappa": _kappa,
     "amplitude": _amplitude,
@@ -206,5 +208,5 @@ MOVABLE: dict[str, Callable[[Tables, float, System], None]] = {
 }
 """How each dimensionless parameter is moved; the shape of the load before its size, as in `percuss.explore`."""
 
-_RELATIVE = ("amplitude", "mean", "load_factor", "d")
+_RELATIVE = ("amplitude", "mean", "load_factor", "s", "d")
 """What is moved by its ratio to the value now."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -47,6 +48,9 @@ class Bar:
     Bar: 341 mm × 1886 mm², 5.05 kg, C = 5172 m/s, impedance 7.66e+04 N·s/m, first mode 7584 Hz
     """
 
+    STEEL_MODULUS: ClassVar[float] = 210e9
+    """Young's modulus of steel in Pa, unless told otherwise."""
+
     length: float
     area: float
     youngs_modulus: float
@@ -57,7 +61,7 @@ class Bar:
         self,
         length: float,
         area: float | None = None,
-        youngs_modulus: float = 210e9,
+        youngs_modulus: float = STEEL_MODULUS,
         density: float = 7850.0,
         damping: float | None = None,
         *,
