@@ -23,6 +23,8 @@ from percuss.case.quick import quick_dict
 from percuss.case.tables import case_of, json_tables, without_recording
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
+from percuss.model import Load
+from percuss.model.recording import read_recording
 from percuss.stability import stability_plane
 from web_client import Client, events
 
@@ -114,6 +116,43 @@ def test_an_upload_is_read_as_the_command_line_reads_it(client: Client, tmp_path
     assert (
         client.request("POST", "/api/history?name=mine.exe", content=data).json()["problems"][0]["key"] == "load.file"
     )
+
+
+@pytest.mark.parametrize("name", ["a.mat", "packed.mat", "A.H5", "packed.hdf5", "a.tdms"])
+def test_packed_uploads_are_read_as_the_command_line_reads_them(client: Client, tmp_path: Any, name: str) -> None:
+    for package in ("scipy", "h5py", "nptdms"):
+        pytest.importorskip(package)
+    import h5py
+    from nptdms import ChannelObject, TdmsWriter
+    from scipy.io import savemat
+
+    t = np.arange(1500) / 1000.0
+    recorded = {"time": t, "force": 1e3 * (5.0 + 9.0 * np.cos(40.0 * np.pi * t))}
+    path, packed = tmp_path / name.lower(), name.startswith("packed")
+    if path.suffix == ".mat":
+        savemat(path, {**recorded, "note": "as measured", "more": {"a": [1.0]}}, do_compression=packed)
+    elif path.suffix == ".tdms":
+        with TdmsWriter(path) as file:
+            file.write_segment([ChannelObject("run", key, column) for key, column in recorded.items()])
+    else:
+        with h5py.File(path, "w") as content:
+            options = {"compression": "gzip", "shuffle": True, "fletcher32": True, "chunks": (400,)} if packed else {}
+            for key, column in recorded.items():
+                content.create_dataset(f"run/{key}", data=column, **options)
+    column = "run/force" if path.suffix in (".h5", ".hdf5") else "force"
+    clock = column.replace("force", "time")
+    asked = {"name": name, "column": column, "unit": "N", "time_column": clock}
+    found = client.request("POST", "/api/history", params=asked, content=path.read_bytes())
+    assert found.status_code == 200, found.text
+    tables = json_tables(load_case("hydraulic-drifter"))
+    here = case_of({**tables, "load": found.json()["load"]}).system()
+    history = read_recording(path, column=column, unit="N", time_column=clock)
+    whole = Load.history(history.time, history.values)
+    assert found.json()["report"]["frequency"] == whole.frequency
+    np.testing.assert_allclose(here.force_scale * here.load.coefficients, whole.coefficients, rtol=1e-12, atol=1e-9)
+    assert list(found.json()["notes"]) == list(history.notes)
+    refused = client.request("POST", "/api/history", params={**asked, "column": "nothing"}, content=path.read_bytes())
+    assert refused.status_code == 422 and "no column" in refused.json()["problems"][0]["message"]
 
 
 # -- moving ---------------------------------------------------------------------------------------------------------

@@ -1,11 +1,15 @@
-"""A client of the workbench without a network, and its binary answers read as the page reads them."""
+"""Clients of the workbench, without a network and for load; its binary answers, read as the page reads them."""
 
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
+import re
 import struct
-from typing import Any
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import httpx
 import numpy as np
@@ -79,3 +83,52 @@ def events(text: str) -> list[tuple[str, Any]]:
             told = dict(line.split(": ", 1) for line in lines)
             found.append((told["event"], json.loads(told["data"])))
     return found
+
+
+# -- over a socket, sparing with the processor ----------------------------------------------------------------------
+
+
+def posted(path: str, asked: Any, host: str = "127.0.0.1") -> bytes:
+    """A whole request, ready to be sent."""
+    body = json.dumps(asked).encode()
+    head = (
+        f"POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+    )
+    return head.encode() + body
+
+
+async def answered(reader: asyncio.StreamReader) -> tuple[int, bytes]:
+    """Status and body of the next answer on a connection."""
+    head = await reader.readuntil(b"\r\n\r\n")
+    length = re.search(rb"(?i)content-length: (\d+)", head)
+    return int(head[9:12]), await reader.readexactly(int(length[1])) if length else b""
+
+
+class Offered(NamedTuple):
+    """What came of requests that were offered at a rate."""
+
+    codes: list[int]
+    seconds: float
+    """From the first request to the last answer."""
+
+
+async def offered(port: int, requests: Sequence[bytes], rate: float, streams: int = 48) -> Offered:
+    """Send requests at a rate over persistent connections; each waits for its answer before it takes the next one.
+
+    A request costs this process some 0.1 ms, so that it is the server that is measured.
+    """
+    codes: list[int] = []
+    order = itertools.count()
+    begun = time.perf_counter()
+
+    async def stream() -> None:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        while (i := next(order)) < len(requests):
+            if (early := begun + i / rate - time.perf_counter()) > 0.0:
+                await asyncio.sleep(early)
+            writer.write(requests[i])
+            codes.append((await answered(reader))[0])
+        writer.close()
+
+    await asyncio.gather(*(stream() for _ in range(streams)))
+    return Offered(codes, time.perf_counter() - begun)

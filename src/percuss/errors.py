@@ -176,5 +176,8 @@ def _remade(kind: type[PercussError], args: tuple[object, ...], state: dict[str,
 
 
 def _short(value: object, limit: int = 80) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # a whole number of thousands of digits
+        text = "a huge number"
     return text if len(text) <= limit else text[: limit - 1] + "…"

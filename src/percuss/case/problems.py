@@ -14,6 +14,10 @@ from percuss.errors import CaseError, ParameterError
 __all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all"]
 
 
+_MOST = 100
+"""Problems that are told; what has thousands is no case, and each is looked up among the known keys."""
+
+
 class CaseErrors(CaseError):
     """Several problems of one case file, one a line.
 
@@ -56,7 +60,7 @@ def from_validation(
     fields
         The keys that each table takes; '' stands for the top of the file.
     """
-    found = error.errors(include_url=False)
+    found = error.errors(include_url=False)[:_MOST]
     extra = {_key(e["loc"], data): e for e in found if e["type"] == "extra_forbidden"}
     missing = {_key(e["loc"], data) for e in found if e["type"] == "missing"}
     meant: set[str] = set()  # missing keys that a misspelt one stands for are not reported twice

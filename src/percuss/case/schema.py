@@ -2,7 +2,8 @@
 
 The models keep what the file says (SI quantities as text with their units), so that a case can be written back as it
 was read; `percuss.case.building` makes the objects. A new load is a new class in one of the two unions at the end; a
-new table is a new optional field of both cases.
+new table is a new optional field of both cases. The text below a key is what the reference prints; what stands there
+for a key of one load holds for its dimensionless form, and for the loads after it that say nothing.
 """
 
 from __future__ import annotations
@@ -55,39 +56,62 @@ __all__ = [
 
 class BarTable(Table):
     length: Length
+    """From the driven to the striking end. Allowed: greater than 0."""
     area: Area | None = None
+    """Of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
     diameter: Length | None = None
+    """Of a solid round bar. Allowed: greater than 0. When left out: `area` is needed."""
     youngs_modulus: Stress | None = None
+    """Of the material. Allowed: greater than 0. When left out: steel, `"210 GPa"`."""
     density: Density | None = None
+    """Of the material. Allowed: greater than 0. When left out: steel, `"7850 kg/m^3"`."""
     damping: Damping | None = None
+    """Force per velocity and per metre of bar. Allowed: 0 or greater. When left out: that of `damping_ratio`."""
     damping_ratio: float | None = None
+    """The same as a fraction of the critical damping of the first elastic mode. Allowed: 0 or greater. When left out:
+    none."""
 
 
 class ContactTable(Table):
     restitution: float | None = None
+    """Coefficient of restitution. Allowed: 0 to 1. When left out: `receiving_area` is needed."""
     receiving_area: Area | None = None
+    """Cross-section of a long rod of the same material that is struck. Allowed: at least that of the bar. When left
+    out: `restitution` is needed."""
 
 
 class SystemTable(Table):
     s: float
+    r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0."""
     d: float
+    r"""Damping $D/(M\Omega)$. Allowed: 0 or greater."""
     restitution: float
+    """Coefficient of restitution. Allowed: 0 to 1."""
 
 
 class HarmonicForce(Table):
     kind: Literal["harmonic"]
+    """What the load is, and so what other keys it takes."""
     mean: ForceOrPressure
+    """Mean of the load, positive toward the wall."""
     amplitude: ForceOrPressure
+    """Amplitude of the alternating part."""
     harmonic: int = 1
+    """Which multiple of the fundamental. Allowed: 1 to 4096."""
     area: Area | None = None
+    """On which a pressure works. Allowed: greater than 0. When left out: the load is a force."""
     frequency: Frequency
+    """Of the fundamental. Allowed: greater than 0."""
 
 
 class SquareForce(Table):
     kind: Literal["square"]
     amplitude: ForceOrPressure
+    """The load is plus and minus this. Allowed: greater than 0."""
     kappa: float
+    """It is plus for the part κ/2 of each period. Allowed: between 0 and 2."""
     harmonics: int = 64
+    """How many Fourier coefficients are kept beside the exact steps. Allowed: 1 to 4096."""
     area: Area | None = None
     frequency: Frequency
 
@@ -95,7 +119,9 @@ class SquareForce(Table):
 class FourierForce(Table):
     kind: Literal["fourier"]
     coefficients: Coefficients
+    """From $p_0$ (the mean, imaginary part 0) up. Allowed: 1 to 4097 pairs."""
     unit: ForceUnit
+    """Of the coefficients."""
     area: Area | None = None
     frequency: Frequency
 
@@ -103,13 +129,20 @@ class FourierForce(Table):
 class HistoryForce(Table):
     kind: Literal["history"]
     file: str
+    """Relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
     area: Area | None = None
     frequency: Frequency | None = None
+    """Of the fundamental. Allowed: greater than 0. When left out: found from the record."""
     harmonics: Annotated[int, Field(ge=1)] | None = None
+    """How many to keep. When left out: those that stand out from the scatter of the cycles."""
     column: Column | None = None
+    """Which column or channel holds the values. When left out: the header tells."""
     unit: str | None = None
+    """Of the values, of force or pressure. When left out: the header tells."""
     time_column: Column | None = None
+    """Which column or channel holds the times. When left out: the header tells."""
     sample_rate: Frequency | None = None
+    """Of a file that holds no times. Allowed: greater than 0. When left out: the file tells."""
 
 
 class HarmonicLoad(Table):
@@ -135,20 +168,30 @@ class HistoryLoad(HistoryForce):
     """A recording beside a dimensionless system: `force_scale` is the force that counts as p = 1."""
 
     force_scale: Force
+    """The force that counts as $p = 1$. Allowed: greater than 0."""
 
 
 class StartTable(Table):
     """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
 
     position: NumberOrLength | None = None
+    """Rigid: of the bar. Allowed: 0 (on the wall) or less. When left out: −1."""
     velocity: NumberOrVelocity | None = None
+    """Rigid: of the bar, positive toward the wall. When left out: 0."""
     time: NumberOrTime | None = None
+    """Load phase at the start, in radians; not beside `orbit`. When left out: 0."""
     modal_displacement: Numbers | None = None
+    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. When left out: 0."""
     modal_velocity: Numbers | None = None
+    r"""Modal: $u_0', u_1', \dots$. When left out: 0."""
     orbit: int | None = None
+    """Just after the impact of this steady motion, numbered as `percuss steady` does. Allowed: 1 or greater."""
     periods: int | None = None
+    """With `orbit`: load periods per impact of that motion. Allowed: 1 or greater. When left out: 1."""
     random: Literal["rigid", "still", "ringing"] | None = None
+    """A random start: undeformed, undeformed and at rest, or with ringing modes."""
     seed: int | None = None
+    """With `random`; the same seed gives the same start. Allowed: 0 or greater. When left out: 0."""
 
 
 class PlainStart(StartTable):
@@ -163,10 +206,15 @@ class SimulationTable(Table):
     """How a simulation is made and when it ends; times with a unit, or in radians of the load's fundamental."""
 
     modes: int | None = None
+    """Elastic modes; 0 is a rigid bar. Allowed: 0 to 4096. When left out: 32."""
     impacts: int | None = None
+    """End after so many. Allowed: 0 to 1e9. When left out: 2000, or a million beside `time`."""
     time: NumberOrTime | None = None
+    """End after this time from the start, in radians. Allowed: greater than 0. When left out: `impacts` decides."""
     periodic: bool | None = None
+    """Whether to end when a periodic motion is found. When left out: true."""
     tolerance: float | None = None
+    """How near a state must come back to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
 class PlainSimulation(SimulationTable):
@@ -179,6 +227,7 @@ class PhysicalCase(Table):
     """The SI form: [bar], [load], [contact], and what a simulation takes."""
 
     title: str | None = None
+    """Free text."""
     bar: BarTable
     load: Annotated[HarmonicForce | SquareForce | FourierForce | HistoryForce, Field(discriminator="kind")]
     contact: ContactTable

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from percuss.case.apart import read_apart
 from percuss.case.plain import plain
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.recorded import history_load
 from percuss.case.schema import HistoryForce, HistoryLoad
 from percuss.case.tables import fourier_table
-from percuss.errors import CaseError
+from percuss.case.vetting import plain_mat, vetted
+from percuss.errors import CaseError, HistoryError
 
-__all__ = ["SUFFIXES", "uploaded_history"]
+__all__ = ["SUFFIXES", "read_here", "uploaded_history"]
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".wav")
-"""What an uploaded recording may be called; the suffix says how it is read.
+_PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
+_PACKED = (".mat", ".h5", ".hdf5", ".tdms")
 
-Not what can be compressed, as MATLAB's files and HDF5: a few megabytes of them unfold to more than any memory holds.
-"""
+SUFFIXES = (*_PLAIN, *_PACKED)
+"""What an uploaded recording may be called; the suffix says how it is read."""
 
 _FILE = "load.file"
 
@@ -32,10 +34,13 @@ _LONGEST_LINE = 20_000
 """Bytes of one line: millions of columns would be looked at one by one."""
 
 
-def uploaded_history(data: bytes, name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+def uploaded_history(
+    data: bytes, name: str, options: Mapping[str, Any], halt: Callable[[], bool] | None = None
+) -> dict[str, Any]:
     """The load in the bytes of a recording: the table [load] that stands for it, what was found, what was assumed.
 
-    The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts.
+    The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
+    or point elsewhere is looked into first, and then read by a process of its own.
 
     Parameters
     ----------
@@ -45,11 +50,17 @@ def uploaded_history(data: bytes, name: str, options: Mapping[str, Any]) -> dict
         What it is called where it comes from.
     options
         The other keys that [load] takes with ``kind = "history"``; with ``force_scale`` the load is dimensionless.
+    halt
+        Asked while another process reads; the recording is given up once it returns true.
 
     Raises
     ------
     CaseError
         When the recording cannot be read or used, or an option is wrong; with the key in [load].
+    MissingExtraError
+        When the package that reads it is not installed.
+    Interrupted
+        When `halt` returned true.
 
     Examples
     --------
@@ -62,16 +73,41 @@ def uploaded_history(data: bytes, name: str, options: Mapping[str, Any]) -> dict
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
         accepted = f"expected a name that ends in {', '.join(SUFFIXES)}"
-        raise CaseError("upload", _FILE, name, accepted, "save the recording as CSV; percuss steady reads more formats")
-    if suffix != ".wav" and max(map(len, data.splitlines()), default=0) > _LONGEST_LINE:
+        raise CaseError("upload", _FILE, name, accepted, "save the recording as CSV")
+    if suffix in _PLAIN and suffix != ".wav" and max(map(len, data.splitlines()), default=0) > _LONGEST_LINE:
         raise CaseError("upload", _FILE, name, f"a line of more than {_LONGEST_LINE} bytes", "a line for each sample")
-    table = _table(f"recording{suffix}", {key: value for key, value in options.items() if value not in (None, "")})
-    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
-        Path(folder, table.file).write_bytes(data)
+    given = {key: value for key, value in options.items() if value not in (None, "")}
+    file = _table(f"recording{suffix}", given).file
+    if suffix == ".mat":
         try:
-            load, notes = history_load(table, "upload", Path(folder))
-        except CaseError as error:
-            raise _without(error, folder) from None
+            data = plain_mat(data)
+        except HistoryError as error:
+            raise CaseError("upload", _FILE, None, error.message, error.remedy) from None
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        Path(folder, file).write_bytes(data)
+        if suffix in _PACKED:
+            return read_apart(Path(folder, file), given, halt)
+        return read_here(Path(folder, file), given)
+
+
+def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+    """As `uploaded_history`, of a file of ours.
+
+    Raises
+    ------
+    CaseError, MissingExtraError
+        As there.
+    """
+    folder = str(path.parent)
+    table = _table(path.name, dict(options))
+    try:
+        if path.suffix in _PACKED:
+            vetted(path)
+        load, notes = history_load(table, "upload", path.parent)
+    except HistoryError as error:
+        raise CaseError("upload", _FILE, None, error.message, error.remedy) from None
+    except CaseError as error:
+        raise _without(error, folder) from None
     kind = fourier_table(load)
     if isinstance(table, HistoryLoad):
         kind = {key: kind[key] for key in ("kind", "coefficients")}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import secrets
-import sys
 from collections.abc import Sequence
 from importlib import import_module
 
@@ -31,13 +30,25 @@ def _parser() -> Parser:
     parser = Parser("serve", _DESCRIPTION, _EXAMPLES)
     add = parser.add_argument
     add("case", metavar="CASE", nargs="?", help="what the page opens with: a TOML file, or a machine's name")
-    add("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1: this machine alone)")
+    add("--host", type=_host, default="127.0.0.1", help="address to listen on (default 127.0.0.1: this machine alone)")
     add("--port", type=_port, default=8321, help="port to listen on, 0 for any free one (default 8321)")
     add("--workers", metavar="N", type=_workers, default=1, help="processes (default 1)")
     add("--token", type=_token, help="a secret that the page must send; needed with --host elsewhere")
-    add("--name", action="append", default=[], help="another name of this server, for one behind a reverse proxy")
+    add(
+        "--name",
+        type=_host,
+        action="append",
+        default=[],
+        help="another name of this server, for one behind a reverse proxy",
+    )
     add("--no-browser", action="store_true", help="do not open the page")
     return parser
+
+
+def _host(text: str) -> str:
+    if not re.fullmatch(r"[\w.:%\[\]-]+", text):
+        raise argparse.ArgumentTypeError(f"'{text}': give a name or an address, such as 127.0.0.1, without a port")
+    return text
 
 
 def _port(text: str) -> int:
@@ -63,15 +74,13 @@ def run(arguments: Sequence[str]) -> int:
     """Serve the page until Ctrl-C; returns the exit code."""
     parser = _parser()
     options = parser.parsed(arguments)
-    for package in ("fastapi", "uvicorn", "plotly"):
+    for package in ("fastapi", "uvicorn", "httptools", "plotly"):
         need(package, "web")
     # cli and web are rooms of one floor, which do not import each other: this is the one door between them
     settings_room = import_module("percuss.web.settings")
-    if not settings_room.is_loopback(options.host):
-        if not options.token:
-            word = secrets.token_urlsafe(16)
-            parser.error(f"argument --host: others can reach {options.host}: it needs a token, such as --token {word}")
-        print(_OPEN.format(host=options.host), file=sys.stderr)
+    if not settings_room.is_loopback(options.host) and not options.token:
+        word = secrets.token_urlsafe(16)
+        parser.error(f"argument --host: others can reach {options.host}: it needs a token, such as --token {word}")
     text = ""
     if options.case is not None:
         from percuss.case.tables import without_recording
@@ -84,8 +93,3 @@ def run(arguments: Sequence[str]) -> int:
     )
     import_module("percuss.web.serving").serve(settings, options.workers, not options.no_browser)
     return 0
-
-
-_OPEN = """\
-percuss: listening on {host}: everyone who can reach this machine and has the token can make it compute.
-percuss: what is sent is not encrypted; in a network that is not yours put a reverse proxy with TLS before it."""

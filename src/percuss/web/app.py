@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from functools import cache
 from typing import Any
 
 from fastapi import FastAPI
@@ -22,6 +20,7 @@ from percuss.web import case_routes, experiment_routes, motion_routes, report_ro
 from percuss.web.answering import plain_json
 from percuss.web.gate import Gate
 from percuss.web.guard import Guard
+from percuss.web.kernels import Kernels
 from percuss.web.problems import Refusal, problem, problems_of
 from percuss.web.settings import Settings
 from percuss.web.static import Shelf
@@ -81,19 +80,20 @@ def create_app(settings: Settings | None = None) -> Any:
     )
     app.state.settings = settings
     app.state.gate = Gate(settings.limits)
-    shelf = Shelf()
+    app.state.kernels = Kernels()
+    app.state.shelf = shelf = Shelf()
     for module in (case_routes, steady_routes, motion_routes, experiment_routes, report_routes):
         app.include_router(module.router)
 
-    @app.get("/", include_in_schema=False)
+    @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)
     async def page(request: Request) -> Response:
         return shelf.answer(request, "index.html")
 
-    @app.get("/favicon.ico", include_in_schema=False)
+    @app.api_route("/favicon.ico", methods=["GET", "HEAD"], include_in_schema=False)
     async def icon(request: Request) -> Response:
         return shelf.answer(request, "icon.svg")
 
-    @app.get("/static/{name:path}", include_in_schema=False)
+    @app.api_route("/static/{name:path}", methods=["GET", "HEAD"], include_in_schema=False)
     async def static(request: Request, name: str) -> Response:
         return shelf.answer(request, name)
 
@@ -108,27 +108,13 @@ def create_app(settings: Settings | None = None) -> Any:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    await asyncio.to_thread(_warm)
+    app.state.kernels.begin(app.state.shelf.compress)
     if app.state.gate.quick.closed:  # begun again after an end
         app.state.gate = Gate(app.state.settings.limits)
     try:
         yield
     finally:
         app.state.gate.close()
-
-
-@cache
-def _warm() -> None:
-    """Load the kernels, so that the first question does not wait for the compiler."""
-    try:
-        from percuss.case import load_case, simulation_answer
-        from percuss.case.curves import curves_dict
-
-        case = load_case("mini-breaker")
-        curves_dict(case, points=3, branches=3)
-        simulation_answer(case.changed(simulation={"impacts": 2, "modes": 2}))
-    except Exception:
-        _log.exception("the kernels could not be loaded")
 
 
 # -- what errors become ---------------------------------------------------------------------------------------------

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 __all__ = [
     "AxisAsked",
@@ -42,11 +44,23 @@ class _Asked(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
+_DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
+
+
+def _flat(text: str) -> str:
+    """Refuse keys of many parts: the time and the memory that reading them takes go with the square of their number."""
+    if _DEEP_KEY.search(text):
+        raise PydanticCustomError("deep_key", "expected no key of twenty parts")
+    return text
+
+
 class CaseAsked(_Asked):
     """A case: exactly one of the three."""
 
     case: dict[str, Any] | None = Field(None, description="the tables of a case file, as JSON")
-    toml: Annotated[str, Field(max_length=500_000)] | None = Field(None, description="the text of a case file")
+    toml: Annotated[str, Field(max_length=200_000), AfterValidator(_flat)] | None = Field(
+        None, description="the text of a case file"
+    )
     machine: Annotated[str, Field(max_length=64)] | None = Field(
         None, description="a machine of the catalogue", examples=["mini-breaker"]
     )

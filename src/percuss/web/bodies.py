@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import math
 from collections.abc import Callable, Coroutine
@@ -24,27 +23,28 @@ async def bounded_body(request: Request, most: int, seconds: float) -> bytes:
     Raises
     ------
     Refusal
-        413 when it is larger than `most` bytes, 408 when it does not come in time.
+        413 when it is larger than `most` bytes, 408 when it does not come in time, 415 when it is packed.
     """
+    if request.headers.get("content-encoding", "identity").strip().lower() != "identity":
+        raise refused(415, "the body must not be packed", "send it without Content-Encoding", close=True)
     told = request.headers.get("content-length", "")
     if told.isascii() and told.isdigit() and int(told[:20]) > most:
         raise _too_large(most)
     parts, size = [], 0
     try:
-        async with asyncio.timeout(seconds):
+        async with request.app.state.gate.waiting(seconds):
             async for part in request.stream():
                 size += len(part)
                 if size > most:
                     raise _too_large(most)
                 parts.append(part)
-    except TimeoutError:
-        raise refused(408, "the request did not come in time") from None
     except ClientDisconnect:
         raise refused(400, "the request ended before its body") from None
     return b"".join(parts)
 
 
 def _too_large(most: int) -> Exception:
+    # the connection goes on: who still sends would otherwise not see the answer
     return refused(413, f"larger than {most / 1e6:g} MB", "send less")
 
 
@@ -54,10 +54,10 @@ def strict_json(body: bytes, depth: int) -> Any:
     Raises
     ------
     Refusal
-        400 for what is not JSON, NaN and infinities, numbers out of range, and deep nesting.
+        400 for what is not JSON, NaN and infinities, numbers out of range, keys given twice, and deep nesting.
     """
     try:
-        value = json.loads(body, parse_constant=_no_constant)
+        value = json.loads(body, parse_constant=_no_constant, object_pairs_hook=_once)
         _check(value, depth)
     except (RecursionError, _TooDeep):
         raise refused(400, f"JSON nested deeper than {depth} levels") from None
@@ -72,6 +72,14 @@ class _TooDeep(Exception):
 
 def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number of JSON")
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Each key once, as in a case file: of two values the one that was meant cannot be told."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key is given twice")
+    return found
 
 
 def _check(value: Any, depth: int) -> None:
@@ -122,6 +130,9 @@ class StrictRoute(APIRoute):
                 raise refused(415, "the body must be JSON", "send Content-Type: application/json")
             strict = _StrictRequest(request.scope, request.receive)
             strict.limits = request.app.state.settings.limits
+            await strict.body()  # a bad one is refused at once
+            async with request.app.state.gate.waiting():
+                await request.app.state.kernels.wait()
             return await answered(strict)
 
         return handler

@@ -164,7 +164,7 @@ async def history(
         "force_scale": force_scale,
         "harmonics": harmonics,
     }
-    found = await lane.run(request, limits.seconds, lambda _: uploaded_history(data, name, options))
+    found = await lane.run(request, limits.seconds, lambda halt: uploaded_history(data, name, options, halt))
     return plain_json(found)
 
 

@@ -24,7 +24,7 @@ from percuss.web.asking import ExperimentAsked, ExperimentFileAsked
 from percuss.web.bodies import StrictRoute
 from percuss.web.cases import Memory, case_asked, case_key
 from percuss.web.problems import problem, problems_of, refused
-from percuss.web.steady_routes import BINARY
+from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -42,12 +42,18 @@ _experiments: Memory[Experiment] = Memory(2)
 _PING = 1.0
 """Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
 
+_LOOK = 0.1
+"""Seconds between two looks at whether the client is still there, and the server not ending."""
+
 _log = logging.getLogger("percuss.web")
 
 STREAM: dict[int | str, dict[str, Any]] = {
     200: {"description": "server-sent events", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
     **PROBLEMS,
 }
+
+
+FILE = {**BINARY, 200: bytes_of("a file", "application/x-netcdf", "text/csv")}
 
 
 @router.post("/api/experiment", summary="Random starts, told as they go", response_class=Response, responses=STREAM)
@@ -80,7 +86,7 @@ async def experiment(request: Request, asked: ExperimentAsked) -> Response:
     )
 
 
-@router.post("/api/experiment/file", summary="An experiment as a file", response_class=Response, responses=BINARY)
+@router.post("/api/experiment/file", summary="An experiment as a file", response_class=Response, responses=FILE)
 async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Response:
     """NetCDF or CSV, one row for each start; what was not just computed is computed again, with the same numbers."""
     limits, gate = limits_of(request), gate_of(request)
@@ -143,10 +149,12 @@ async def _told(
 ) -> AsyncIterator[bytes]:
     """The events as text, until the last one or until the client leaves."""
     yield b": begun\n\n"
+    silent = 0.0
     while True:
         try:
-            kind, what = await asyncio.wait_for(events.get(), _PING)
+            kind, what = await asyncio.wait_for(events.get(), _LOOK)
         except TimeoutError:
+            silent += _LOOK
             if await request.is_disconnected():
                 return
             if halt():
@@ -155,8 +163,11 @@ async def _told(
                 return
             if running.done() and events.empty():
                 return
-            yield b": still here\n\n"
+            if silent >= _PING:
+                silent = 0.0
+                yield b": still here\n\n"
             continue
+        silent = 0.0
         yield _event(kind, what)
         if kind in ("done", "error"):
             return

@@ -6,7 +6,7 @@ import asyncio
 import threading
 import time
 from collections.abc import AsyncIterator, Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, TypeVar
 
@@ -106,21 +106,21 @@ class Lane:
         """
         async with self.place(seconds) as halt:
             running = self.submit(lambda: work(halt))
-            future = asyncio.wrap_future(running)
-            future.add_done_callback(_looked_at)
+            ended = _told_when_done(running)
             try:
-                done, _ = await asyncio.wait({future}, timeout=_LOOK)
-                while not done:
+                while not await _within(ended, _LOOK):
                     if self.closed:
                         raise refused(503, "the server is stopping")
                     if halt.late:
                         raise refused(503, "it took too long", "ask for less")
                     if await request.is_disconnected():
                         raise refused(503, "nobody waits for it")
-                    done, _ = await asyncio.wait({future}, timeout=_LOOK)
             finally:
                 self.hold(running)
-            return future.result()
+            try:
+                return running.result()
+            except CancelledError:  # it was in line when the lane was closed
+                raise refused(503, "the server is stopping") from None
 
     def hold(self, running: Future[T]) -> None:
         """Keep a place taken while work that was given up goes on, so that no more than is allowed ever runs."""
@@ -146,10 +146,30 @@ class Lane:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _looked_at(future: asyncio.Future[T]) -> None:
-    """What nobody waits for any more may fail in silence."""
-    if not future.cancelled():
-        future.exception()
+def _told_when_done(running: Future[T]) -> asyncio.Event:
+    """An event of the running loop that is set when the work has ended, well or badly.
+
+    Not `asyncio.wrap_future`: what the work raised when nobody waits for it any more would be found by the loop at the
+    end, and complained of.
+    """
+    loop, ended = asyncio.get_running_loop(), asyncio.Event()
+
+    def tell(_: Future[T]) -> None:
+        with suppress(RuntimeError):  # the loop may be gone
+            loop.call_soon_threadsafe(ended.set)
+
+    running.add_done_callback(tell)
+    return ended
+
+
+async def _within(event: asyncio.Event, seconds: float) -> bool:
+    """Whether an event is set within some time."""
+    try:
+        async with asyncio.timeout(seconds):
+            await event.wait()
+    except TimeoutError:
+        return False
+    return True
 
 
 class Gate:
@@ -159,8 +179,36 @@ class Gate:
         self.quick = Lane("quick", limits.quick, limits.quick_waiting)
         self.heavy = Lane("heavy", limits.heavy, limits.heavy_waiting)
         self.experiments = Lane("experiment", limits.experiments, 0)
+        self.closed = False
+        self._waits: set[asyncio.Timeout] = set()
+
+    @asynccontextmanager
+    async def waiting(self, seconds: float | None = None) -> AsyncIterator[None]:
+        """A block that waits for others: for some seconds, and not beyond the end of the server.
+
+        Raises
+        ------
+        Refusal
+            408 when the time is up, 503 when the server stops.
+        """
+        if self.closed:
+            raise refused(503, "the server is stopping")
+        try:
+            async with asyncio.timeout(seconds) as limit:
+                self._waits.add(limit)
+                try:
+                    yield
+                finally:
+                    self._waits.discard(limit)
+        except TimeoutError:
+            if self.closed:
+                raise refused(503, "the server is stopping") from None
+            raise refused(408, "the request did not come in time", close=True) from None
 
     def close(self) -> None:
         """Stop everything."""
+        self.closed = True
         for lane in (self.quick, self.heavy, self.experiments):
             lane.close()
+        for limit in list(self._waits):
+            limit.reschedule(0.0)

@@ -110,6 +110,9 @@ class Guard:
         if path.startswith("/api/"):
             if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
                 return refused(403, "requests from other pages are not answered", "", "Sec-Fetch-Site")
+            referer = headers.get("referer")
+            if referer is not None and _place_of(referer) != host.lower():
+                return refused(403, "requests from other pages are not answered", "", "Referer", referer)
             if self.settings.token and path not in _OPEN and not self._knows(headers.get("authorization", "")):
                 return refused(401, "this server wants its token", "open the address that 'percuss serve' printed")
         return None
@@ -121,7 +124,7 @@ class Guard:
 
 
 def _place_of(origin: str) -> str:
-    """Name and port of an Origin header; "" for one that makes no sense."""
+    """Name and port in an Origin or Referer header; "" for one that makes no sense."""
     try:
         return urlsplit(origin).netloc.lower()
     except ValueError:

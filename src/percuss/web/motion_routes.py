@@ -27,7 +27,7 @@ from percuss.web.bodies import StrictRoute
 from percuss.web.cases import Memory
 from percuss.web.packing import packed
 from percuss.web.problems import refused
-from percuss.web.steady_routes import BINARY
+from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 __all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
+
+NETCDF = {**BINARY, 200: bytes_of("a file of NetCDF", "application/x-netcdf")}
 
 _motions: Memory[SimulationAnswer] = Memory(8)
 _MOST_KEPT = 8_000_000  # bytes of states
@@ -55,7 +57,7 @@ async def simulate(request: Request, asked: SimulateAsked) -> Response:
     return plain_json(await answer_of(request, asked, work))
 
 
-@router.post("/api/simulate/file", summary="A simulated motion as NetCDF", response_class=Response, responses=BINARY)
+@router.post("/api/simulate/file", summary="A simulated motion as NetCDF", response_class=Response, responses=NETCDF)
 async def simulate_file(request: Request, asked: SimulateAsked) -> Response:
     """The whole motion, which percuss simulate --resume follows further."""
     limits = limits_of(request)

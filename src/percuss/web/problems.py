@@ -27,10 +27,15 @@ class Refusal(HTTPException):
         self.problems = list(problems)
 
 
-def refused(status: int, message: str, remedy: str = "", key: str = "", value: object = None) -> Refusal:
-    """A `Refusal` with one problem."""
-    headers = {429: {"Retry-After": "1"}, 401: {"WWW-Authenticate": "Bearer"}, 503: {"Retry-After": "5"}}.get(status)
-    return Refusal(status, [problem(key, value, message, remedy)], headers)
+def refused(
+    status: int, message: str, remedy: str = "", key: str = "", value: object = None, *, close: bool = False
+) -> Refusal:
+    """A `Refusal` with one problem; `close` ends the connection, on which the rest of a body would still come."""
+    headers = {429: {"Retry-After": "1"}, 401: {"WWW-Authenticate": "Bearer"}, 503: {"Retry-After": "5"}}.get(
+        status, {}
+    )
+    ending = {"Connection": "close"} if close else {}
+    return Refusal(status, [problem(key, value, message, remedy)], {**headers, **ending})
 
 
 def problem(key: str, value: object, message: str, remedy: str = "") -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import gc
 import multiprocessing
 import os
 import signal
@@ -10,14 +12,16 @@ import sys
 import threading
 import time
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from multiprocessing.connection import wait
 from typing import TYPE_CHECKING
 
 import uvicorn
 
 from percuss.errors import PercussError
-from percuss.web.settings import Settings
+from percuss.web.settings import Settings, is_loopback
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -28,8 +32,20 @@ __all__ = ["address", "bound", "serve"]
 _GRACE = 1
 """Seconds that requests under way have to end after the server is told to stop."""
 
-_PATIENCE = 5.0
-"""Seconds that loading the kernels from numba's cache does not take."""
+_REMEDIES: dict[int | None, str] = {
+    errno.EADDRINUSE: "--port 0 takes a free port",
+    errno.EACCES: "ports below 1024 belong to the system: --port 8321, or --port 0 for a free one",
+}
+
+_OPEN = """\
+percuss: listening on {host}: everyone who can reach this machine and has the token can make it compute.
+percuss: what is sent is not encrypted; in a network that is not yours put a reverse proxy with TLS before it."""
+
+_TICK = 0.1
+"""Seconds between two looks of the supervisor at whether the end is asked for."""
+
+_TIDY = 0.3
+"""Seconds that threads have to notice the end and to remove their temporary files."""
 
 
 def address(settings: Settings) -> str:
@@ -59,7 +75,8 @@ def bound(host: str, port: int) -> socket.socket:
     except (OSError, UnicodeError) as error:
         found.close()
         reason = getattr(error, "strerror", None) or str(error)
-        raise PercussError(f"cannot listen on {host}, port {port}: {reason}", "--port 0 takes a free port") from None
+        remedy = _REMEDIES.get(getattr(error, "errno", None), "--host takes an address of this machine")
+        raise PercussError(f"cannot listen on {host}, port {port}: {reason}", remedy) from None
     found.set_inheritable(True)
     return found
 
@@ -83,6 +100,8 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
     """
     listening = bound(settings.host, settings.port)
     settings = replace(settings, port=listening.getsockname()[1])
+    if not is_loopback(settings.host):
+        print(_OPEN.format(host=settings.host), file=sys.stderr, flush=True)
 
     def tell() -> None:
         print(f"percuss workbench: {address(settings)}  (Ctrl-C ends it)", flush=True)
@@ -99,9 +118,11 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
 def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
     """Serve in this process; also what every worker process does."""
     from percuss.web.app import create_app
+    from percuss.web.wire import protocol
 
     config = uvicorn.Config(
         create_app(settings),
+        http=protocol(settings.limits),
         host=settings.host,
         port=settings.port,
         ws="none",
@@ -116,33 +137,33 @@ def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None
     sys.setswitchinterval(0.001)  # a slider's answer does not wait 5 ms behind a long computation
     server = _Server(config)
     server.ready = ready
-    patience = threading.Timer(_PATIENCE, _tell_of_preparing)
-    patience.daemon = True
-    server.patience = patience
-    patience.start()
+    _end_with_parent(server)
     server.run([listening])
     _end()
 
 
 def _supervise(settings: Settings, listening: socket.socket, workers: int) -> None:
     """Keep so many worker processes on one socket until the end is asked for."""
-    told = threading.Event()
-    before = {which: signal.signal(which, lambda *_: told.set()) for which in (signal.SIGINT, signal.SIGTERM)}
+    told: list[int] = []  # not an Event: its lock may be held where the signal arrives
+    before = {which: signal.signal(which, lambda sig, _: told.append(sig)) for which in (signal.SIGINT, signal.SIGTERM)}
     spawn = multiprocessing.get_context("spawn")
 
     def begun() -> BaseProcess:
         process = spawn.Process(target=_work, args=(settings, listening))
-        process.start()
+        with _without_interrupt():
+            process.start()
         return process
 
-    crew = [begun() for _ in range(workers)]
+    crew: list[BaseProcess] = []
     try:
-        while not told.wait(0.5):
-            dead = [process for process in crew if not process.is_alive()]
-            if dead:
-                told.wait(1.0)  # one that cannot even begin is not begun a thousand times a second
-                crew = [process for process in crew if process.is_alive()]
-                crew += [begun() for _ in range(workers - len(crew)) if not told.is_set()]
+        while not told:
+            crew = [process for process in crew if process.is_alive()]
+            crew += [begun() for _ in range(workers - len(crew))]
+            began = time.monotonic()
+            while not told and not wait([process.sentinel for process in crew], _TICK):
+                pass
+            while not told and time.monotonic() < began + 1.0:  # who cannot even begin is not begun without end
+                time.sleep(_TICK)
     finally:
         for process in crew:
             process.terminate()
@@ -158,13 +179,10 @@ class _Server(uvicorn.Server):
     """uvicorn's server; what is being computed is stopped as soon as the end is asked for."""
 
     ready: Callable[[], None] | None = None
-    patience: threading.Timer | None = None
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Tell who waits that the kernels are loaded and the page answers."""
+        """Tell who waits that the page answers."""
         await super().startup(sockets)
-        if self.patience is not None:
-            self.patience.cancel()
         if self.ready is not None and self.started:
             self.ready()
 
@@ -173,29 +191,61 @@ class _Server(uvicorn.Server):
         if self.should_exit and sig == signal.SIGINT:
             self.force_exit = True
         self.should_exit = True
+        self._close_gate()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Also when no signal asked for it."""
+        self._close_gate()
+        await super().shutdown(sockets)
+
+    def _close_gate(self) -> None:
         gate = getattr(getattr(getattr(self.config.loaded_app, "app", None), "state", None), "gate", None)
         if gate is not None:
             gate.close()
 
 
+@contextmanager
+def _without_interrupt() -> Iterator[None]:
+    """A process that is begun here never sees Ctrl-C, which a terminal sends to all: it is told to end by this one."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _end_with_parent(server: _Server) -> None:
+    """A worker whose supervisor was killed does not stay behind on the socket."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        parent.join()
+        server.should_exit = True
+
+    threading.Thread(target=watch, name="percuss-parent", daemon=True).start()
+
+
 def _end() -> None:
     """Leave, though a thread may still compute: Python would wait for it."""
-    until = time.monotonic() + _GRACE
-    while _busy() and time.monotonic() < until:
+    until = time.monotonic() + _TIDY
+    while _working("percuss-kernels") and time.monotonic() < until:
         time.sleep(0.02)
-    if _busy():
+    if _working():
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(0)
+    gc.freeze()  # else Python looks through all of numba for cycles before it leaves, which takes half a second
 
 
-def _tell_of_preparing() -> None:
-    text = "percuss: preparing; when kernels must be compiled about half a minute, later runs take them from a cache"
-    print(text, file=sys.stderr, flush=True)
-
-
-def _busy() -> bool:
-    return any(thread.name.startswith("percuss-") and thread.is_alive() for thread in threading.enumerate())
+def _working(*but: str) -> bool:
+    """Whether threads of ours go on: those of the lanes, and the one that loads the kernels."""
+    names = {thread.name for thread in threading.enumerate()} - {"percuss-parent", *but}
+    return any(name.startswith("percuss-") for name in names)
 
 
 def _has_screen() -> bool:

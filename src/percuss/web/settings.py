@@ -18,6 +18,8 @@ class Limits:
     ----------
     json_bytes, upload_bytes, depth
         Of a request: size of a JSON body, of an uploaded history, and how deep JSON may nest.
+    head_bytes, head_seconds
+        Of what comes before a body: its size, and after how long a connection that does not send one is closed.
     modes, simulation_modes, harmonics
         Elastic modes of a steady answer and of a simulation; the highest harmonic of a load.
     impacts, periods, m
@@ -37,6 +39,8 @@ class Limits:
     json_bytes: int = 1_000_000
     upload_bytes: int = 10_000_000
     depth: int = 32
+    head_bytes: int = 65_536
+    head_seconds: float = 15.0
     modes: int = 256
     simulation_modes: int = 256
     harmonics: int = 1024

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,18 +40,22 @@ _DENSE = (".png", ".ico", ".woff2")
 
 @dataclass(frozen=True)
 class _File:
-    """One file: its bytes, as they are and compressed."""
+    """One file of the page."""
 
     data: bytes
-    small: bytes | None
+    dense: bool
     kind: str
     tag: str
 
+    @cached_property
+    def small(self) -> bytes | None:
+        """Compressed when first asked for, which takes a while for plotly."""
+        return None if self.dense else gzip.compress(self.data, 6, mtime=0)
+
     @classmethod
     def of(cls, data: bytes, suffix: str) -> _File:
-        small = None if suffix in _DENSE else gzip.compress(data, 6, mtime=0)
         tag = f'"{hashlib.sha256(data).hexdigest()[:32]}"'
-        return cls(data, small, _KINDS[suffix], tag)
+        return cls(data, suffix in _DENSE, _KINDS[suffix], tag)
 
 
 class Shelf:
@@ -82,6 +87,11 @@ class Shelf:
         """What there is."""
         return tuple(sorted(self._files))
 
+    def compress(self) -> None:
+        """Have everything compressed before it is asked for; in a thread, beside other work."""
+        for file in self._files.values():
+            _ = file.small
+
     def answer(self, request: Request, name: str) -> Response:
         """One file, or that the browser has it already.
 
@@ -96,7 +106,7 @@ class Shelf:
         headers = {"etag": file.tag, "cache-control": "no-cache", "vary": "accept-encoding"}
         if file.tag in (tag.strip() for tag in request.headers.get("if-none-match", "").split(",")):
             return Response(status_code=304, headers=headers)
-        if file.small is not None and "gzip" in request.headers.get("accept-encoding", ""):
+        if "gzip" in request.headers.get("accept-encoding", "") and file.small is not None:
             return Response(file.small, media_type=file.kind, headers={**headers, "content-encoding": "gzip"})
         return Response(file.data, media_type=file.kind, headers=headers)
 

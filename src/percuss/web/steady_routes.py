@@ -33,11 +33,17 @@ __all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 
+
+def bytes_of(what: str, *kinds: str) -> dict[str, Any]:
+    """The answer of a route that is no JSON, for the schema."""
+    return {
+        "description": what,
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in kinds},
+    }
+
+
 BINARY: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "a JSON header and arrays",
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-    },
+    200: bytes_of("a JSON header and arrays", "application/octet-stream"),
     **PROBLEMS,
 }
 
@@ -95,7 +101,7 @@ async def boundary_curves(request: Request, asked: BoundariesAsked) -> Response:
     x = axis_of(asked.x, "x")
     if len(x) > limits.boundary_points:
         raise refused(422, f"expected at most {limits.boundary_points} values", "", "x.count", len(x))
-    return plain_json(await answer_of(request, asked, lambda case, _: _boundaries(case, x, asked)))
+    return plain_json(await answer_of(request, asked, lambda case, halt: _boundaries(case, x, asked, halt)))
 
 
 def axis_of(asked: AxisAsked, key: str) -> Axis:
@@ -125,10 +131,10 @@ def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Ha
     _check_size(job, limits)
     from percuss.explore.sweeps import Sweep
 
-    found = Sweep.shaped(job, job.compute(0, job.size, halt))
-    if halt():
+    columns = job.compute(0, job.size, halt)
+    if halt():  # then cells are missing
         raise refused(503, "it took too long", "ask for fewer cells")
-    return _packed_map(found, x, y, 1e3 * (time.perf_counter() - begun))
+    return _packed_map(Sweep.shaped(job, columns), x, y, 1e3 * (time.perf_counter() - begun))
 
 
 def _check_size(job: SweepJob, limits: Limits) -> None:
@@ -172,7 +178,7 @@ def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> bytes:
     return packed(header, arrays)
 
 
-def _boundaries(case: Case, x: Axis, asked: BoundariesAsked) -> dict[str, Any]:
+def _boundaries(case: Case, x: Axis, asked: BoundariesAsked, halt: Halt) -> dict[str, Any]:
     from percuss.case import CaseFamily
     from percuss.explore import boundaries
 
@@ -185,6 +191,9 @@ def _boundaries(case: Case, x: Axis, asked: BoundariesAsked) -> dict[str, Any]:
         asked.periods,
         asked.criterion,
         kinds=tuple(dict.fromkeys(asked.kinds)),
+        halt=halt,
         **exact,
     )
+    if halt():
+        raise refused(503, "it took too long", "ask for fewer values of x")
     return boundaries_dict(found)

@@ -44,6 +44,8 @@ def command(arguments: Sequence[str]) -> str:
         return ""
     program, *rest = arguments
     name = os.path.basename(program)
+    if name == "ipykernel_launcher.py":  # a notebook: its temporary connection file tells nobody anything
+        return ""
     if name == "__main__.py":
         name = os.path.basename(os.path.dirname(program))
     elif name.endswith(".py"):

@@ -6,7 +6,7 @@ flip, a pair of its multipliers leaves the unit circle, or the bar begins to tou
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from percuss.explore.edges.branches import Line, folds_and_stretches
 from percuss.explore.edges.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
 from percuss.explore.edges.curves import FOLD, KINDS, Boundaries, Curve, linked
 from percuss.explore.edges.grazing import GRAZING, grazings
+from percuss.explore.edges.lines import Halted
 from percuss.explore.family import Family, SystemFamily
 from percuss.model import System
 from percuss.model.checks import Array, count, finite
@@ -41,6 +42,7 @@ def boundaries(
     modes: int | None = None,
     kinds: Sequence[str] = KINDS,
     samples: int | None = None,
+    halt: Callable[[], bool] | None = None,
 ) -> Boundaries:
     """The boundaries of steady motions with one impact every m load periods, each point solved for as a root.
 
@@ -67,6 +69,9 @@ def boundaries(
     samples
         Of each branch at first: by default 49, and more for many harmonics; for the exact multipliers 33, for grazing
         25.
+    halt
+        Called many times for every value of x; once it returns true, this value and those that follow are given up
+        and count as failed.
 
     Returns
     -------
@@ -101,12 +106,12 @@ def boundaries(
     for value in values.tolist():
         fixed = {} if x_name == PERIODS else {x_name: value}
         m = int(value) if x_name == PERIODS else periods
-        line = Line(family, fixed, y_name, low, high, m, modes)
+        line = Line(family, fixed, y_name, low, high, m, modes, halt=halt)
         try:
             rows.append(_on_line(line, criterion, tuple(kinds), samples))
-        except PercussError as error:
+        except (PercussError, Halted) as error:
             rows.append([])
-            failed.append((value, str(error)))
+            failed.append((value, str(error) or "given up"))
     curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
     return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
 

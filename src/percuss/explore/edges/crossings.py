@@ -89,9 +89,13 @@ def exact_crossings(stretch: Stretch, samples: int, modes: int, spirals: bool = 
     """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ)."""
 
     @lru_cache(maxsize=4096)
-    def matrix(t: float) -> LinearMap:
+    def made(t: float) -> LinearMap:
         orbit, side = orbit_on(stretch, t)
         return linear_map(orbit, modes, side)
+
+    def matrix(t: float) -> LinearMap:
+        stretch.line.go_on()  # its multipliers are solved for again each time
+        return made(t)
 
     def flip(t: Array) -> Array:
         return np.array([secular(matrix(value), -1.0).real for value in t.tolist()])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -16,10 +17,14 @@ from percuss.model.load import Side
 from percuss.steady import Orbit
 from percuss.steady.phases import Arcs, forced_response
 
-__all__ = ["SAMPLES", "Fold", "Line", "Stretch", "orbit_on", "phase_at"]
+__all__ = ["SAMPLES", "Fold", "Halted", "Line", "Stretch", "orbit_on", "phase_at"]
 
 SAMPLES = 49
 """Places of a stretch that are looked at first."""
+
+
+class Halted(Exception):
+    """Nobody waits for this line any more."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,8 @@ class Line:
         m.
     modes, tolerance
         Of the orbits; see `steady_states`.
+    halt
+        Asked by `go_on`, which every long search calls again and again.
     """
 
     family: Family
@@ -48,6 +55,7 @@ class Line:
     periods: int
     modes: int | None
     tolerance: float = 1e-11
+    halt: Callable[[], bool] | None = field(default=None, repr=False)
     _systems: dict[float, System] = field(default_factory=dict, repr=False)
     _known: dict[float, Arcs] = field(default_factory=dict, repr=False)
 
@@ -56,8 +64,14 @@ class Line:
         """T = 2πm."""
         return 2.0 * math.pi * self.periods
 
+    def go_on(self) -> None:
+        """Raise `Halted` when nobody waits any more."""
+        if self.halt is not None and self.halt():
+            raise Halted
+
     def system(self, y: float) -> System:
         """The system at a value of y, made once."""
+        self.go_on()
         if y not in self._systems:
             self._systems[y] = self.family.system({**self.fixed, self.name: y})
         return self._systems[y]
