@@ -21,8 +21,8 @@ u_2, …, v_1, v_2, …; all dimensionless, and 0 where nothing is said. For a c
 have units; the axes of the result are dimensionless all the same."""
 
 _EXAMPLES = """\
-  percuss basins hydraulic-drifter --x time=0:6.28:200 --y velocity=-6:-0.1:150 --modes 0 --plot basins.png
-  percuss basins hydraulic-drifter --x "time=0 ms:25 ms:80" --y "velocity=-8 m/s:-0.1 m/s:60" --at "position=-5 mm"
+  percuss basins hydraulic-drifter --x "time=0:16.6 ms:200" --y "velocity=-12:0 m/s:150" --modes 0 --plot basins.png
+  percuss basins mini-breaker --x time=0:6.28:80 --y velocity=-6:-0.1:60 --at position=-0.5
   percuss basins case.toml --x velocity=-5:5:300 --y position=-5:0:300 --at time=1.5 -o basins.zarr"""
 
 
