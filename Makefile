@@ -46,7 +46,7 @@ pins:  ## compile requirements/*.txt from pyproject.toml again (needs uv)
 	sh requirements/compile.sh
 
 clean:  ## remove .venv, build/ and the tools' caches
-	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) build dist docs/auto_gallery .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find src tests docs benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(MADE):

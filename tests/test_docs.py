@@ -2,20 +2,22 @@
 
 import contextlib
 import doctest
+import importlib
 import io
 import json
 import re
-import shlex
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from percuss.case import Case
-from percuss.cli import main
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "docs" / "_ext"))
+cells = importlib.import_module("cells")  # what the kernels of the built pages use
 
 PAGES = [
     ROOT / "README.md",
@@ -28,6 +30,10 @@ PAGES = [
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 FENCE = re.compile(r"^(`{3,})(\S*)[^\n]*\n(.*?)^\1[ \t]*$", re.MULTILINE | re.DOTALL)
+CELL = re.compile(r"^(`{3,})\{code-cell\}[^\n]*\n(.*?)^\1[ \t]*$", re.MULTILINE | re.DOTALL)
+NOTEBOOKS = [page for page in PAGES if CELL.search(page.read_text(encoding="utf-8"))]
+GALLERY = sorted((ROOT / "docs" / "gallery").glob("plot_*.py"))
+
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)(?:\s+\"[^\"]*\")?\)|<(?:img|source)\b[^>]*?\b(?:src|srcset)=\"([^\"]+)\"")
 
 
@@ -56,16 +62,9 @@ def output_of(block: str, namespace: dict[str, object]) -> str:
 
 def output_of_command(line: str) -> str:
     """What ``percuss …`` prints; ``> FILE`` writes it there instead. Every documented command succeeds."""
-    arguments = shlex.split(line, comments=True)[1:]
-    target = None
-    if ">" in arguments:
-        arguments, (target,) = arguments[: arguments.index(">")], arguments[arguments.index(">") + 1 :]
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        assert main(arguments) == 0, line
-    if target is not None:
-        Path(target).write_text(out.getvalue(), encoding="utf-8")
-        return ""
+        cells.command(line)
     return out.getvalue()
 
 
@@ -93,6 +92,68 @@ def test_examples_run(page, tmp_path, monkeypatch):
                         check(want, got, f"{name(page)}: {command}")
         if language == "toml":
             Case.from_text(block, file=name(page))
+
+
+def cells_of(page: Path) -> list[tuple[set[str], str]]:
+    """Tags and code of the cells of a page; the options are the lines ``:key: value`` at the top of a cell."""
+    found = []
+    for _, block in CELL.findall(page.read_text(encoding="utf-8")):
+        options, code = re.fullmatch(r"((?::[\w-]+:[^\n]*\n)*)(.*)", block, re.DOTALL).groups()
+        assert not code.startswith("---"), f"{name(page)}: give the options of a cell as lines ':key: value'"
+        tags = re.search(r"^:tags: \[(.*)\]$", options, re.MULTILINE)
+        found.append(({tag.strip() for tag in tags[1].split(",")} if tags else set(), code))
+    return found
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """An empty folder to run in, and pictures that nobody sees."""
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)
+    plt.switch_backend("agg")
+    yield tmp_path
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", NOTEBOOKS, ids=name)
+def test_cells_run(page, elsewhere):
+    """The cells of a page in order, in one namespace: as in the kernel of the built documentation."""
+    text = page.read_text(encoding="utf-8")
+    assert re.match(r"---\n(?:.*\n)*?file_format: mystnb\n(?:.*\n)*?---\n", text), "cells run only with this key"
+    namespace: dict[str, object] = {"__name__": "__main__"}
+    for tags, code in cells_of(page):
+        if "skip-execution" in tags:
+            continue
+        failing = pytest.raises(Exception) if "raises-exception" in tags else contextlib.nullcontext()
+        with failing:
+            output_of(cells.python_of(code), namespace)
+
+
+@pytest.mark.parametrize("script", GALLERY, ids=name)
+def test_gallery_scripts_draw(script, elsewhere):
+    import matplotlib.pyplot as plt
+
+    output_of(script.read_text(encoding="utf-8"), {"__name__": "__main__"})
+    figures = [plt.figure(number) for number in plt.get_fignums()]
+    assert len(figures) == 1, "one figure, one idea"
+    for axes in figures[0].axes:
+        drawn = axes.has_data() and axes.axison
+        assert not drawn or (axes.get_xlabel() + axes.get_ylabel()).strip(), "axes without a name"
+
+
+def test_what_only_a_notebook_understands_is_refused():
+    assert cells.python_of("x = 1\n!percuss --version\n").count("percuss --version") == 1
+    for line in ("!ls", "%timeit 1", "%%bash\nls"):
+        with pytest.raises(ValueError, match="nothing else"):
+            cells.python_of(line)
+
+
+def test_a_command_that_fails_is_an_error_of_its_page(elsewhere):
+    with pytest.raises(cells.CommandError, match=r"exit code 2\n.*no-such-machine"):
+        cells.command("percuss steady no-such-machine")
+    cells.command("percuss --version > version.txt")
+    assert (elsewhere / "version.txt").read_text(encoding="utf-8").startswith("percuss ")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

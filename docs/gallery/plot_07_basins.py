@@ -1,0 +1,36 @@
+"""
+Four motions for one hammer
+===========================
+
+Where the bar ends can depend on how it begins. Every point of the picture is a start, by the phase of the load and
+the velocity of a bar that is just on the wall; its colour is the motion that the bar settles on. The label ``z=p/n``
+is that of a motion with p impacts in n load periods.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from percuss import Load, System
+from percuss.explore import basins
+
+system = System(s=20.0, d=0.0, restitution=0.8, load=Load.harmonic(mean=1.2, amplitude=1.0))
+found = basins(system, ("time", 0.0, 2.0 * np.pi, 240), ("velocity", -14.0, -0.05, 160), workers=1)
+
+number = len(found.shares)
+colours = ListedColormap(["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000"][:number])
+fig, ax = plt.subplots()
+image = ax.pcolormesh(
+    found.x[1],
+    found.y[1],
+    found.image,
+    cmap=colours,
+    norm=BoundaryNorm(np.arange(number + 1) - 0.5, number),
+    rasterized=True,
+)
+bar = fig.colorbar(image, ticks=range(number), label="motion at the end: share of the starts")
+bar.ax.set_yticklabels([f"{share.label}: {share.share:.1%}" for share in found.shares])
+ax.set_xticks([0, np.pi / 2, np.pi, 3 * np.pi / 2, 2 * np.pi], ["0", "π/2", "π", "3π/2", "2π"])
+ax.set(xlabel="load phase at the start [rad]", ylabel="velocity at the start (bar lengths per rad)")
+ax.set_title("Where the starts end, R = 0.8, $p_0/p_1$ = 1.2")
+plt.show()

@@ -1,0 +1,313 @@
+"""The generated and the written reference say what the program does: commands, keys of the case file, JSON."""
+
+import contextlib
+import importlib
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from percuss import Stop, run
+from percuss.case import Case, schema
+from percuss.cli import main
+from percuss.errors import CaseError
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+sys.path.insert(0, str(DOCS / "_ext"))
+reference = importlib.import_module("reference")
+cells = importlib.import_module("cells")
+
+
+def page(name: str) -> str:
+    return reference.expanded((DOCS / name).read_text(encoding="utf-8"))
+
+
+def help_of(*words: str) -> str:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
+        main([*words, "--help"])
+    return out.getvalue()
+
+
+# -- commands --
+
+COMMANDS = re.findall(r"^  (\w+)  ", help_of().partition("commands:")[2].partition("\n\n")[0], re.MULTILINE)
+
+
+def section(text: str, title: str) -> str:
+    """What stands below a heading of the second level."""
+    parts = re.split(r"^## (.+)$", text, flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))[title]
+
+
+def test_the_reference_has_every_command():
+    assert len(COMMANDS) > 8
+    assert re.findall(r"^## `percuss (\w+)`$", page("commands.md"), re.MULTILINE) == COMMANDS
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_argument_of_a_command_is_in_the_reference(command):
+    """By what the command itself prints as help, word for word."""
+    told, found = help_of(command), section(page("commands.md"), f"`percuss {command}`")
+    listed = told.partition("\noptions:")[2].partition("\nexamples:")[0]
+    options = set(re.findall(r"^  (?:-\w(?: \w+)?, )?(--[a-z-]+)", listed, re.MULTILINE)) - {"--help"}
+    terms = re.findall(r"^(`.+`)\n: \S", found, re.MULTILINE)
+    assert options == {option for term in terms for option in re.findall(r"`(--[a-z-]+)", term)}
+    plain = " ".join(re.sub(r"[\\`*']", "", found).split())
+    for line in re.split(r"\n(?=  \S)", listed):  # an argument and what is said of it
+        words = re.sub("[`'*]", "", " ".join(line.split()))
+        said = re.sub(r"^-.*?(?:--[a-z-]+)?(?: [A-Z]+)? (?=[a-z10'(])", "", words)
+        assert words.startswith("-h") or said in plain, said
+
+
+# -- the case file --
+
+TABLES = {
+    "BarTable": ("si", "bar"),
+    "ContactTable": ("si", "contact"),
+    "HarmonicForce": ("si", "load"),
+    "SquareForce": ("si", "load"),
+    "FourierForce": ("si", "load"),
+    "HistoryForce": ("si", "load"),
+    "SystemTable": ("plain", "system"),
+    "HarmonicLoad": ("plain", "load"),
+    "SquareLoad": ("plain", "load"),
+    "FourierLoad": ("plain", "load"),
+    "HistoryLoad": ("plain", "load"),
+    "StartTable": ("plain", "start"),
+    "SimulationTable": ("plain", "simulation"),
+}
+"""The tables that the page shows, with the form of case and the name that they have there."""
+
+
+def rows(table: str) -> dict[str, list[str]]:
+    """The generated table: for each key its other columns."""
+    lines = reference.keys(table).splitlines()[2:]
+    cut = [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
+    return {row[0].strip("` "): row[1:] for row in cut}
+
+
+@pytest.mark.parametrize(
+    ("form", "kind"),
+    [(form, kind) for form in (schema.PhysicalCase, schema.PlainCase) for kind in ("harmonic", "square", "fourier")]
+    + [(schema.PhysicalCase, "history"), (schema.PlainCase, "history")],
+    ids=lambda value: value if isinstance(value, str) else value.__name__,
+)
+def test_the_page_has_every_key_of_a_case(form, kind):
+    text = (DOCS / "case-file.md").read_text(encoding="utf-8")
+    shown = re.findall(r"<!-- percuss: keys (\w+) -->", text)
+    assert shown == sorted(set(shown), key=shown.index) and set(shown) == TABLES.keys()
+    found = {"": {"title", *(name for _, name in TABLES.values())}}
+    for table in shown:
+        found.setdefault(TABLES[table][1], set()).update(rows(table))
+    for table, keys in schema.table_fields(form, kind).items():
+        assert set(keys) <= found[table]
+
+
+CASES = {
+    "si": {
+        "bar": {"length": '"341 mm"', "diameter": '"49 mm"'},
+        "load": {"kind": '"harmonic"', "mean": '"4 kN"', "amplitude": '"9 kN"', "frequency": '"60 Hz"'},
+        "contact": {"restitution": "0.2"},
+    },
+    "plain": {
+        "system": {"s": "20.0", "d": "0.01", "restitution": "0.6"},
+        "load": {"kind": '"harmonic"', "mean": "0.9", "amplitude": "1.0"},
+    },
+}
+LOADS = {
+    "SquareForce": {"kind": '"square"', "amplitude": '"9 kN"', "kappa": "1.3", "frequency": '"60 Hz"'},
+    "FourierForce": {"kind": '"fourier"', "coefficients": "[[4, 0], [9, 0]]", "unit": '"kN"', "frequency": '"60 Hz"'},
+    "SquareLoad": {"kind": '"square"', "amplitude": "1.0", "kappa": "1.3"},
+    "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
+}
+BESIDE = {
+    ("BarTable", "area"): {"diameter": None},
+    ("ContactTable", "receiving_area"): {"restitution": None},
+    ("HarmonicForce", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
+    ("SquareForce", "area"): {"amplitude": '"9 bar"'},
+    ("FourierForce", "area"): {"unit": '"bar"'},
+    ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
+    ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},
+    ("StartTable", "periods"): {"orbit": "1"},
+    ("StartTable", "seed"): {"random": '"rigid"'},
+}
+"""What a case needs, or must not have, beside a key."""
+
+UNITS = {
+    "length": "mm",
+    "area": "mm^2",
+    "pressure": "GPa",
+    "density": "kg/m^3",
+    "frequency": "Hz",
+    "damping": "N*s/m^2",
+    "force or pressure": "kN",
+}
+
+
+def case_with(table: str, key: str, value: str | None) -> Case:
+    form, name = TABLES[table]
+    tables = {part: dict(keys) for part, keys in CASES[form].items()}
+    if table in LOADS:
+        tables["load"] = dict(LOADS[table])
+    keys = tables.setdefault(name, {})
+    keys |= {**BESIDE.get((table, key), {}), key: value}
+    lines = []
+    for part, content in tables.items():
+        lines += [f"[{part}]", *(f"{k} = {v}" for k, v in content.items() if v is not None)]
+    return Case.from_text("\n".join(lines))
+
+
+def computed(table: str, case: Case) -> object:
+    """What the tables of a case come to, in a form that can be compared."""
+    if table not in ("StartTable", "SimulationTable"):
+        return case.system()
+    simulation = case.simulation()
+    motion = run(case.system(), case.start(4), modes=4, stop=Stop(impacts=5))
+    return simulation, motion.begin_time, [(event.time, event.impact_velocity) for event in motion.events]
+
+
+STATED = [
+    (table, key, columns[1].strip("`"))
+    for table in TABLES
+    for key, columns in (rows(table).items() if "History" not in table else ())
+    if re.match(r"^`?[-−]?[\d.]|steady|.*`\"|true", columns[1])
+]
+
+
+@pytest.mark.parametrize(("table", "key", "stated"), STATED)
+def test_what_holds_without_a_key_is_what_the_reference_says(table, key, stated):
+    value = re.sub(r"^steel, `?|`|,.*", "", stated.replace("−", "-"))
+    value = f"[{value}]" if key.startswith("modal") else value
+    assert computed(table, case_with(table, key, value)) == computed(table, case_with(table, key, None))
+
+
+def limits(text: str) -> tuple[list[float], list[float]]:
+    """Numbers that a range in words allows and refuses, at its ends."""
+    number = r"([\d.e+-]+)"
+    small = 1e-6
+    if found := re.search(rf"between {number} and {number}", text):
+        low, high = map(float, found.groups())
+        return [low + small, high - small], [low, high]
+    if found := re.search(rf", {number} to {number}", text):
+        low, high = map(float, found.groups())
+        whole = "whole" in text
+        step = 1.0 if whole else small * low or small
+        return [low, high], [low - step, high * (1 + small) + whole]
+    if found := re.search(rf"greater than {number}", text):
+        return [1.0], [float(found[1]), -1.0]
+    if found := re.search(rf", {number} or greater", text):
+        return [float(found[1])], [float(found[1]) - 1.0]
+    if re.search(r"0 \(on the wall\) or less", text):
+        return [0.0, -1.0], [small]
+    return [], []
+
+
+RANGES = [
+    (table, key, columns[0])
+    for table in TABLES
+    for key, columns in (rows(table).items() if "History" not in table else ())
+    if limits(columns[0])[1] and "pairs" not in columns[0]
+]
+
+
+@pytest.mark.parametrize(("table", "key", "said"), RANGES)
+def test_the_allowed_range_is_what_the_reference_says(table, key, said):
+    def text(value: float) -> str:
+        plain = str(int(value)) if said.startswith("whole") else repr(value)
+        unit = UNITS.get(said.partition(",")[0])
+        return f'"{plain} {unit}"' if unit else plain
+
+    good, bad = limits(said)
+    for value in good:
+        case_with(table, key, text(value))
+    for value in bad:
+        with pytest.raises(CaseError):
+            case_with(table, key, text(value))
+
+
+# -- JSON --
+
+
+ANSWERS = {
+    "steady": ("steady hydraulic-drifter --periods 1..9", "steady square.toml"),
+    "simulate": ("simulate hydraulic-drifter --events last:3",),
+    "sweep": (
+        "sweep hydraulic-drifter --x restitution=0:0.8:3 --y load_factor=0.1:1:3 --curves -o map.zarr --workers 1",
+    ),
+    "experiment": ("experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",),
+    "basins": ("basins hydraulic-drifter --x time=0:6:2 --y velocity=-6:-1:2 --modes 0 --workers 1",),
+    "show": ("show map.zarr",),
+}
+"""For each command that prints JSON questions whose answers have every key that there can be."""
+
+FREE = {"at", "sessions[].versions", "ask"}
+"""Objects whose keys are names of axes, packages and whatever the question holds."""
+
+SQUARE = """
+[system]
+s = 20.0
+d = 0.0
+restitution = 0.0
+[load]
+kind = "square"
+amplitude = 1.0
+kappa = 1.4142135623730951
+"""
+"""A hammer that strikes as its load jumps: κ(2 − κ)(1 + R) = 2(κ − 1)(1 − R), theory §6."""
+
+
+def documented() -> dict[str, dict[str, set[str]]]:
+    """For each command of json.md and each object in its answer, by its path, the keys."""
+    text = (DOCS / "json.md").read_text(encoding="utf-8")
+    found: dict[str, dict[str, set[str]]] = {}
+    for title, body in re.findall(r"^## `percuss (\w+)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL):
+        tables = re.findall(r"^(?:`([^`\n]+)`\n\n)?\| key \|.*\n.*\n((?:\|.*\n)+)", body, re.MULTILINE)
+        found[title] = {
+            re.sub(r"\[\w\]", "[]", path): {
+                key for row in table.splitlines() for key in re.findall(r"`(\w+)`", row.split(" | ")[0])
+            }
+            for path, table in tables
+        }
+    return found
+
+
+def objects(value: object, path: str = "") -> list[tuple[str, set[str]]]:
+    """All objects of an answer with their paths; those under a free name as NAME."""
+    if isinstance(value, list):
+        return [found for item in value for found in objects(item, f"{path}[]")]
+    if not isinstance(value, dict) or path in FREE:
+        return []
+    named = path in ("quantities", "columns")
+    inner = [objects(item, f"{path}.{'NAME' if named else key}".lstrip(".")) for key, item in value.items()]
+    return [*([] if named else [(path, set(value))]), *(found for part in inner for found in part)]
+
+
+def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch):
+    """Both ways: every key of an answer is in the table of its object, every key of a table is in some answer."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
+    described = documented()
+    assert described.keys() == ANSWERS.keys()
+    for command, questions in ANSWERS.items():
+        found: dict[str, set[str]] = {}
+        for question in questions:
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                cells.command(f"percuss {question} --json")
+            for path, keys in objects(json.loads(out.getvalue())):
+                path = re.sub(r"(\.other_side)+$", "", path)
+                found.setdefault(path, set()).update(keys)
+        wanted = described[command]
+        if command == "simulate":  # these are the same as in the answer of steady
+            wanted = {**wanted, **{path: described["steady"][path] for path in ("system", "history")}}
+        assert found == wanted, command
+
+
+def test_every_command_that_prints_json_is_in_json_md():
+    printing = {name for name in COMMANDS if "--json" in help_of(name)}
+    assert printing - {"machines"} == documented().keys()
