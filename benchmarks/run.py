@@ -1,6 +1,7 @@
 """Benchmarks: what the package promises about speed, beside what a user would take instead, in one run.
 
-Run with `make bench`. Prints a table and writes it to build/bench/RESULTS.md; `--keep` updates benchmarks/RESULTS.md.
+Run with `make bench`. Prints tables and writes them to build/bench/RESULTS.md; `--keep` updates benchmarks/RESULTS.md,
+with `--only GROUP` the table of that group alone.
 Times are medians of several runs; machines differ and are noisy, so look at the ratios.
 """
 
@@ -17,12 +18,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from datetime import date
 from pathlib import Path
 
 import numpy as np
 from explore_cells import explore_cells
 from explore_running import explore_running
+from page import page
 from simulation import simulation
+from web import web
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
@@ -162,35 +166,55 @@ def multipliers() -> list[Row]:
     return rows
 
 
-GROUPS: dict[str, Callable[[], list[tuple[str, str, str, str]]]] = {
-    "processes": processes,
-    "case": one_case,
-    "planes": planes,
-    "multipliers": multipliers,
-    "simulation": simulation,
-    "cells": explore_cells,
-    "running": explore_running,
+GROUPS: dict[str, tuple[str, Callable[[], list[Row]]]] = {
+    "processes": ("Whole processes", processes),
+    "case": ("One case", one_case),
+    "planes": ("Stability planes", planes),
+    "multipliers": ("Multipliers", multipliers),
+    "simulation": ("Simulation", simulation),
+    "cells": ("Cells of maps", explore_cells),
+    "running": ("Archive and workers", explore_running),
+    "web": ("The server of the workbench", web),
+    "page": ("The page of the workbench", page),
 }
+
+_HEAD = "# Benchmark results"
+_TABLE = "| what | median | goal | beside |\n| --- | --- | --- | --- |\n"
+
+
+def measured(name: str) -> str:
+    """The section of one group, printed as it comes."""
+    title, rows = GROUPS[name]
+    about = f"{date.today()}, Python {sys.version.split()[0]}, NumPy {np.__version__}, {os.cpu_count()} cores"
+    text = f"## {title}\n\n`{name}`, one run: {about}.\n\n{_TABLE}"
+    print(text, end="", flush=True)
+    for row in rows():
+        line = f"| {' | '.join(row)} |\n"
+        text += line
+        print(line, end="", flush=True)
+    print(flush=True)
+    return text
+
+
+def sections(text: str) -> dict[str, str]:
+    """The sections of a file of results, by their titles."""
+    parts = text.split("\n## ")[1:]
+    return {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in parts}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md")
-    parser.add_argument("--only", choices=sorted(GROUPS), help="one group of rows, not kept")
+    parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md, the groups measured now")
+    parser.add_argument("--only", choices=sorted(GROUPS), action="append", help="one group; may be given several times")
     options = parser.parse_args()
-    keep = options.keep and not options.only
-    head = ["| what | median | goal | beside |", "| --- | --- | --- | --- |"]
-    print("\n".join(head), flush=True)
-    lines = list(head)
-    for name in [options.only] if options.only else GROUPS:
-        for row in GROUPS[name]():
-            lines.append(f"| {' | '.join(row)} |")
-            print(lines[-1], flush=True)
-    target = ROOT if keep else ROOT.parent / "build" / "bench"
-    target.mkdir(parents=True, exist_ok=True)
-    version = f"Python {sys.version.split()[0]}, NumPy {np.__version__}, {os.cpu_count()} cores"
-    text = f"# Benchmark results\n\nMedians of one run of `make bench` ({version}); the ratios are what travels.\n\n"
-    (target / "RESULTS.md").write_text(text + "\n".join(lines) + "\n")
+    target = (ROOT if options.keep else ROOT.parent / "build" / "bench") / "RESULTS.md"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    known = sections(target.read_text(encoding="utf-8")) if target.exists() else {}
+    for name in options.only or GROUPS:
+        known[GROUPS[name][0]] = measured(name)
+        found = [known[title] for title, _ in GROUPS.values() if title in known]
+        introduction = "Medians of the runs of `make bench` named below; the ratios are what travels."
+        target.write_text("\n".join([f"{_HEAD}\n\n{introduction}\n", *found]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -53,7 +53,8 @@ function read(key, text) {
   return text;
 }
 
-/** Read the address into `view`; without a case in it, the one that is `served`, else a machine. The case that it stands for, {info?, tables}, with `info` when a machine is behind it. */
+/** Read the address into `view`. The case that it stands for, {info?, tables}, with `info` when a machine is behind it;
+ * without a case in the address the one that is `served`, else the machine `fallback`. */
 export async function fromAddress(text, fallback, served) {
   const words = new URLSearchParams(text.replace(/^#/, ""));
   const keys = [];
@@ -65,7 +66,8 @@ export async function fromAddress(text, fallback, served) {
   let info = null;
   let tables = {};
   if (!view.machine && !keys.length) {
-    if (served) ({ tables } = await served());
+    const own = await served();
+    if (own) ({ tables } = own);
     else view.machine = fallback;
   }
   if (view.machine) {

@@ -6,10 +6,10 @@ import { number, percent, withUnit } from "./format.js";
 import { data, setTables, show } from "./state.js";
 
 const parts = {};
-let refused = [];
+let refused = { problems: [], change: 0 };
 
-/** What was wrong with the last file. */
-export const fileProblems = () => refused;
+/** What was wrong with the last file, until the case is another. */
+export const fileProblems = () => (refused.change === data.changed ? refused.problems : []);
 
 export const fileName = () =>
   (data.tables?.title || "case")
@@ -73,12 +73,12 @@ async function readCase(event) {
   if (!file) return;
   try {
     const found = await post("case", { toml: await file.text() });
-    refused = [];
     Object.assign(data, { base: null, physical: null, info: found });
     show({ machine: "", orbit: 0 });
     setTables(found.tables);
   } catch (error) {
-    refused = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
+    const problems = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
+    refused = { problems, change: data.changed };
     parts.told();
   }
   event.target.value = "";

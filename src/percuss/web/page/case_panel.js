@@ -3,9 +3,10 @@
 import { $$, download, h, put, select } from "./dom.js";
 import { number, si, withUnit } from "./format.js";
 import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
+import { coefficients, fillCoefficients } from "./coefficients.js";
 import { BAR, CONTACT, KINDS, START, SYSTEM, TITLE, loadFields, otherLoad, typed } from "./fields.js";
 import { valueAt } from "./moves.js";
-import { data, on, setKey, setTables } from "./state.js";
+import { data, on, setKey, setTables, view } from "./state.js";
 
 let shape = "";
 const parts = {};
@@ -27,8 +28,9 @@ export function startCase(panel) {
     parts.form,
     parts.facts,
   );
-  on("tables info", build);
-  on("problems", problems);
+  const seen = (action) => () => view.panel === "case" && action();
+  on("tables info view", seen(build));
+  on("problems view", seen(problems));
   on("info", facts);
 }
 
@@ -110,7 +112,7 @@ function field(key, label, hint) {
     "data-key": key,
     spellcheck: "false",
     "aria-describedby": `${id}-hint ${id}-problem`,
-    oninput: (event) => setKey(key, key === "title" ? event.target.value || undefined : typed(event.target.value)),
+    oninput: (event) => setKey(key, key === "title" ? event.target.value || undefined : typed(event.target.value, key)),
   });
   return h(
     "div",
@@ -144,68 +146,23 @@ function load(tables) {
   );
 }
 
-function coefficients(pairs) {
-  const change = (k, part) => (event) => {
-    const value = typed(event.target.value);
-    const next = data.tables.load.coefficients.map((pair, i) =>
-      i === k ? pair.map((old, j) => (j === part ? (value ?? 0) : old)) : pair,
-    );
-    setKey("load.coefficients", next);
-  };
-  const box = (k, part) =>
-    h("input", {
-      type: "text",
-      "data-coefficient": `${k},${part}`,
-      "aria-label": `coefficient ${k}, ${part ? "imaginary" : "real"} part`,
-      oninput: change(k, part),
-      ".disabled": k === 0 && part === 1,
-    });
-  const row = (_, k) => [h("span", {}, k ? `p${sub(k)}` : "p₀, mean"), box(k, 0), box(k, 1)];
-  const add = () => setKey("load.coefficients", [...data.tables.load.coefficients, [0, 0]]);
-  const drop = () => setKey("load.coefficients", data.tables.load.coefficients.slice(0, -1));
-  return h(
-    "div",
-    { class: "field" },
-    h(
-      "div",
-      { class: "coefficients" },
-      h("span", {}),
-      h("span", { class: "small muted" }, "real"),
-      h("span", { class: "small muted" }, "imaginary"),
-      pairs.map(row),
-    ),
-    h(
-      "div",
-      { class: "row" },
-      h("button", { type: "button", onclick: add }, "Add a harmonic"),
-      h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Take the last out"),
-    ),
-    h("div", { class: "problem", id: "field-load-coefficients-problem" }),
-  );
-}
-
-const sub = (k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
-
 /** The fields from the tables; the one that is being typed into is left alone. */
 function fill() {
   for (const input of $$("input[data-key]", parts.form)) {
     if (input === document.activeElement) continue;
     const value = valueAt(data.tables, input.dataset.key);
-    const text = value === undefined || value === null ? "" : String(value);
+    const text = value === undefined || value === null ? "" : Array.isArray(value) ? value.join(", ") : String(value);
     if (input.value !== text) input.value = text;
   }
-  for (const input of $$("input[data-coefficient]", parts.form)) {
-    if (input === document.activeElement) continue;
-    const [k, part] = input.dataset.coefficient.split(",").map(Number);
-    input.value = String(data.tables.load.coefficients?.[k]?.[part] ?? "");
-  }
+  fillCoefficients(parts.form);
 }
 
 /** Each problem beside its field; those of no field above the form. */
 function problems() {
   const beside = new Map();
-  const general = [...fileProblems()];
-  for (const problem of data.problems) {
+  const general = [];
+  const ofFile = fileProblems().map((problem) => ({ ...problem, message: `In the file: ${problem.message}` }));
+  for (const problem of [...data.problems, ...ofFile]) {
     const key = problem.key.replace(/\[.*$/, "");
     if (key && document.getElementById(`${idOf(key)}-problem`)) beside.set(key, [...(beside.get(key) ?? []), problem]);
     else general.push(problem);
@@ -220,8 +177,10 @@ function problems() {
     const input = document.getElementById(idOf(key));
     if (input) words ? input.setAttribute("aria-invalid", "true") : input.removeAttribute("aria-invalid");
   }
+  const refused = ofFile.length > 0 && "The file was not taken; the case is the one of before.";
   put(
     parts.general,
+    refused && h("p", { class: "note bad" }, refused),
     general.map((p) => h("p", { class: "note bad" }, [p.key && `${p.key}: `, said(p)])),
   );
 }

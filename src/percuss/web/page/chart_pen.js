@@ -82,14 +82,7 @@ export function layout(pen, spec, width, height) {
 export function paint(pen, spec, frame) {
   const colours = theme();
   const { left, right, top, bottom, px, py } = frame;
-  if (spec.image) {
-    pen.imageSmoothingEnabled = spec.image.smooth;
-    pen.save();
-    pen.translate(left, bottom);
-    pen.scale(1, -1);
-    pen.drawImage(spec.image.canvas, 0, 0, right - left, bottom - top);
-    pen.restore();
-  }
+  if (spec.image) image(pen, spec.image, frame);
   grid(pen, spec, frame, colours);
   pen.save();
   pen.beginPath();
@@ -111,6 +104,23 @@ export function paint(pen, spec, frame) {
       pen.fillText(item.text, px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
     }
   }
+}
+
+/** Cells about their values: the outermost reach half a cell beyond the plane. */
+function image(pen, { canvas, under, smooth }, { left, right, top, bottom }) {
+  pen.imageSmoothingEnabled = smooth;
+  pen.save();
+  pen.beginPath();
+  pen.rect(left, top, right - left, bottom - top);
+  pen.clip();
+  pen.translate(left, bottom);
+  pen.scale(1, -1);
+  for (const cells of [under, canvas].filter(Boolean)) {
+    const width = (right - left) / Math.max(cells.width - 1, 1);
+    const height = (bottom - top) / Math.max(cells.height - 1, 1);
+    pen.drawImage(cells, -width / 2, -height / 2, width * cells.width, height * cells.height);
+  }
+  pen.restore();
 }
 
 function grid(pen, spec, frame, colours) {

@@ -23,7 +23,7 @@ export function isDark() {
   return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
 }
 
-/** The colours of the present theme, read from the style sheet once. */
+/** The colours of the present theme and the size of its text, read from the style sheet once. */
 export function theme() {
   if (cache) return cache;
   const style = getComputedStyle(document.documentElement);
@@ -36,6 +36,7 @@ export function theme() {
   cache = Object.fromEntries(NAMES.map((name) => [name, get(name)]));
   cache.kinds = [1, 2, 3, 4, 5, 6].map((i) => get(`kind-${i}`));
   cache.dark = dark;
+  cache.scale = Number.parseFloat(style.fontSize) / 16 || 1; // drawings grow with the text
   return cache;
 }
 

@@ -68,6 +68,21 @@ export function framed(action) {
   };
 }
 
+/** A function that runs once the next frame is out, at most once a frame: for words beside a picture one waits for. */
+export function afterFrame(action) {
+  let waiting = false;
+  return () => {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() =>
+      setTimeout(() => {
+        waiting = false;
+        action();
+      }),
+    );
+  };
+}
+
 /** A function that waits until nobody has called it for a while. */
 export function settled(action, milliseconds) {
   let timer = 0;

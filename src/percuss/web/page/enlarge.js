@@ -93,23 +93,17 @@ function layout(spec) {
     range: [from, to],
     ...(ticks ? { tickvals: ticks.map(([value]) => value), ticktext: ticks.map(([, text]) => text) } : {}),
   });
-  const images = spec.image
-    ? [
-        {
-          source: upright(spec.image.canvas),
-          xref: "x",
-          yref: "y",
-          x: spec.x.from,
-          y: spec.y.to,
-          sizex: spec.x.to - spec.x.from,
-          sizey: spec.y.to - spec.y.from,
-          sizing: "stretch",
-          layer: "below",
-        },
-      ]
-    : [];
+  const images = spec.image ? [plane(spec)] : [];
   const yaxis = spec.equal ? { ...axis(spec.y), scaleanchor: "x" } : axis(spec.y);
   return { xaxis: axis(spec.x), yaxis, shapes, images, margin: { t: 20, r: 20 }, template: "none", font: { size: 15 } };
+}
+
+/** The image of a map; its outermost cells reach half a cell beyond the axes. */
+function plane({ image, x, y }) {
+  const { width, height } = image.canvas;
+  const step = [(x.to - x.from) / Math.max(width - 1, 1), (y.to - y.from) / Math.max(height - 1, 1)];
+  const place = { x: x.from - step[0] / 2, y: y.to + step[1] / 2, sizex: step[0] * width, sizey: step[1] * height };
+  return { source: upright(image.canvas), xref: "x", yref: "y", ...place, sizing: "stretch", layer: "below" };
 }
 
 /** The image with its first row at the top, as a data address. */

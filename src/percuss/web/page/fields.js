@@ -56,8 +56,11 @@ export const TITLE = [["title", "Title", "free text"]];
 export const START = [
   ["start.position", "Position", "of the bar: 0 at the wall, negative off it; as -1 (bar lengths) or -3 cm"],
   ["start.velocity", "Velocity", "toward the wall"],
+  ["start.modal_displacement", "Modes, displacement", "instead: u₀, u₁, … in bar lengths"],
+  ["start.modal_velocity", "Modes, velocity", "u₀′, u₁′, … in bar lengths per radian"],
   ["start.time", "Load phase", "at the start, in rad, or a time"],
   ["start.orbit", "Steady motion", "instead: just after the blow of motion 1, 2 …"],
+  ["start.periods", "of so many load periods", "with a steady motion; 1 when empty"],
   ["start.random", "Random", "instead: rigid, still or ringing"],
   ["start.seed", "Seed", "of the random start"],
   ["simulation.modes", "Elastic modes", "0: a rigid bar; 32 when empty"],
@@ -94,9 +97,12 @@ function unitOf(load) {
   return text.replace(/^[-+\d.eE\s]+/, "");
 }
 
-/** What a field's text stands for: a number where it is one, the text otherwise, undefined when empty. */
-export function typed(text) {
+const LISTS = /modal_(displacement|velocity)$/;
+
+/** What a field's text stands for: a number, a list for some keys, else the text; undefined when empty. */
+export function typed(text, key = "") {
   const clean = text.trim().replaceAll("−", "-");
   if (clean === "") return undefined;
+  if (LISTS.test(key)) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
   return /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(clean) ? Number(clean) : clean;
 }

@@ -2,10 +2,10 @@
 
 import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
-import { chosen, data, on, reasonOf, show, view } from "./state.js";
+import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export function startHeadline() {
-  on("quick steady problems view info", paint);
+  on("quick steady problems view info", unhurried(paint));
 }
 
 function paint() {

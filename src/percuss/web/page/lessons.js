@@ -1,9 +1,28 @@
 // Six guided steps. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
 
-const pneumatic = (factor, restitution) => ({
-  title: "Pneumatic hammer",
-  system: { s: 20, d: 0.005, restitution },
-  load: { kind: "harmonic", mean: factor, amplitude: 1.0 },
+const ORBITS = { panel: "orbits", m: 1 };
+const MAP = { panel: "map", x: "restitution", y: "load_factor", q: "verdict" };
+const heard = (cycles) => ({ panel: "motion", source: "start", window: "settled", cycles });
+
+/** A scene: its button, its view, its setting ({case, start?} or {machine}), what is said. */
+const scene = (show, view, setting, say) => ({ show, view, say, ...setting });
+
+const pneumatic = (factor, restitution, start) => ({
+  case: {
+    title: "Pneumatic hammer",
+    system: { s: 20, d: 0.005, restitution },
+    load: { kind: "harmonic", mean: factor, amplitude: 1.0 },
+  },
+  start,
+});
+
+const square = (start) => ({
+  case: {
+    title: "Hydraulic hammer, square wave",
+    system: { s: 200, d: 0.0, restitution: 0.4 },
+    load: { kind: "square", amplitude: 1.0, kappa: 1.3 },
+  },
+  start,
 });
 
 // starts: let go half a bar length off the wall, and near the rebound of the steady motion
@@ -15,165 +34,150 @@ export const LESSONS = [
     title: "Does it strike at all? Existence and the fold",
     goal: "A steady motion exists where the curve v_f reaches the level. Raise the mean load and the two motions meet and vanish.",
     scenes: [
-      {
-        say: "The curve is the speed that the load alone would give the bar; the dashed level is what the mean load asks of each blow. They cross twice: two steady motions.",
-        show: "Set the scene",
-        view: { panel: "orbits", m: 1 },
-        case: pneumatic(0.5, 0.4),
-      },
-      {
-        say: "Now move the load factor to the right. The level rises, the two crossings come together: that is the fold. Beyond it no steady motion is left, and the headline says so.",
-        show: "Just before the fold",
-        view: { panel: "orbits", m: 1 },
-        case: pneumatic(0.73, 0.4),
-      },
-      {
-        say: "On the map the fold is the solid curve. Above it there is nothing; drag the point across it.",
-        show: "See it on the map",
-        view: { panel: "map", x: "restitution", y: "load_factor", q: "verdict" },
-        case: pneumatic(0.73, 0.4),
-      },
+      scene(
+        "Set the scene",
+        ORBITS,
+        pneumatic(0.5, 0.4),
+        "The curve is the speed that the load alone would give the bar; the dashed level is what the mean load asks of each blow. They cross twice: two steady motions.",
+      ),
+      scene(
+        "Just before the fold",
+        ORBITS,
+        pneumatic(0.73, 0.4),
+        "Now move the load factor to the right. The level rises, the two crossings come together: that is the fold. Beyond it no steady motion is left, and the headline says so.",
+      ),
+      scene(
+        "See it on the map",
+        MAP,
+        pneumatic(0.73, 0.4),
+        "On the map the fold is the solid curve. Above it there is nothing; drag the point across it.",
+      ),
     ],
   },
   {
     title: "Does it stay? Stability and the flip",
     goal: "Of the two motions one falls apart at once. The other is stable only while the load at the moment of impact stays within its band.",
     scenes: [
-      {
-        say: "The filled disc is stable, the ring is not. In the picture of the load, the green band is where a blow must fall. Multipliers inside the unit circle die out.",
-        show: "A stable motion",
-        view: { panel: "orbits", m: 1, orbit: 2 },
-        case: pneumatic(0.65, 0.4),
-      },
-      {
-        say: "Lower the load factor. The moment of impact slides down out of the band, and one multiplier passes −1: the flip. From there every second blow differs.",
-        show: "Beyond the flip",
-        view: { panel: "orbits", m: 1, orbit: 2 },
-        case: pneumatic(0.5, 0.4),
-      },
-      {
-        say: "Between the dashed curve (flip) and the solid one (fold) lies the strip of stable hammers. It narrows for small restitutions and widens for large ones.",
-        show: "The strip on the map",
-        view: { panel: "map", x: "restitution", y: "load_factor", q: "verdict" },
-        case: pneumatic(0.6, 0.4),
-      },
+      scene(
+        "A stable motion",
+        { ...ORBITS, orbit: 2 },
+        pneumatic(0.65, 0.4),
+        "The filled disc is stable, the ring is not. In the picture of the load, the green band is where a blow must fall. Multipliers inside the unit circle die out.",
+      ),
+      scene(
+        "Beyond the flip",
+        { ...ORBITS, orbit: 2 },
+        pneumatic(0.5, 0.4),
+        "Lower the load factor. The moment of impact slides down out of the band, and one multiplier passes −1: the flip. From there every second blow differs.",
+      ),
+      scene(
+        "The strip on the map",
+        MAP,
+        pneumatic(0.6, 0.4),
+        "Between the dashed curve (flip) and the solid one (fold) lies the strip of stable hammers. It narrows for small restitutions and widens for large ones.",
+      ),
     ],
   },
   {
     title: "Hear period doubling",
     goal: "Below the flip the blows alternate, strong and weak; further down they take four periods to repeat, then they never do. Turn the sound on.",
     scenes: [
-      {
-        say: "Stable: every blow is the same. Turn on the sound above, and listen to the even beat.",
-        show: "One blow, always the same",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 8 },
-        case: pneumatic(1.0, 0.8),
-        start: REBOUND,
-      },
-      {
-        say: "The load factor is a little smaller. Strong, weak, strong, weak: two blows to repeat, two points in the picture of the impacts, and the motion is called z=2/2.",
-        show: "Two by two",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 8 },
-        case: pneumatic(0.86, 0.8),
-        start: REBOUND,
-      },
-      {
-        say: "Smaller still: four blows to repeat.",
-        show: "Four by four",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 8 },
-        case: pneumatic(0.805, 0.8),
-        start: REBOUND,
-      },
-      {
-        say: "And then never again: the points of the impacts fill a curve. Find the places between with the slider of the load factor.",
-        show: "Never the same",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 32 },
-        case: pneumatic(0.78, 0.8),
-        start: REBOUND,
-      },
+      scene(
+        "One blow, always the same",
+        heard(8),
+        pneumatic(1.0, 0.8, REBOUND),
+        "Stable: every blow is the same. Turn on the sound above, and listen to the even beat.",
+      ),
+      scene(
+        "Two by two",
+        heard(8),
+        pneumatic(0.86, 0.8, REBOUND),
+        "The load factor is a little smaller. Strong, weak, strong, weak: two blows to repeat, two points in the picture of the impacts, and the motion is called z=2/2.",
+      ),
+      scene(
+        "Four by four",
+        heard(8),
+        pneumatic(0.805, 0.8, REBOUND),
+        "Smaller still: four blows to repeat.",
+      ),
+      scene(
+        "Never the same",
+        heard(32),
+        pneumatic(0.78, 0.8, REBOUND),
+        "And then never again: the points of the impacts fill a curve. Find the places between with the slider of the load factor.",
+      ),
     ],
   },
   {
     title: "The same hammer, other motions",
     goal: "Several motions live side by side. Which one you get is decided by how the hammer is started.",
     scenes: [
-      {
-        say: "A hard contact, R = 0.8: one blow every load period is stable.",
-        show: "One blow in one period",
-        view: { panel: "orbits", m: 1 },
-        case: pneumatic(0.945, 0.8),
-      },
-      {
-        say: "The same case with one blow in two load periods, harder and half as often: stable as well.",
-        show: "One blow in two",
-        view: { panel: "orbits", m: 2 },
-        case: pneumatic(0.945, 0.8),
-      },
-      {
-        say: "Start it from 300 random places and count where they end: press Start. Chatter and a motion of three unlike blows take their share, too.",
-        show: "Count the ends",
-        view: { panel: "experiment", m: 1, starts: 300, distribution: "wall", seed: 1, emodes: 0 },
-        case: pneumatic(0.945, 0.8),
-      },
+      scene(
+        "One blow in one period",
+        ORBITS,
+        pneumatic(0.945, 0.8),
+        "A hard contact, R = 0.8: one blow every load period is stable.",
+      ),
+      scene(
+        "One blow in two",
+        { panel: "orbits", m: 2 },
+        pneumatic(0.945, 0.8),
+        "The same case with one blow in two load periods, harder and half as often: stable as well.",
+      ),
+      scene(
+        "Count the ends",
+        { panel: "experiment", m: 1, starts: 300, distribution: "wall", seed: 1, emodes: 0 },
+        pneumatic(0.945, 0.8),
+        "Start it from 300 random places and count where they end: press Start. Chatter and a motion of three unlike blows take their share, too.",
+      ),
     ],
   },
   {
     title: "Chatter and rest",
     goal: "While the load pushes, ever smaller bounces pile up in a finite time. The bar comes to rest on the wall and leaves when the load pulls.",
     scenes: [
-      {
-        say: "Watch the striking end: the bounces grow smaller and closer until it lies still; then the load turns and takes it away.",
-        show: "Chatter, rest, release",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 4 },
-        case: pneumatic(0.9, 0.2),
-        start: FALL,
-      },
-      {
-        say: "If the load never pulls, the bar rests for good: the mean is greater than the amplitude.",
-        show: "Rest for good",
-        view: { panel: "motion", source: "start", window: "start", cycles: 8 },
-        case: pneumatic(1.1, 0.5),
-        start: FALL,
-      },
-      {
-        say: "The report says whether lying at rest is possible, and the least force that holds the bar.",
-        show: "In the report",
-        view: { panel: "report" },
-        case: pneumatic(1.1, 0.5),
-      },
+      scene(
+        "Chatter, rest, release",
+        heard(4),
+        pneumatic(0.9, 0.2, FALL),
+        "Watch the striking end: the bounces grow smaller and closer until it lies still; then the load turns and takes it away.",
+      ),
+      scene(
+        "Rest for good",
+        { panel: "motion", source: "start", window: "start", cycles: 8 },
+        pneumatic(1.1, 0.5, FALL),
+        "If the load never pulls, the bar rests for good: the mean is greater than the amplitude.",
+      ),
+      scene(
+        "In the report",
+        { panel: "report" },
+        pneumatic(1.1, 0.5),
+        "The report says whether lying at rest is possible, and the least force that holds the bar.",
+      ),
     ],
   },
   {
     title: "Why the hydraulic hammer of 1977 cannot settle, and a real one does",
     goal: "A square wave is always at full push or full pull at the moment of impact: outside the band, whatever the tuning. A real pressure falls gently.",
     scenes: [
-      {
-        say: "A square load, κ = 1.3, on a stiff bar without damping. Both motions lie outside the green band, on the edges of the wave.",
-        show: "The square wave",
-        view: { panel: "orbits", m: 1 },
-        case: {
-          title: "Hydraulic hammer, square wave",
-          system: { s: 200, d: 0.0, restitution: 0.4 },
-          load: { kind: "square", amplitude: 1.0, kappa: 1.3 },
-        },
-      },
-      {
-        say: "So no equal blows: it takes many unlike ones, some of them chatter, before anything repeats. Look at the picture of the impacts, and at the name of the motion.",
-        show: "See what it does",
-        view: { panel: "motion", source: "start", window: "settled", cycles: 16 },
-        case: {
-          title: "Hydraulic hammer, square wave",
-          system: { s: 200, d: 0.0, restitution: 0.4 },
-          load: { kind: "square", amplitude: 1.0, kappa: 1.3 },
-        },
-        start: FALL,
-      },
-      {
-        say: "A drifter as it is built: its pressure rises and falls in a round shape, and the blow comes where it is small, inside the band. It settles.",
-        show: "A real drifter",
-        view: { panel: "orbits", m: 1 },
-        machine: "hydraulic-drifter",
-      },
+      scene(
+        "The square wave",
+        ORBITS,
+        square(),
+        "A square load, κ = 1.3, on a stiff bar without damping. Both motions lie outside the green band, on the edges of the wave.",
+      ),
+      scene(
+        "See what it does",
+        heard(16),
+        square(FALL),
+        "So no equal blows: it takes many unlike ones, some of them chatter, before anything repeats. Look at the picture of the impacts, and at the name of the motion.",
+      ),
+      scene(
+        "A real drifter",
+        ORBITS,
+        { machine: "hydraulic-drifter" },
+        "A drifter as it is built: its pressure rises and falls in a round shape, and the blow comes where it is small, inside the band. It settles.",
+      ),
     ],
   },
 ];

@@ -4,8 +4,6 @@ import { $, h, put } from "./dom.js";
 import { LESSONS } from "./lessons.js";
 import { DEFAULTS, data, on, pickMachine, setTables, show, view } from "./state.js";
 
-let scene = -1;
-
 export function startLessons(panel) {
   const item = (lesson, i) =>
     h(
@@ -42,8 +40,7 @@ export function startLessons(panel) {
 }
 
 async function begin(number) {
-  scene = -1;
-  show({ lesson: number });
+  show({ lesson: number, scene: 0 });
   await play(0);
   $("#lesson-strip").scrollIntoView({ block: "nearest" });
 }
@@ -51,9 +48,8 @@ async function begin(number) {
 /** A scene: its case and its view; a link with the lesson in it comes back to it. */
 async function play(index) {
   const { view: wish, case: tables, machine, start } = LESSONS[view.lesson - 1].scenes[index];
-  scene = index;
-  const { lesson } = view;
-  Object.assign(view, DEFAULTS, { machine: view.machine, lesson, ...wish });
+  const { lesson, machine: before } = view;
+  Object.assign(view, DEFAULTS, { machine: before, lesson, scene: index + 1, ...wish });
   if (machine) await pickMachine(machine);
   else {
     Object.assign(data, { base: null, physical: null });
@@ -63,17 +59,19 @@ async function play(index) {
   show({});
 }
 
+const leave = () => show({ lesson: 0, scene: 0, panel: "lessons" });
+
 function strip() {
   const box = $("#lesson-strip");
   const lesson = LESSONS[view.lesson - 1];
   box.hidden = !lesson || view.panel === "lessons";
-  const key = JSON.stringify([view.lesson, scene, box.hidden]);
+  const key = JSON.stringify([view.lesson, view.scene, box.hidden]);
   if (box.hidden || box.dataset.key === key) return;
   box.dataset.key = key;
   const button = (one, i) =>
     h(
       "button",
-      { type: "button", "aria-pressed": String(i === scene), onclick: () => play(i) },
+      { type: "button", "aria-pressed": String(i + 1 === view.scene), onclick: () => play(i) },
       `${i + 1}. ${one.show}`,
     );
   put(
@@ -81,13 +79,13 @@ function strip() {
     h("h2", {}, `Lesson ${view.lesson}: ${lesson.title}`),
     h("p", { class: "muted" }, lesson.goal),
     h("div", { class: "try", role: "group", "aria-label": "Scenes" }, lesson.scenes.map(button)),
-    scene >= 0 && h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[scene].say),
+    h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[view.scene - 1]?.say),
     h(
       "div",
       { class: "row" },
       view.lesson < LESSONS.length &&
         h("button", { type: "button", onclick: () => begin(view.lesson + 1) }, "Next lesson"),
-      h("button", { type: "button", onclick: () => show({ lesson: 0, panel: "lessons" }) }, "Leave the lesson"),
+      h("button", { type: "button", onclick: leave }, "Leave the lesson"),
     ),
   );
 }

@@ -44,10 +44,11 @@ function startTheme() {
     const now = document.documentElement.dataset.theme ?? "auto";
     setTheme(THEMES[(THEMES.indexOf(now) + 1) % THEMES.length]);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    forgetTheme();
-    tell("theme");
-  });
+  for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)"])
+    matchMedia(wish).addEventListener("change", () => {
+      forgetTheme();
+      tell("theme");
+    });
 }
 
 /* tabs */
@@ -67,6 +68,8 @@ function startTabs() {
   on("view", paintTabs);
 }
 
+let painted = "";
+
 function paintTabs() {
   if (!$(`#tab-${CSS.escape(view.panel)}`)) view.panel = "case";
   for (const tab of $$("[role=tab]")) {
@@ -75,6 +78,11 @@ function paintTabs() {
     tab.tabIndex = here ? 0 : -1;
     $(`#panel-${tab.id.slice(4)}`).hidden = !here;
   }
+  if (view.panel === painted) return;
+  painted = view.panel;
+  const tab = $(`#tab-${view.panel}`); // on a narrow screen the row of tabs scrolls
+  const row = $("#tabs");
+  row.scrollLeft = tab.offsetLeft - (row.clientWidth - tab.offsetWidth) / 2;
 }
 
 /* tools */
@@ -115,9 +123,12 @@ function paintMachines() {
 
 /* the state */
 
+let server = null;
+const about = () => (server ??= get("about"));
+
 async function load(address) {
-  const own = data.about?.case && !new URLSearchParams(address.slice(1)).has("machine");
-  const { info, tables } = await fromAddress(address, FIRST, own ? () => get("case") : null);
+  const served = async () => ((await about()).case ? get("case") : null);
+  const { info, tables } = await fromAddress(address, FIRST, served);
   data.base = info?.tables ?? null;
   data.physical = null;
   if (info) {
@@ -155,9 +166,10 @@ async function start() {
   paintTabs();
   try {
     const catalogue = get("machines");
-    data.about = await get("about");
-    await load(location.hash).catch(failed); // a link may name a machine that there is not
+    const case_ = load(location.hash).catch(failed); // a link may name a machine that there is not
+    data.about = await about();
     data.machines = (await catalogue).machines;
+    await case_;
     paintMachines();
     tell("view");
   } catch (error) {

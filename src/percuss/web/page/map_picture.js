@@ -17,26 +17,29 @@ export function content({ arrays, quantities }, kind) {
   return { values, low: first.includes("margin") ? Math.max(low, -1) : low, high, unit: quantities[first].unit ?? "" };
 }
 
-/** The image of a map, one pixel a cell, the first row at the bottom of the plane. */
+const word = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
+const RAMP = Uint32Array.from({ length: 256 }, (_, i) => word(ramp(i / 255)));
+
+/** The image of a map, one pixel a cell, the first row at the bottom of the plane; rows to come are left clear. */
 export function picture(plane) {
-  if (!plane) return;
-  const { nx, ny, codes, values, low, high } = plane;
+  const { nx, ny, rows, codes, values, low, high } = plane;
   const canvas = document.createElement("canvas");
   canvas.width = nx;
   canvas.height = ny;
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(nx, ny);
+  const pixels = new Uint32Array(image.data.buffer);
   const colours = theme();
   plane.palette = plane.many
     ? [...colours.kinds, ...colours.kinds]
     : [colours["map-none"], colours["map-unstable"], colours["map-stable"]];
-  const palette = plane.palette.map(rgb);
-  const empty = rgb(colours["map-none"]);
-  for (let i = 0; i < nx * ny; i++) {
-    let colour = empty;
-    if (codes) colour = codes[i] >= 0 ? (palette[codes[i] % palette.length] ?? empty) : empty;
-    else if (Number.isFinite(values[i])) colour = ramp((values[i] - low) / (high - low || 1));
-    image.data.set([colour[0], colour[1], colour[2], 255], 4 * i);
+  const palette = plane.palette.map((colour) => word(rgb(colour)));
+  const none = word(rgb(colours["map-none"]));
+  const scale = 255 / (high - low || 1);
+  for (let i = 0; i < nx * rows; i++) {
+    if (codes) pixels[i] = codes[i] >= 0 ? palette[codes[i] % palette.length] : none;
+    else if (Number.isFinite(values[i])) pixels[i] = RAMP[Math.min(Math.max((values[i] - low) * scale, 0), 255) | 0];
+    else pixels[i] = none;
   }
   pen.putImageData(image, 0, 0);
   plane.canvas = canvas;

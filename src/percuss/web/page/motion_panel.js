@@ -5,8 +5,10 @@ import { postBinary } from "./api.js";
 import { $, framed, h, latest, put, settled } from "./dom.js";
 import { number, plainNumber, si, withUnit } from "./format.js";
 import { drawCharts, followCharts, motionCharts, unitsOf } from "./motion_charts.js";
-import { setStart, sourceCard, sources } from "./motion_source.js";
-import { asked, chosen, data, on, show, view } from "./state.js";
+import { knobs, moment, player, stop, toggle } from "./motion_player.js";
+import { sourceCard, sourceProblems, sources } from "./motion_source.js";
+import { setStart } from "./motion_start.js";
+import { asked, chosen, data, on, show, uptodate, view } from "./state.js";
 import { blow as heard } from "./sound.js";
 import { Stage } from "./stage.js";
 
@@ -23,70 +25,18 @@ export function startMotion(panel) {
   put(
     panel,
     sourceCard((words) => put(parts.status, words)),
-    h("div", { class: "card stage" }, canvas, player(), parts.status),
+    h("div", { class: "card stage" }, canvas, player(parts.stage), parts.status),
     h("div", { class: "card" }, parts.facts),
     motionCharts(startThere),
   );
   panel.addEventListener("keydown", keys);
   on("info", () => (sources(), want()));
+  on("quick", () => motion && (parts.stage.force = force()));
   on("quick steady tables", want);
+  on("problems", () => view.panel === "motion" && data.problems.length && sourceProblems(data.problems));
   on("view", () => (view.panel === "motion" ? (sources(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
-}
-
-function player() {
-  parts.play = h("button", { type: "button", class: "main", id: "play", onclick: toggle }, "Play");
-  parts.scrub = h("input", {
-    type: "range",
-    id: "scrub",
-    min: 0,
-    max: 1000,
-    step: 1,
-    "aria-label": "Time in the motion",
-    oninput: (event) => (stop(), parts.stage.seek((parts.stage.length * event.target.value) / 1000)),
-  });
-  parts.time = h("output", { class: "time", for: "scrub" }, "–");
-  parts.slow = h("input", {
-    type: "range",
-    id: "slow",
-    min: 0,
-    max: 100,
-    step: 1,
-    oninput: (event) => (show({ slow: event.target.value }), knobs()),
-  });
-  parts.slowly = h("output", { for: "slow" });
-  parts.grow = h("input", {
-    type: "range",
-    id: "grow",
-    min: 0,
-    max: 4,
-    step: 0.05,
-    oninput: (event) => (show({ grow: event.target.value }), knobs(), parts.stage.draw()),
-  });
-  parts.grown = h("span", { class: "small muted", id: "grown" });
-  const knob = (text, input, output) => h("label", { class: "pick" }, h("span", {}, text, " ", output), input);
-  return [
-    h("div", { class: "play" }, parts.play, parts.scrub, parts.time),
-    h(
-      "div",
-      { class: "knobs" },
-      knob("Slow motion:", parts.slow, parts.slowly),
-      knob("Stretch of the bar", parts.grow, ""),
-      parts.grown,
-    ),
-  ];
-}
-
-function toggle() {
-  if (parts.stage.playing) return stop();
-  parts.stage.play();
-  put(parts.play, "Pause");
-}
-
-function stop() {
-  parts.stage.pause();
-  put(parts.play, "Play");
 }
 
 function keys(event) {
@@ -95,35 +45,8 @@ function keys(event) {
   toggle();
 }
 
-/** How long a load period is shown, in seconds: from real time (or a second) to minutes, evenly in ratios. */
-function pace() {
-  const real = motion?.time_scale_s ? 2 * Math.PI * motion.time_scale_s : 1;
-  const chosenShare = view.slow === "" ? null : Number(view.slow) / 100;
-  const part = (2 * Math.PI) / parts.stage.length; // of a zoom that lasts some seconds, a load period takes hours
-  const longest = view.zoom ? 30 * part : 120;
-  const usual = Math.log(Math.max(view.zoom ? 8 * part : 2.5, real) / real) / Math.log(longest / real);
-  const share = chosenShare ?? Math.min(Math.max(usual, 0), 1);
-  return { share, seconds: real * (longest / real) ** share, real };
-}
-
-function knobs() {
-  if (!motion) return;
-  const { share, seconds, real } = pace();
-  parts.stage.rate = (2 * Math.PI) / seconds;
-  parts.stage.grow = Number(view.grow) || 0;
-  if (document.activeElement !== parts.slow) parts.slow.value = 100 * share;
-  if (document.activeElement !== parts.grow) parts.grow.value = view.grow;
-  const words = motion.time_scale_s
-    ? seconds / real < 1.01
-      ? "real time"
-      : `${number(seconds / real, 2)} times slower`
-    : `${number(seconds, 2)} s a load period`;
-  put(parts.slowly, words);
-  put(parts.grown, parts.stage.magnified());
-}
-
 const want = settled(() => {
-  if (view.panel !== "motion" || !data.tables || data.problems.length || !data.quick) return;
+  if (view.panel !== "motion" || data.problems.length || !uptodate()) return;
   const number_ = chosen()?.number;
   const now = JSON.stringify([
     data.changed,
@@ -145,7 +68,7 @@ const want = settled(() => {
   const from = view.source === "orbit" ? { orbit: number_ } : { show: view.window };
   const rings = view.zoom && data.info ? { window: [0, (view.zoom * 2 * Math.PI) / data.info.first_mode] } : {};
   put(parts.status, "Computing …");
-  askMotion({
+  const body = {
     ...asked(),
     ...from,
     ...rings,
@@ -153,18 +76,22 @@ const want = settled(() => {
     frames: Math.min(2000, 1200 + 100 * view.cycles),
     places: 33,
     end_points: Math.min(20000, 1500 * view.cycles),
-  });
+  };
+  askMotion({ body, change: data.changed });
 }, 60);
 
 const askMotion = latest(
-  (body) => postBinary("motion", body),
-  (found) => {
+  ({ body }) => postBinary("motion", body),
+  (found, { change }) => {
     motion = found;
+    sourceProblems([]);
     take();
+    parts.stage.canvas.dataset.change = String(change); // of the case, as it is drawn
   },
   (error) => {
-    key = "";
+    if (error.status !== 422) key = ""; // the same question would be refused again
     stop();
+    if (sourceProblems(error.problems ?? [])) return put(parts.status, "See the start above.");
     put(parts.status, h("span", { class: "problem", role: "alert" }, error.message));
   },
 );
@@ -181,6 +108,7 @@ function take() {
     `The bar and the wall: ${motion.label}, ${motion.blows.length} events in view`,
   );
   parts.stage.canvas.dataset.label = motion.label;
+  parts.stage.canvas.dataset.modes = String(motion.modes);
   const steps = `${arrays.displacement.shape[0]} frames of ${arrays.x.length} places, ${motion.modes} elastic modes`;
   put(parts.status, `${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
   if (!parts.stage.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "motion")
@@ -239,8 +167,8 @@ function startThere({ x, y }) {
   show({ source: "start", window: "start", cycles: Math.max(view.cycles, 8), zoom: 0 });
 }
 
-function struck(event, share) {
-  const { pitch, loudness } = heard({ frequency: motion.first_mode_Hz, energy: event.energy_J, share });
+function struck(event, share, delay) {
+  const { pitch, loudness } = heard({ frequency: motion.first_mode_Hz, energy: event.energy_J, share, delay });
   const place = $("#heard");
   if (place) put(place, `${si(pitch, "Hz", 3)}, ${number(100 * loudness, 2)} %`);
   parts.stage.canvas.dataset.blows = String(Number(parts.stage.canvas.dataset.blows ?? 0) + 1);
@@ -248,11 +176,6 @@ function struck(event, share) {
 
 function cursor(time) {
   if (!motion || view.panel !== "motion") return;
-  const { stage, scrub } = parts;
-  if (document.activeElement !== scrub || stage.playing) scrub.value = stage.length ? (1000 * time) / stage.length : 0;
-  const small = units.time.k * stage.length < 0.1 ? 5 : 3;
-  const words = withUnit(time * units.time.k, units.time.name, small);
-  put(parts.time, words);
-  scrub.setAttribute("aria-valuetext", words);
+  moment(time, units);
   followCharts(motion, units, time);
 }

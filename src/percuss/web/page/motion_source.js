@@ -3,7 +3,7 @@
 import { postFile } from "./api.js";
 import { fileName } from "./case_files.js";
 import { download, h, put, select } from "./dom.js";
-import { typed } from "./fields.js";
+import { fillStart, kindOf, startFields, startProblems } from "./motion_start.js";
 import { data, setTables, show, view } from "./state.js";
 
 const parts = {};
@@ -25,10 +25,11 @@ export function sources() {
     view.cycles,
     view.zoom,
     Boolean(data.tables?.bar),
-    Object.keys(start).join(),
+    data.tables?.simulation?.modes,
+    kindOf(start),
     start.random,
   ]);
-  if (parts.source.dataset.key === now) return fill(start);
+  if (parts.source.dataset.key === now) return fillStart(parts.source, start);
   parts.source.dataset.key = now;
   const pick = (source, text) =>
     h(
@@ -68,33 +69,20 @@ export function sources() {
     (n) => show({ zoom: Number(n), slow: "" }),
     { id: "zoom-part" },
   );
-  put(parts.source, h("div", { class: "row" }, segments, cycles, zoom, steady ? null : simulation(start)));
-  fill(start);
+  const focus = document.activeElement?.id;
+  put(
+    parts.source,
+    h("div", { class: "row" }, segments, cycles, zoom, steady ? null : simulation(start)),
+    steady ? null : h("div", { class: "row start", id: "start-form" }, startFields(start, sources), keep()),
+  );
+  fillStart(parts.source, start);
+  if (focus?.startsWith("start-")) document.getElementById(focus)?.focus();
 }
 
+/** Problems of the start beside its fields; what has no field there is told below the picture. */
+export const sourceProblems = (problems) => startProblems(parts.source, problems);
+
 function simulation(start) {
-  const kind = start.random ?? (start.orbit ? "orbit" : "own");
-  const kinds = [
-    ["own", "chosen"],
-    ["rigid", "random"],
-    ["still", "random, at rest"],
-    ["ringing", "random, ringing"],
-  ];
-  const change = (value) => setStart(value === "own" ? undefined : { random: value, seed: start.seed ?? 1 });
-  const box = (name, label) =>
-    h(
-      "label",
-      { class: "pick" },
-      h("span", {}, label),
-      h("input", {
-        type: "text",
-        size: 9,
-        "data-start": name,
-        id: `start-${name}`,
-        onchange: (event) => setStart({ ...data.tables.start, [name]: typed(event.target.value) }),
-      }),
-    );
-  const own = [box("position", "Position"), box("velocity", "Velocity"), box("time", "Load phase, rad")];
   const modes = select(
     "Elastic modes",
     [0, 8, 16, 32, 64].map((n) => [n, n ? String(n) : "0: rigid"]),
@@ -102,37 +90,17 @@ function simulation(start) {
     (n) => setSimulation({ modes: Number(n) }),
     { id: "simulation-modes" },
   );
+  const stretch = [
+    ["start", "from the start"],
+    ["settled", "what it settles on"],
+  ];
   return [
-    select(
-      "Stretch",
-      [
-        ["start", "from the start"],
-        ["settled", "what it settles on"],
-      ],
-      view.window,
-      (window) => show({ window }),
-      { id: "window" },
-    ),
-    select("Start", kinds, kind, change, { id: "start-kind" }),
-    kind === "own" ? own : box("seed", "Seed"),
+    select("Stretch", stretch, view.window, (window) => show({ window }), { id: "window" }),
     modes,
-    h("button", { type: "button", id: "motion-file", onclick: save }, "Save as NetCDF"),
   ];
 }
 
-function fill(start) {
-  for (const input of parts.source.querySelectorAll("input[data-start]")) {
-    if (input !== document.activeElement) input.value = String(start[input.dataset.start] ?? "");
-  }
-}
-
-export function setStart(start) {
-  const clean = start && Object.fromEntries(Object.entries(start).filter(([, value]) => value !== undefined));
-  const rest = { ...data.tables };
-  delete rest.start;
-  setTables(clean && Object.keys(clean).length ? { ...rest, start: clean } : rest);
-  sources();
-}
+const keep = () => h("button", { type: "button", id: "motion-file", onclick: save }, "Save as NetCDF");
 
 const setSimulation = (changes) => setTables({ ...data.tables, simulation: { ...data.tables.simulation, ...changes } });
 

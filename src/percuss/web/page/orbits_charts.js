@@ -1,30 +1,30 @@
 // Pictures of the steady motions: the curve and its level, the branches, the load at the blow, the multipliers.
 
-import { post } from "./api.js";
 import { Chart, PHASES, span } from "./chart.js";
 import { theme } from "./colours.js";
-import { h, latest, settled } from "./dom.js";
+import { h } from "./dom.js";
 import { angle, number, scaleOf } from "./format.js";
-import { chosen, data, view } from "./state.js";
+import { branchChart, drawBranches } from "./orbits_branches.js";
+import { chosen, data } from "./state.js";
 
 const EDGE = 1.6; // how far the panel of the multipliers reaches; what lies beyond is drawn at its edge
 const parts = {};
-let branches = null;
 
 export function orbitCharts() {
   parts.phase = new Chart("Impact phases: where the curve meets the level");
-  parts.branch = new Chart("Impact phase against the load factor");
   parts.load = new Chart("The load, and the moment of impact");
   parts.circle = new Chart("Multipliers: what becomes of a disturbance", { kind: "square" });
   const card = (chart) => h("div", { class: "card" }, chart.figure);
-  return h("div", { class: "grid" }, card(parts.phase), card(parts.branch), card(parts.load), card(parts.circle));
+  const charts = [parts.phase, branchChart(points), parts.load, parts.circle];
+  return h("div", { class: "grid" }, charts.map(card));
 }
 
 export function drawOrbitCharts(quick) {
   phases(quick);
   loads(quick);
   circle(quick);
-  branch();
+  drawBranches();
+  parts.phase.canvas.dataset.change = String(quick?.changed ?? -1); // which change of the case is drawn
 }
 
 const shapeOf = (index, stable) => {
@@ -166,86 +166,5 @@ function circle(quick) {
     equal: true,
     items,
     about: words,
-  });
-  if (quick === null) parts.circle.draw(empty(parts.circle.spec));
-}
-
-/** Ask for the branches when the case has come to rest. */
-export const wantBranches = settled(
-  () => view.panel === "orbits" && data.quick && data.tables && askBranches({ tables: data.tables, m: view.m }),
-  60,
-);
-
-const askBranches = latest(
-  ({ tables, m }) => post("curves", { case: tables, periods: m, points: 2, branches: 160 }),
-  (found) => {
-    branches = found.branches;
-    branch();
-  },
-  () => {
-    branches = null;
-  },
-);
-
-function branch() {
-  if (!branches || view.panel !== "orbits") return;
-  const { kinds, ink } = theme();
-  const { load_factor: factor, phase, reduced_stable: stable } = branches;
-  const torn = (list) =>
-    list.map((value, i) =>
-      i && value !== null && list[i - 1] !== null && Math.abs(value - list[i - 1]) > Math.PI ? null : value,
-    ); // over 2π
-  const keep = (list, good, wish) =>
-    list.map((value, i) =>
-      value !== null && (good[i] === wish || good[i - 1] === wish || good[i + 1] === wish) ? value : null,
-    );
-  const items = phase.map(torn).flatMap((list, i) => [
-    {
-      type: "line",
-      x: factor,
-      y: keep(list, stable[i], false),
-      colour: kinds[1],
-      width: 2,
-      dash: [6, 4],
-      name: "unstable",
-    },
-    {
-      type: "line",
-      x: factor,
-      y: list.map((value, j) => (stable[i][j] ? value : null)),
-      colour: kinds[2],
-      width: 3.5,
-      name: "stable",
-    },
-  ]);
-  const now = data.quick?.load_factor ?? branches.now;
-  if (now !== null)
-    items.push({
-      type: "level",
-      at: now,
-      axis: "x",
-      colour: ink,
-      dash: [2, 3],
-      width: 1.5,
-      name: "the present load factor",
-    });
-  if (data.quick)
-    items.push(
-      ...points(
-        data.quick,
-        () => now,
-        (o) => o.phase,
-      ).map((item) => ({ ...item, name: "" })),
-    );
-  const values = factor.filter((v) => v !== null);
-  parts.branch.draw({
-    x: {
-      label: "load factor p₀/p₁",
-      from: Math.min(...values, now ?? Infinity),
-      to: Math.max(...values, now ?? -Infinity),
-    },
-    y: { label: "impact phase, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
-    items,
-    about: "Impact phases of the steady motions against the load factor; both branches meet in the fold",
   });
 }

@@ -3,8 +3,9 @@
 
 import { framed, h, put } from "./dom.js";
 import { angle, number, si } from "./format.js";
-import { drawOrbitCharts, fullOf, orbitCharts, wantBranches } from "./orbits_charts.js";
-import { askAgain, chosen, data, on, reasonOf, show, view } from "./state.js";
+import { wantBranches } from "./orbits_branches.js";
+import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
+import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
 
 const parts = {};
 
@@ -12,19 +13,18 @@ export function startOrbits(panel) {
   parts.table = h("div", { class: "card scroll", id: "orbit-table" });
   parts.about = h("div", { class: "card", id: "orbit-about" });
   put(panel, parts.table, orbitCharts(), parts.about);
-  on("quick", paint); // at once: a slider waits for it
-  on("steady view theme", framed(paint));
+  const told = unhurried(words);
+  on("quick", () => (pictures(), told())); // pictures at once: a slider waits for them
+  on("steady view theme", framed(() => (pictures(), words())));
   on("quick view", wantBranches);
 }
 
-function paint() {
+const pictures = () => view.panel === "orbits" && drawOrbitCharts(data.quick);
+
+function words() {
   if (view.panel !== "orbits") return;
-  const quick = data.quick;
-  if (quick && !quick.whole) askAgain();
-  drawOrbitCharts(quick); // the pictures first: reading their size after the table has changed would cost a layout
   table();
   about();
-  performance.mark("percuss-painted");
 }
 
 function table() {

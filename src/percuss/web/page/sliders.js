@@ -1,6 +1,6 @@
 // Sliders of the quantities that decide most: the restitution, the load, the frequency, the damping.
 
-import { $, h, put } from "./dom.js";
+import { $, afterFrame, h, put } from "./dom.js";
 import { number, plainNumber, withUnit } from "./format.js";
 import { present } from "./moves.js";
 import { data, move, on, show, view } from "./state.js";
@@ -33,14 +33,17 @@ let built = "";
 
 export function startSliders() {
   on("info", build);
-  on("tables quick view", follow);
+  const later = afterFrame(follow);
+  on("tables", follow);
+  on("quick view", later);
 }
 
 /** Every slider anew when the case has other ones; the ranges stay as long as the names do. */
 function build() {
   const known = new Map((data.info?.parameters ?? []).map((p) => [p.name, p]));
   const square = known.get("kappa")?.movable;
-  const hidden = { load_factor: square, d: known.has("bar.damping_ratio") };
+  const si = known.has("bar.length"); // then s and d follow from what stands in the case
+  const hidden = { load_factor: square, s: si, d: si };
   const has = (name) => known.get(name)?.movable && !hidden[name];
   const names = WANTED.filter(has);
   const key = `${view.machine}|${Boolean(data.tables?.system)}|${names.join()}`;
@@ -75,10 +78,7 @@ function slider({ name, unit, low, high, value }) {
     max: range.high,
     step,
     title: hint || title,
-    oninput: (event) => {
-      performance.mark("percuss-slide");
-      move({ [name]: Math.max(plainNumber(Number(event.target.value)), range.low) });
-    },
+    oninput: (event) => move({ [name]: Math.max(plainNumber(Number(event.target.value)), range.low) }),
   });
   const ends = h(
     "div",
@@ -121,8 +121,10 @@ function follow() {
     if (value > Number(input.max)) input.max = value;
     if (document.activeElement !== input || Math.abs(Number(input.value) - value) > Number(input.step))
       input.value = value;
-    output.textContent = withUnit(value, unit);
-    input.setAttribute("aria-valuetext", `${number(value)} ${unit}`);
+    const words = withUnit(value, unit);
+    if (output.textContent === words) continue;
+    output.textContent = words;
+    input.setAttribute("aria-valuetext", words);
   }
   const input = $("#periods");
   if (input && document.activeElement !== input) input.value = view.m;

@@ -17,7 +17,11 @@ export class Stage {
     this.playing = false;
     this.flash = { left: 0, size: 0 };
     this.frames = [];
-    new ResizeObserver(() => this.draw()).observe(canvas);
+    this.box = [0, 0];
+    new ResizeObserver(([{ contentRect }]) => {
+      this.box = [contentRect.width, contentRect.height];
+      this.draw();
+    }).observe(canvas);
   }
 
   show(motion, force) {
@@ -35,7 +39,11 @@ export class Stage {
       const end = displacement[i + this.places - 1];
       for (let j = 0; j < this.places; j++) this.stretch = Math.max(this.stretch, Math.abs(displacement[i + j] - end));
     }
-    this.loudest = Math.max(1e-30, ...motion.blows.map((blow) => blow.energy ?? 0));
+    this.heard = motion.blows.filter((blow) => blow.kind !== "release" && blow.kind !== "grazing");
+    const near = 1e-5 * this.length; // a period begins and ends with the same blow
+    if (this.heard.some((blow) => blow.time < near))
+      this.heard = this.heard.filter((blow) => blow.time < this.length - near);
+    this.loudest = Math.max(1e-30, ...this.heard.map((blow) => blow.energy ?? 0));
     this.time = Math.min(this.time, this.length);
     this.draw();
   }
@@ -68,10 +76,10 @@ export class Stage {
   advance(seconds) {
     const from = this.time;
     let to = from + seconds * this.rate;
-    this.blows(from, to);
+    this.blows(from, to, from);
     if (to >= this.length) {
       to = this.length > 0 ? to % this.length : 0;
-      this.blows(-1e-9, to);
+      this.blows(-1e-9, to, from - this.length);
     }
     this.time = to;
     this.flash.left = Math.max(0, this.flash.left - seconds);
@@ -79,11 +87,12 @@ export class Stage {
     this.ticked(to);
   }
 
-  blows(from, to) {
-    for (const blow of this.motion.blows) {
-      if (blow.time <= from || blow.time > to || blow.kind === "release" || blow.kind === "grazing") continue;
+  /** The blows of a stretch; each is told how many seconds of the play after `now` it comes. */
+  blows(from, to, now) {
+    for (const blow of this.heard) {
+      if (blow.time <= from || blow.time > to) continue;
       this.flash = { left: FLASH, size: Math.sqrt(Math.max(blow.energy ?? 0, 0) / this.loudest) };
-      this.struck(blow, (blow.energy ?? 0) / this.loudest);
+      this.struck(blow, (blow.energy ?? 0) / this.loudest, (blow.time - now) / this.rate);
     }
   }
 
@@ -113,8 +122,7 @@ export class Stage {
 
   draw() {
     const { canvas, motion } = this;
-    const width = canvas.clientWidth;
-    const height = canvas.clientHeight;
+    const [width, height] = this.box;
     if (!motion || !width || !height) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
@@ -122,9 +130,10 @@ export class Stage {
       canvas.height = Math.round(height * ratio);
     }
     const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    this.paint(pen, width, height);
+    const { scale } = theme();
+    pen.setTransform(ratio * scale, 0, 0, ratio * scale, 0, 0);
+    pen.clearRect(0, 0, width / scale, height / scale);
+    this.paint(pen, width / scale, height / scale);
   }
 
   paint(pen, width, height) {

@@ -2,7 +2,7 @@
 // `view` is all that the address bar holds; `data` is what the server answered.
 
 import { get, post } from "./api.js";
-import { latest, settled } from "./dom.js";
+import { afterFrame, latest, settled } from "./dom.js";
 import { withKey } from "./moves.js";
 
 export const DEFAULTS = {
@@ -11,6 +11,7 @@ export const DEFAULTS = {
   m: 1,
   orbit: 0, // 0: the one to look at first
   lesson: 0,
+  scene: 0, // of the lesson, from 1
   x: "restitution",
   y: "load_factor",
   xr: "", // ranges of the map's axes "from:to", empty for the server's
@@ -62,10 +63,30 @@ export function show(changes) {
   Object.assign(view, changes);
   tell("view");
   if ("m" in changes) changedCase(null);
+  else if (data.quick && !enough(data.quick)) askQuick();
 }
+
+/** A painter of words, which waits while a slider is dragged, though not long; the last answer is always told. */
+export function unhurried(paint) {
+  let last = 0;
+  return afterFrame(() => {
+    const now = performance.now();
+    if (Object.keys(data.moving).length && now - last < 150) return;
+    last = now;
+    paint();
+  });
+}
+
+/** Whether the tables are those of the last move, and not of one before it. */
+export const uptodate = () => data.quick?.changed === data.changed;
 
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
+
+// What the panel in sight needs of an answer; a slider's answer has nothing else in it.
+const NEEDS = { orbits: { curve: 361, multipliers: true }, motion: { curve: 121, multipliers: false } };
+const needs = () => NEEDS[view.panel] ?? { curve: 0, multipliers: false };
+const enough = (quick) => quick.asked.curve >= needs().curve && quick.asked.multipliers >= needs().multipliers;
 
 let epoch = 0; // counts the cases that were set whole: a late answer to a move of the one before is dropped
 
@@ -73,12 +94,12 @@ const askQuick = latest(
   async () => {
     const sent = { ...data.moving };
     const values = Object.keys(sent).length ? sent : null;
-    const whole = view.panel === "orbits";
+    const wish = needs();
     const question = { count: data.changed, epoch, sent };
-    const answer = await post("quick", { ...asked(), values, curve: 361, multipliers: whole }).catch((error) => {
+    const answer = await post("quick", { ...asked(), values, ...wish }).catch((error) => {
       throw Object.assign(error, { question });
     });
-    return { answer: Object.assign(answer, { changed: question.count, whole }), question };
+    return { answer: Object.assign(answer, { changed: question.count, asked: wish }), question };
   },
   ({ answer, question }) => {
     if (question.epoch !== epoch) return;
@@ -90,7 +111,8 @@ const askQuick = latest(
     if (answer.tables) tell("tables");
     tell("problems");
     tell("quick");
-    refresh();
+    if (!enough(answer)) askQuick(); // the panel has changed meanwhile
+    refresh({ tables: data.tables, m: view.m, count: question.count });
   },
   (error) => {
     data.moving = {};
@@ -99,11 +121,14 @@ const askQuick = latest(
   },
 );
 
-const refresh = settled(() => {
-  const question = { tables: data.tables, m: view.m, count: data.changed };
+/** Milliseconds without a move after which the whole answer is asked for: it would be in the way of the next move. */
+export const REST = 220;
+
+const refresh = settled((question) => {
+  if (question.count !== data.changed) return; // a move is on its way: its answer comes back here
   askInfo(question);
   askSteady(question);
-}, 140);
+}, REST);
 
 const askInfo = latest(
   async ({ tables, count }) => ({ info: await post("case", { case: tables }), count }),
@@ -144,9 +169,6 @@ function changedCase(names) {
   askQuick();
 }
 
-/** Ask again for the same case, with what the panel in sight needs. */
-export const askAgain = () => data.tables && askQuick();
-
 /** Another case altogether, or one edited by hand. */
 export function setTables(tables) {
   epoch += 1;
@@ -171,8 +193,7 @@ export async function machineTables(name) {
 
 export async function pickMachine(name) {
   const found = await machineTables(name);
-  view.machine = name;
-  view.orbit = 0;
+  Object.assign(view, { machine: name, orbit: 0, xr: "", yr: "" }); // ranges are of the machine before
   data.base = found.tables;
   data.physical = null;
   data.info = found;

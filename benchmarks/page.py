@@ -1,0 +1,206 @@
+"""Benchmarks of the workbench's page: a real Chromium before a real server, from the move to the frame that shows it.
+
+A time ends after the frame is painted: at the first message that the page gets to handle once the frame's callbacks,
+layout and painting are done.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+from web import MACHINE, server
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+
+from browser import FLAGS, chromium
+
+Row = tuple[str, str, str, str]
+
+WINDOW = {"width": 1360, "height": 900}
+TRACE = ["disabled-by-default-devtools.timeline.frame", "devtools.timeline.frame"]
+
+PAINTED = """
+const painted = () => new Promise((done) => requestAnimationFrame((at) => {
+  const { port1, port2 } = new MessageChannel();
+  port1.onmessage = () => done([performance.now(), at]);
+  port2.postMessage(0);
+}));
+const rest = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+const until = (node, true_) => new Promise((done) => {
+  if (true_()) return done();
+  const watch = new MutationObserver(() => true_() && (watch.disconnect(), done()));
+  watch.observe(node, { attributes: true });
+});
+const set = (id, value) => {
+  const input = document.getElementById(id);
+  input.value = value;
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+};
+"""
+
+MOVES = """async ([id, values, gap]) => {
+  /* each move waits for a while after the one before; `gap` 0: one in every frame, as a hand drags */
+  const canvas = document.querySelector("#panel-orbits canvas");
+  const moves = [];
+  performance.clearResourceTimings();
+  performance.setResourceTimingBufferSize(2000);
+  const first = Number(canvas.dataset.change);
+  const frames = [];
+  let going = true;
+  const watch = (async () => {
+    while (going) {
+      const [now] = await painted();
+      frames.push([now, Number(canvas.dataset.change)]);
+    }
+  })();
+  for (const value of values) {
+    if (gap) await rest(gap); else await new Promise(requestAnimationFrame);
+    moves.push(performance.now());
+    set(id, value);
+  }
+  await until(canvas, () => Number(canvas.dataset.change) >= first + values.length);
+  await rest(100);
+  going = false;
+  await watch;
+  const asked = performance.getEntriesByType("resource").filter(({ name }) => name.endsWith("/api/quick"));
+  const painted_ = moves.map((at, i) => frames.find(([, change]) => change >= first + i + 1)[0] - at);
+  return [painted_, asked.map(({ duration }) => duration)];
+}"""
+
+MAPS = """async ([id, values]) => {
+  const canvas = document.getElementById("map");
+  const found = { coarse: [], fine: [], curves: [] };
+  for (const value of values) {
+    await rest(1500);
+    const begun = performance.now();
+    for (const part of Object.keys(found)) delete canvas.dataset[part];
+    set(id, value);
+    for (const part of Object.keys(found)) {
+      await until(canvas, () => canvas.dataset[part]);
+      found[part].push((await painted())[0] - begun);
+    }
+  }
+  return found;
+}"""
+
+FRAMES = """(seconds) => new Promise((done) => {
+  const found = [];
+  const step = (now) => {
+    found.push(now);
+    if (now - found[0] < 1000 * seconds) requestAnimationFrame(step);
+    else done(found);
+  };
+  requestAnimationFrame(step);
+})"""
+
+
+def opened(browser: Browser, base: str, words: str) -> Page:
+    """A page of its own with this view, at rest."""
+    page = browser.new_context(viewport=WINDOW).new_page()
+    page.goto(f"{base}/#{words}")
+    page.wait_for_selector("html[data-ready]")
+    page.wait_for_timeout(2000)
+    return page
+
+
+def ran(page: Page, script: str, *given: Any) -> Any:
+    """What a script with the helpers above answers."""
+    return page.evaluate(f"(given) => {{ {PAINTED} return ({script})(given); }}", *given)
+
+
+def told(times: list[float]) -> tuple[str, str]:
+    """Median and worst in words."""
+    return f"{np.median(times):.0f} ms", f"worst {max(times):.0f} ms of {len(times)}, least {min(times):.0f} ms"
+
+
+def first_paints(browser: Browser, base: str, runs: int = 7) -> list[Row]:
+    """Nothing cached, every time: the first paint, and the answer in its headline."""
+    paints, answers = [], []
+    for _ in range(runs):
+        page = browser.new_context(viewport=WINDOW).new_page()
+        page.add_init_script(
+            """window.answered = new Promise((done) => new MutationObserver((_, watch) => {
+              if (!document.querySelector("#headline .figures")) return;
+              watch.disconnect();
+              requestAnimationFrame(() => setTimeout(() => done(performance.now())));
+            }).observe(document, { childList: true, subtree: true }));"""
+        )
+        page.goto(base)
+        answers.append(page.evaluate("window.answered"))
+        paints.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
+        page.context.close()
+    return [
+        ("page, first paint", told(paints)[0], "700 ms", told(paints)[1]),
+        ("page, answer shown", told(answers)[0], "", told(answers)[1]),
+    ]
+
+
+def moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
+    """The slider of the load factor on the panel of the orbits, which draws most."""
+    page = opened(browser, base, f"panel=orbits&machine={MACHINE}")
+    rows = []
+    for words, gap in (("slider move to painted frame, one at a time", 250), ("slider dragged, a move a frame", 0)):
+        values = (0.25 + 0.1 * (0.618034 * np.arange(number) % 1.0)).round(4).tolist()
+        times, asked = ran(page, MOVES, ["slide-load_factor", values, gap])
+        beside = f"{told(times)[1]}; the answers took {np.median(asked):.0f} ms"
+        rows.append((words, told(times)[0], "50 ms, worst 100 ms", beside))
+    page.context.close()
+    return rows
+
+
+def maps(browser: Browser, base: str, number: int = 9) -> list[Row]:
+    """A change of the hammer that makes the whole map another, and the curves over it."""
+    page = opened(browser, base, f"panel=map&machine={MACHINE}")
+    values = (300.0 + 50.0 * (0.618034 * np.arange(1, number + 1) % 1.0)).round(1).tolist()
+    found = ran(page, MAPS, ["slide-bar-length", values])
+    page.context.close()
+    names = {"coarse": "map, first coarse view", "fine": "map 200 × 200", "curves": "map, first points of its curves"}
+    goals = {"coarse": "100 ms", "fine": "300 ms", "curves": ""}
+    return [(names[part], told(times)[0], goals[part], told(times)[1]) for part, times in found.items()]
+
+
+PLAYED = {
+    "a blow": "source=start&simulation.modes=32",
+    "its ringing": "source=start&simulation.modes=32&zoom=12",
+}
+"""Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow."""
+
+
+def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
+    """The bar with 32 elastic modes beside its pictures, all of them in every frame."""
+    rows = []
+    for name, words in PLAYED.items():
+        page = opened(browser, base, f"panel=motion&machine={MACHINE}&{words}")
+        page.wait_for_selector("#stage[data-modes='32']")
+        browser.start_tracing(page=page, categories=TRACE)
+        times = np.diff(page.evaluate(FRAMES, seconds))
+        events = json.loads(browser.stop_tracing())["traceEvents"]
+        dropped = sum(event["name"] == "DroppedFrame" for event in events)
+        late = int(np.sum(np.rint(times * 60.0 / 1000.0) - 1.0))
+        figure = f"{1000.0 * len(times) / float(np.sum(times)):.1f}/s"
+        beside = f"{late} frames late of {len(times)}, {dropped} dropped by the compositor"
+        rows.append((f"animation, N = 32, {name}", figure, "60/s, none dropped", beside))
+        page.context.close()
+    return rows
+
+
+def page() -> list[Row]:
+    """What the user of the page waits for."""
+    with server() as (base, _, _), sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
+        rows = [row for part in (first_paints, moves, maps, animation) for row in part(browser, base)]
+        browser.close()
+    return rows
+
+
+if __name__ == "__main__":
+    for line in page():
+        print(*line, sep=" | ")

@@ -1,0 +1,57 @@
+// The Fourier coefficients of a load, one row a harmonic.
+
+import { $$, h } from "./dom.js";
+import { typed } from "./fields.js";
+import { data, setKey } from "./state.js";
+
+/** A field with all coefficients. */
+export function coefficients(pairs) {
+  const change = (k, part) => (event) => {
+    const value = typed(event.target.value);
+    const next = data.tables.load.coefficients.map((pair, i) =>
+      i === k ? pair.map((old, j) => (j === part ? (value ?? 0) : old)) : pair,
+    );
+    setKey("load.coefficients", next);
+  };
+  const box = (k, part) =>
+    h("input", {
+      type: "text",
+      "data-coefficient": `${k},${part}`,
+      "aria-label": `coefficient ${k}, ${part ? "imaginary" : "real"} part`,
+      oninput: change(k, part),
+      ".disabled": k === 0 && part === 1,
+    });
+  const row = (_, k) => [h("span", {}, k ? `p${sub(k)}` : "p₀, mean"), box(k, 0), box(k, 1)];
+  const add = () => setKey("load.coefficients", [...data.tables.load.coefficients, [0, 0]]);
+  const drop = () => setKey("load.coefficients", data.tables.load.coefficients.slice(0, -1));
+  return h(
+    "div",
+    { class: "field" },
+    h(
+      "div",
+      { class: "coefficients" },
+      h("span", {}),
+      h("span", { class: "small muted" }, "real"),
+      h("span", { class: "small muted" }, "imaginary"),
+      pairs.map(row),
+    ),
+    h(
+      "div",
+      { class: "row" },
+      h("button", { type: "button", onclick: add }, "Add a harmonic"),
+      h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Take the last out"),
+    ),
+    h("div", { class: "problem", id: "field-load-coefficients-problem" }),
+  );
+}
+
+const sub = (k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
+
+/** The numbers from the tables; the one that is being typed into is left alone. */
+export function fillCoefficients(form) {
+  for (const input of $$("input[data-coefficient]", form)) {
+    if (input === document.activeElement) continue;
+    const [k, part] = input.dataset.coefficient.split(",").map(Number);
+    input.value = String(data.tables.load.coefficients?.[k]?.[part] ?? "");
+  }
+}

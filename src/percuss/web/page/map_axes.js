@@ -1,0 +1,87 @@
+// The axes of the map and what its colour shows, and the row in which they are chosen.
+
+import { h, put, select } from "./dom.js";
+import { plainNumber } from "./format.js";
+import { data, show, view } from "./state.js";
+
+const TITLES = {
+  restitution: "restitution R",
+  load_factor: "load factor p₀/p₁",
+  kappa: "κ of the square load",
+  s: "wave speed s",
+  d: "damping d",
+  "load.scale": "load, as a multiple",
+};
+
+const SHOWN = {
+  verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
+  reduced_margin: { label: "stability margin", quantities: ["reduced_margin"] },
+  stable: { label: "verdict with elastic modes", quantities: ["orbits", "stable"] },
+  margin: { label: "margin with elastic modes", quantities: ["margin"] },
+  blow_energy: { label: "blow energy", quantities: ["blow_energy"] },
+  impact_velocity: { label: "striking speed", quantities: ["impact_velocity"] },
+  power: { label: "percussive power", quantities: ["power"] },
+  label: { label: "motion found by simulation", quantities: ["label"], simulation: { modes: 0, impacts: 400 } },
+};
+
+/** What the colour shows. */
+export const shown = () => SHOWN[view.q] ?? SHOWN.verdict;
+
+export const parameter = (name) => data.info?.parameters.find((p) => p.name === name);
+
+/** The axis "x" or "y": {name, unit, from, to, whole}. */
+export function axis(which) {
+  const known = parameter(view[which]) ?? data.info.parameters[0];
+  const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view[`${which}r`]);
+  const range = given ? [Number(given[1]), Number(given[2])] : [known.low, known.high];
+  return { name: known.name, unit: known.unit, from: range[0], to: range[1], whole: known.name === "m" };
+}
+
+export const labelOf = ({ name, unit }) => `${TITLES[name] ?? name}${unit ? `, ${unit}` : ""}`;
+
+/** The row of choices, made anew only when there is another choice. */
+export function choices(row) {
+  if (!data.info) return;
+  const names = data.info.parameters.map((p) => [p.name, TITLES[p.name] ?? p.name]);
+  const key = JSON.stringify([names, view.x, view.y, axis("x"), axis("y"), view.q]);
+  if (row.dataset.key === key) return;
+  row.dataset.key = key;
+  const focus = document.activeElement?.id;
+  const group = (which, title) =>
+    h(
+      "div",
+      { class: "axis" },
+      select(title, names, view[which], (name) => show(chosenAxis(which, name)), { id: `map-${which}` }),
+      edge(which, "from"),
+      edge(which, "to"),
+    );
+  const kinds = Object.entries(SHOWN).map(([name, { label }]) => [name, label]);
+  put(
+    row,
+    group("x", "Across"),
+    group("y", "Up"),
+    select("Colour", kinds, view.q, (q) => show({ q }), { id: "map-q" }),
+  );
+  if (focus?.startsWith("map-")) document.getElementById(focus)?.focus();
+}
+
+/** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. */
+function chosenAxis(which, name) {
+  const { low, high } = parameter(name);
+  return { [which]: name, [`${which}r`]: name.includes(".") ? `${plainNumber(low)}:${plainNumber(high)}` : "" };
+}
+
+/** One end of an axis. */
+function edge(which, end) {
+  const now = axis(which);
+  const commit = (event) => {
+    const next = { ...now, [end]: Number(event.target.value) };
+    const good = Number.isFinite(next.from) && Number.isFinite(next.to) && next.from < next.to;
+    event.target.setAttribute("aria-invalid", String(!good));
+    if (good) show({ [`${which}r`]: `${next.from}:${next.to}` });
+  };
+  const value = String(now[end]);
+  const input = { type: "number", step: "any", id: `map-${which}-${end}`, ".value": value, onchange: commit, size: 8 };
+  const name = `${end}, ${which === "x" ? "across" : "up"}`;
+  return h("label", { class: "pick" }, h("span", {}, end), h("input", { ...input, "aria-label": name }));
+}

@@ -1,0 +1,109 @@
+// How a map comes: coarse at once, then finer. What takes long comes in strips of rows, and the curves some points at a
+// time, with room between them for the answer to a slider; a change of the hammer ends it.
+
+import { post, postBinary } from "./api.js";
+import { shown } from "./map_axes.js";
+import { data, view } from "./state.js";
+
+const STRIP = 250; // ms that one request may take
+const POINTS = 24; // of a curve in one request
+
+/** The map that is wanted now: what is asked, in which steps, and a key that tells it from others. */
+export function wanted(x, y, version) {
+  const { quantities, simulation } = shown();
+  const named = new Map(data.about.quantities.map((q) => [q.name, q]));
+  const plane = [x, y].every(({ name }) => ["restitution", "load_factor", "m"].includes(name));
+  const byArrays = plane && quantities.every((name) => named.get(name)?.fast);
+  const { cells, slow_cells: slow } = data.about.limits;
+  const most = Math.floor(Math.sqrt(byArrays ? cells : slow));
+  const reduced = byArrays && !quantities.some((name) => name === "stable" || name === "margin");
+  const sides = reduced ? [50, most] : byArrays ? [16, 60, most] : [8, 24, most];
+  const body = { case: data.tables, periods: view.m, quantities, ...simulation };
+  return { key: JSON.stringify([x, y, view.q, view.m, version]), x, y, sides, body };
+}
+
+/** The values of an axis in `count` steps; a whole number steps by one. */
+function valuesOf({ from, to, whole }, count) {
+  const steps = whole ? Math.round(to - from) : count - 1;
+  return Array.from({ length: steps + 1 }, (_, i) => (whole ? from + i : from + ((to - from) * i) / steps));
+}
+
+const asked = ({ name, unit }, values) => ({ name, ...(unit && { unit }), values });
+
+/** One level of a map, in strips from below: yields {nx, ny, rows, cost, arrays, quantities}, the last with all rows.
+ * `cost` is what a cell takes in milliseconds, as far as the level before has told; 0: all in one request. */
+export async function* level(map, side, cost, signal) {
+  const x = valuesOf(map.x, side);
+  const y = valuesOf(map.y, side);
+  const found = { nx: x.length, ny: y.length, rows: 0, cost, arrays: {}, quantities: {} };
+  while (found.rows < y.length) {
+    const count = cost ? Math.max(1, Math.floor(STRIP / (found.cost * x.length))) : y.length;
+    const part = y.slice(found.rows, found.rows + count);
+    const strip = await postBinary("map", { ...map.body, x: asked(map.x, x), y: asked(map.y, part) }, signal);
+    join(found, strip, x.length);
+    found.rows += part.length;
+    found.cost = Math.max(strip.milliseconds, 1) / (part.length * x.length);
+    yield found;
+    await quiet(signal);
+  }
+}
+
+/** A strip put onto those below it; words are numbered by every answer anew. */
+function join(found, strip, nx) {
+  for (const [name, values] of Object.entries(strip.arrays)) {
+    found.arrays[name] ??= new Float32Array(nx * found.ny).fill(Number.NaN);
+    const { words } = strip.quantities[name];
+    const about = (found.quantities[name] ??= { ...strip.quantities[name], words: words?.slice() });
+    const number = words?.map((word) => {
+      if (!about.words.includes(word)) about.words.push(word);
+      return about.words.indexOf(word);
+    });
+    const place = nx * found.rows;
+    for (let i = 0; i < values.length; i++)
+      found.arrays[name][place + i] = number ? (number[values[i]] ?? -1) : values[i];
+  }
+}
+
+/** Until no move of the design waits for its answer. */
+async function quiet(signal) {
+  do {
+    await new Promise((done) => setTimeout(done, 0));
+    if (signal.aborted) throw new DOMException("another map is wanted", "AbortError");
+  } while (Object.keys(data.moving).length);
+}
+
+/** The exact curves, halving the steps: yields lists of {kind, x, y}; a plane without such curves has none. */
+export async function* curves(map, signal) {
+  const { x, y, body } = map;
+  if (x.whole || y.whole || body.quantities.includes("label")) return;
+  const found = new Map();
+  for (const part of halvings(4 * POINTS)) {
+    const values = part.map((share) => x.from + share * (x.to - x.from));
+    const asks = { criterion: "reduced", kinds: ["fold", "flip"] };
+    const range = { name: y.name, from: y.from, to: y.to };
+    const strip = await post(
+      "boundaries",
+      { case: body.case, periods: body.periods, x: asked(x, values), y: range, ...asks },
+      signal,
+    );
+    for (const curve of strip.curves) add(found, curve);
+    yield [...found.values()];
+    await quiet(signal);
+  }
+}
+
+/** Shares 0 to 1: POINTS + 1 of them, then those between, and between again; never more than POINTS + 1 at once. */
+function halvings(most) {
+  const parts = [Array.from({ length: POINTS + 1 }, (_, i) => i / POINTS)];
+  for (let count = 2 * POINTS; count <= most; count *= 2) {
+    const between = Array.from({ length: count / 2 }, (_, i) => (2 * i + 1) / count);
+    for (let i = 0; i < between.length; i += POINTS) parts.push(between.slice(i, i + POINTS));
+  }
+  return parts;
+}
+
+function add(found, { kind, branch, x, y }) {
+  const key = `${kind} ${branch}`;
+  const points = (found.get(key)?.points ?? []).concat(x.map((value, i) => [value, y[i]])).sort((a, b) => a[0] - b[0]);
+  found.set(key, { kind, points, x: points.map(([at]) => at), y: points.map(([, at]) => at) });
+}

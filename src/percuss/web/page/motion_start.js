@@ -1,0 +1,105 @@
+// The start of a simulation as the table [start] has it: at rest, moving, with modes, on a steady motion, or random.
+
+import { $$, h, put, select } from "./dom.js";
+import { typed } from "./fields.js";
+import { chosen, data, setTables, view } from "./state.js";
+
+const KINDS = {
+  rest: ["at rest", ["position", "time"]],
+  moving: ["moving", ["position", "velocity", "time"]],
+  modal: ["with modes", ["modal_displacement", "modal_velocity", "time"]],
+  orbit: ["on a steady motion", ["orbit", "periods"]],
+  random: ["random", ["random", "seed", "time"]],
+};
+
+// [label, hint in SI, hint in plain numbers, width in characters]
+const FIELDS = {
+  position: ["Position", "0 at the wall; −20 mm, or in bar lengths", "0 at the wall; in bar lengths", 9],
+  velocity: ["Velocity", "toward the wall; 2 m/s, or in lengths per radian", "toward the wall; lengths per radian", 9],
+  time: ["Load phase", "rad, or a time as 1.2 ms; 0 when empty", "rad; 0 when empty", 9],
+  modal_displacement: ["Modes, displacement", "u₀, u₁, … in bar lengths", "u₀, u₁, … in bar lengths", 18],
+  modal_velocity: ["Modes, velocity", "u₀′, u₁′, … in lengths per radian", "u₀′, u₁′, … in lengths per radian", 18],
+  orbit: ["Motion", "1, 2 … as in the table of orbits", "1, 2 … as in the table of orbits", 5],
+  periods: ["Load periods per blow", "1 when empty", "1 when empty", 5],
+  seed: ["Seed", "the same seed, the same start", "the same seed, the same start", 7],
+};
+const DRAWN = { rigid: "rigid", still: "rigid, at rest", ringing: "ringing" };
+
+export function kindOf(start) {
+  if (start.random !== undefined) return "random";
+  if (start.orbit !== undefined || start.periods !== undefined) return "orbit";
+  if (start.modal_displacement !== undefined || start.modal_velocity !== undefined) return "modal";
+  return start.velocity === undefined ? "rest" : "moving";
+}
+
+/** What a start of a kind begins with; what the one before has in common with it is kept. */
+function begun(kind, start) {
+  const time = start.time === undefined || kind === "orbit" ? {} : { time: start.time };
+  const position = start.position ?? -1;
+  if (kind === "rest") return { position, ...time };
+  if (kind === "moving") return { position, velocity: start.velocity ?? 0, ...time };
+  if (kind === "modal") return { modal_displacement: [-0.5, 0.001], ...time };
+  if (kind === "orbit") return { orbit: chosen()?.number ?? 1, periods: view.m };
+  return { random: "rigid", seed: start.seed ?? 1, ...time };
+}
+
+/** The fields of the present start; `changed` is called when it is another one. */
+export function startFields(start, changed) {
+  const kind = kindOf(start);
+  const put_ = (next) => (setStart(next), changed());
+  const kinds = Object.entries(KINDS).map(([name, [text]]) => [name, text]);
+  const set = (key, value) => put_({ ...data.tables.start, [key]: value });
+  return [
+    select("Start", kinds, kind, (name) => put_(begun(name, data.tables.start ?? {})), { id: "start-kind" }),
+    KINDS[kind][1].map((key) =>
+      key === "random"
+        ? select("Drawn", Object.entries(DRAWN), start.random, (name) => set("random", name), { id: "start-random" })
+        : field(key, set),
+    ),
+  ];
+}
+
+function field(key, set) {
+  const [label, si, plain, size] = FIELDS[key];
+  const id = `start-${key}`;
+  const about = { "aria-describedby": `${id}-hint ${id}-problem`, spellcheck: "false", autocomplete: "off" };
+  const onchange = (event) => set(key, typed(event.target.value, key));
+  return h(
+    "div",
+    { class: "field start" },
+    h("label", { for: id, class: "small muted" }, label),
+    h("input", { type: "text", id, size, "data-start": key, ...about, onchange }),
+    h("div", { class: "hint", id: `${id}-hint` }, data.tables?.bar ? si : plain),
+    h("div", { class: "problem", id: `${id}-problem` }),
+  );
+}
+
+/** The fields from the table; the one that is being typed into is left alone. */
+export function fillStart(card, start) {
+  for (const input of $$("input[data-start]", card)) {
+    const value = start[input.dataset.start];
+    if (input !== document.activeElement) input.value = Array.isArray(value) ? value.join(", ") : String(value ?? "");
+  }
+}
+
+/** Each problem beside its field. True when every one has found its place. */
+export function startProblems(card, problems) {
+  const keyOf = (problem) => problem.key.replace(/^start\./, "").replace(/\[.*$/, "");
+  for (const input of $$("input[data-start]", card)) {
+    const words = problems.filter((problem) => keyOf(problem) === input.dataset.start);
+    put(
+      document.getElementById(`${input.id}-problem`),
+      words.map(({ message, remedy }) => [message, remedy].filter(Boolean).join(" — ")).join(" "),
+    );
+    input.toggleAttribute("aria-invalid", words.length > 0);
+    if (words.length) input.setAttribute("aria-invalid", "true");
+  }
+  return problems.length > 0 && problems.every((p) => document.getElementById(`start-${keyOf(p)}-problem`));
+}
+
+export function setStart(start) {
+  const clean = Object.fromEntries(Object.entries(start).filter(([, value]) => value !== undefined));
+  const rest = { ...data.tables };
+  delete rest.start;
+  setTables(Object.keys(clean).length ? { ...rest, start: clean } : rest);
+}
