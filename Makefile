@@ -23,7 +23,7 @@ demo: $(RUN)  ## make a sample case with a measured history, report its steady s
 	$(BIN)/percuss steady build/demo/drifter.toml --plot build/demo/drifter.png
 
 test: $(DEV)  ## run the whole suite, with the examples of the documentation
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile -m "not browser" $(PYTEST_ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile $(PYTEST_ARGS)
 
 lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts
 	$(BIN)/ruff check .

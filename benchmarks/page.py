@@ -147,7 +147,7 @@ def moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
     """The slider of the load factor on the panel of the orbits, which draws most."""
     page = opened(browser, base, f"panel=orbits&machine={MACHINE}")
     rows = []
-    for words, gap in (("slider move to painted frame, one at a time", 250), ("slider dragged, a move a frame", 0)):
+    for words, gap in (("slider move to painted frame, one at a time", 700), ("slider dragged, a move a frame", 0)):
         values = (0.25 + 0.1 * (0.618034 * np.arange(number) % 1.0)).round(4).tolist()
         times, asked = ran(page, MOVES, ["slide-load_factor", values, gap])
         beside = f"{told(times)[1]}; the answers took {np.median(asked):.0f} ms"

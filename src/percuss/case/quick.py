@@ -14,7 +14,7 @@ from percuss.steady import steady_states
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.stability import ExactPlane
+    from percuss.stability import ExactPlane, Waveform
     from percuss.steady import Orbit, SteadyStates
 
 __all__ = ["quick_dict"]
@@ -85,6 +85,8 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
                 "stable": bool(exact.stable[at]),
                 "margin": number(exact.margin[at]),
                 "reason": None,
+                "reduced": _reduced(reduced_criterion(orbit)),
+                "waveform": _waveform(waveform_criterion(orbit)),
                 "multipliers": {
                     "modes": modes,
                     "largest": number(exact.largest[at]),
@@ -121,6 +123,8 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
         "stable": bool(verdict.stable),
         "margin": number(verdict.margin),
         "reason": verdict.reason,
+        "reduced": _reduced(verdict.reduced),
+        "waveform": _waveform(verdict.waveform),
         "multipliers": {
             "modes": int(found.modes),
             "largest": number(found.largest),
@@ -130,8 +134,11 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
     }
 
 
+def _waveform(found: Waveform) -> dict[str, Any]:
+    return plain({name: getattr(found, name) for name in _WAVEFORM})
+
+
 def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
-    waveform = waveform_criterion(orbit)
     return {
         "phase": number(orbit.phase),
         "impact_velocity": number(orbit.impact_velocity),
@@ -139,8 +146,6 @@ def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
         "blow_energy": number(orbit.blow_energy),
         "fold": bool(orbit.fold),
         **judged,
-        "reduced": _reduced(reduced_criterion(orbit)),
-        "waveform": plain({name: getattr(waveform, name) for name in _WAVEFORM}),
         "si": _si(orbit) if orbit.system.is_si else None,
     }
 

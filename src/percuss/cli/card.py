@@ -95,7 +95,9 @@ def _waveform(judged: Stability, system: System) -> str:
         return f"{text}. It is too large: let the blow fall where the load is below its mean"
     text = f"{text}. It is too low: lower the return force at the moment of impact to less than {lower.lstrip('-')}"
     needed = criterion.restitution_needed
-    return text if needed is None else f"{text}, or, with this force there, strike with a restitution below {number(needed, 3)}"
+    if needed is None:
+        return text
+    return f"{text}, or, with this force there, strike with a restitution below {number(needed, 3)}"
 
 
 def _si_rows(si: SIReport) -> list[tuple[str, str]]:

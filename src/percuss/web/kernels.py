@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import sys
 import threading
@@ -32,6 +33,7 @@ class Kernels:
         def work() -> None:
             before()
             _load()
+            gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
             with suppress(RuntimeError):  # the loop may be gone
                 loop.call_soon_threadsafe(loaded.set)
 
