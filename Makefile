@@ -11,8 +11,12 @@ MADE := $(VENV)/made.stamp
 RUN := $(VENV)/run.stamp
 DEV := $(VENV)/dev.stamp
 
+# A file of tests stays with one worker, so that what it makes is made once; the long files of the web come last, side
+# by side.
+SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format docs bench pins clean
+.PHONY: help demo test slow lint format docs bench pins clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -22,8 +26,11 @@ demo: $(RUN)  ## make a sample case with a measured history, report its steady s
 	$(BIN)/percuss new hydraulic-drifter -o build/demo/drifter.toml
 	$(BIN)/percuss steady build/demo/drifter.toml --plot build/demo/drifter.png
 
-test: $(DEV)  ## run the whole suite, with the examples of the documentation
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile $(PYTEST_ARGS)
+test: $(DEV)  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
+	$(SUITE) -m "not slow" $(PYTEST_ARGS)
+
+slow: $(DEV)  ## run the tests that take long: a server under load, maps killed and resumed, thousands of modes
+	$(SUITE) -m slow $(PYTEST_ARGS)
 
 lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts
 	$(BIN)/ruff check .
