@@ -19,6 +19,7 @@ def whole(tmp_path_factory):
     return claims.run(folder, seed=2, size=SMALL), folder
 
 
+@pytest.mark.slow
 def test_an_interrupted_audit_goes_on(tmp_path, whole):
     with pytest.raises(Interrupted, match="finished ones are kept") as stop:
         claims.run(tmp_path, seed=2, size=SMALL, progress=lambda p: p.part == "b")
@@ -37,6 +38,7 @@ def test_an_interrupted_audit_goes_on(tmp_path, whole):
         assert (tmp_path / name).read_bytes() == (whole[1] / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_what_was_found(whole):
     found, folder = whole
     raw = claims.audit(SMALL, 2)
@@ -47,7 +49,7 @@ def test_what_is_kept_is_what_was_found(whole):
 @pytest.mark.parametrize(
     "other", [{"seed": 3}, {"starts": 201}, {"impacts": 101}, {"percuss": "0"}, {"parts": 3}, None]
 )
-def test_claims_of_another_question_are_tried_again(tmp_path, whole, other):
+def test_claims_of_another_question_are_tried_again(tmp_path, other):
     path = tmp_path / claims.PART
     about = {"percuss": claims.__version__, "starts": 200, "impacts": 100, "seed": 2, "parts": {"ends": []}}
     path.write_text("no json" if other is None else json.dumps({**about, **other}), encoding="utf-8")
