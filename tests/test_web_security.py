@@ -35,12 +35,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from percuss.case import load_case
+from percuss.case.uploads import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
 from percuss.web import Limits, Settings
 from percuss.web.app import create_app
-from percuss.web.gate import Lane
+from percuss.web.gate import Gate, Lane
 from percuss.web.guard import CONTENT_SECURITY_POLICY
 from percuss.web.problems import Refusal
 from percuss.web.serving import address, bound
@@ -312,6 +313,7 @@ def _bombs(folder: Any) -> dict[str, tuple[str, bytes, str]]:
     (folder / "secret.h5").write_bytes(secret)
     (folder / "secret.bin").write_bytes(zeros.tobytes())
     too_much, numbers = "more than 5000000 numbers", _matrix(6, (1, 4000), bytes(32_000))
+    cells = _matrix(1, (1, 1), bytes(30_000_000))
     return {
         "hdf5 head": ("a.h5", b"\x89HDF\r\n\x1a\n", "no readable"),
         "hdf5 cut": ("a.h5", secret[:3000], "no readable"),
@@ -333,6 +335,8 @@ def _bombs(folder: Any) -> dict[str, tuple[str, bytes, str]]:
         "mat cells": ("a.mat", _mat((14, _matrix(1, (30_000, 30_000))[8:])), "no array of numbers"),
         "mat extents": ("a.mat", _mat((14, _matrix(6, (-1, 4000), bytes(32_000))[8:])), "no readable"),
         "mat extents and data": ("a.mat", _mat((14, _matrix(6, (9, 400), bytes(32_000))[8:])), "no readable"),
+        "mat many cells": ("a.mat", _mat(*[(15, zlib.compress(cells, 9))] * 2), too_much),
+        "mat many parts": ("a.mat", _mat((14, _matrix(6, (1, 1), bytes(8) + bytes(8) * 9, 8)[8:])), "no readable"),
         "tdms head": ("a.tdms", b"TDSm", "no array of numbers"),
         "tdms of another kind": ("a.tdms", b"RIFF" * 30, "no TDMS"),
         "tdms told": ("a.tdms", _tdms(folder, 10**12), "no readable|numbers|holds|constant"),
@@ -374,6 +378,16 @@ def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp
             changed.setattr(apart, setting, value)
             with pytest.raises(CaseError, match="memory and the time"):
                 apart.read_apart(tmp_path / "recording.h5", {})
+
+
+def test_a_large_text_is_read_apart_and_can_be_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = b"force [kN]\n" + b"".join(b"%d\n" % (50 - i % 100) for i in range(400_000))
+    options = {"sample_rate": "1 kHz"}
+    with pytest.raises(Interrupted):
+        uploaded_history(rows, "a.csv", options, lambda: True)
+    found = uploaded_history(rows, "a.csv", options)
+    monkeypatch.setattr("percuss.case.uploads._SMALL", len(rows))
+    assert found == uploaded_history(rows, "a.csv", options)
 
 
 def test_a_body_that_does_not_come_is_not_waited_for() -> None:
@@ -629,6 +643,40 @@ def test_what_takes_too_long_is_given_up_and_keeps_its_place(caplog: pytest.LogC
     assert "never retrieved" not in caplog.text
 
 
+def test_a_client_that_leaves_before_the_stream_begins_frees_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But not before its computation has ended."""
+    client, ended = Client(), threading.Event()
+    monkeypatch.setattr("percuss.web.experiment_routes._follow", lambda *_: ended.wait(10.0))
+    body = json.dumps({**MACHINE, "starts": 10}).encode()
+    headers = [(b"host", b"127.0.0.1:8321"), (b"content-type", b"application/json")]
+    scope = {"type": "http", "asgi": {"spec_version": "2.3"}, "http_version": "1.1", "method": "POST"}
+    scope |= {"path": "/api/experiment", "query_string": b"", "headers": headers}
+
+    async def ask() -> list[int]:
+        left, asked = asyncio.Event(), [{"type": "http.request", "body": body, "more_body": False}]
+
+        async def receive() -> dict[str, Any]:
+            if asked:
+                return asked.pop()
+            await left.wait()
+            return {"type": "http.disconnect"}
+
+        async def send(_: Any) -> None:
+            """As of a connection on which nothing is read."""
+            left.set()
+            await asyncio.sleep(60.0)
+
+        await client.app(scope, receive, send)
+        lane, taken = client.app.app.state.gate.experiments, []
+        for _ in range(2):
+            await asyncio.sleep(0.3)
+            taken.append(lane._taken)
+            ended.set()
+        return taken
+
+    assert asyncio.run(ask()) == [1, 0]
+
+
 class Gone:
     async def is_disconnected(self) -> bool:
         return True
@@ -692,6 +740,21 @@ def test_work_in_line_is_refused_when_the_server_ends() -> None:
         begin.set()
         with pytest.raises(Refusal) as told:
             await waiting
+        return told.value.status_code
+
+    assert asyncio.run(ask()) == 503
+
+
+def test_the_gate_can_be_closed_again_and_while_a_wait_runs_out() -> None:
+    async def ask() -> int:
+        gate = Gate(Limits())
+        with pytest.raises(Refusal) as told:
+            async with gate.waiting(0.05):
+                try:
+                    await asyncio.sleep(30.0)
+                finally:
+                    gate.close()
+        gate.close()
         return told.value.status_code
 
     assert asyncio.run(ask()) == 503
@@ -808,6 +871,33 @@ def test_a_server_ends_in_order_with_running_work(which: int, workers: str) -> N
     with serving("--workers", workers) as (process, base):
         assert b"200 OK" in asyncio.run(ask(process, _port(base)))
         assert process.wait(15.0) == 0
+
+
+_TOLD_AMID_A_SUBMIT = """
+import os, signal, sys, threading
+from percuss.cli import main
+
+def start(thread, begin=threading.Thread.start):
+    if thread.name.startswith("percuss-quick"):  # begun by the pool, which holds its locks
+        os.kill(os.getpid(), signal.SIGTERM)
+    begin(thread)
+
+threading.Thread.start = start
+sys.exit(main(["serve", "--port", "0", "--no-browser"]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_a_signal_may_come_while_work_is_handed_over() -> None:
+    with subprocess.Popen([sys.executable, "-c", _TOLD_AMID_A_SUBMIT], stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            base = f"http://127.0.0.1:{process.stdout.readline().decode().split('/')[2].rpartition(':')[2]}"
+            with suppress(httpx.TransportError), httpx.Client(base_url=base, trust_env=False, timeout=5.0) as client:
+                client.post("/api/quick", json={**MACHINE, "modes": 100})
+            assert process.wait(15.0) == 0
+        finally:
+            process.kill()
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="processes of POSIX")
@@ -946,6 +1036,22 @@ def test_experiments_end_when_their_clients_leave(server: tuple[subprocess.Popen
         while (found := client.post("/api/experiment", json=small)).status_code == 429 and time.monotonic() < until:
             time.sleep(0.1)
         assert found.status_code == 200 and "event: done" in found.text
+
+
+def test_requests_in_a_row_end_when_their_client_leaves(server: tuple[subprocess.Popen[str], str]) -> None:
+    """The first of them too; nothing is complained of, see `serving`."""
+    _, base = server
+    for _ in range(2):  # as many as go at once
+        with socket.create_connection(("127.0.0.1", _port(base)), 30.0) as connection:
+            connection.sendall(posted("/api/experiment", LONG) + posted("/api/quick", MACHINE))
+            found = b""
+            while b"event: progress" not in found:
+                found += connection.recv(65_536)
+    with httpx.Client(base_url=base, trust_env=False, timeout=30.0) as client:
+        until, small = time.monotonic() + 10.0, {**MACHINE, "starts": 50, "modes": 0}
+        while (answer := client.post("/api/experiment", json=small)).status_code == 429 and time.monotonic() < until:
+            time.sleep(0.1)
+    assert answer.status_code == 200 and "event: done" in answer.text
 
 
 @pytest.mark.slow

@@ -33,6 +33,9 @@ _FILE = "load.file"
 _LONGEST_LINE = 20_000
 """Bytes of one line: millions of columns would be looked at one by one."""
 
+_SMALL = 1_000_000
+"""Bytes that are read in a second or two; what takes longer must be possible to give up."""
+
 
 def uploaded_history(
     data: bytes, name: str, options: Mapping[str, Any], halt: Callable[[], bool] | None = None
@@ -40,7 +43,7 @@ def uploaded_history(
     """The load in the bytes of a recording: the table [load] that stands for it, what was found, what was assumed.
 
     The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
-    or point elsewhere is looked into first, and then read by a process of its own.
+    or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
 
     Parameters
     ----------
@@ -85,7 +88,7 @@ def uploaded_history(
             raise CaseError("upload", _FILE, None, error.message, error.remedy) from None
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         Path(folder, file).write_bytes(data)
-        if suffix in _PACKED:
+        if suffix in _PACKED or len(data) > _SMALL:
             return read_apart(Path(folder, file), given, halt)
         return read_here(Path(folder, file), given)
 

@@ -10,6 +10,7 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -54,18 +55,19 @@ def plain_mat(data: bytes) -> bytes:
     if order is None or data[124:126] != struct.pack(f"{order}H", 0x0100):
         raise _refused("is no MATLAB file of version 5 to 7.3")
     found, left, size = [], MOST_NUMBERS, 0
-    for kind, body in _elements(data, 128, order, padded=False):
+    for count, (kind, body) in enumerate(_elements(data, 128, order, padded=False), 1):
         if kind == _MI_COMPRESSED:
             matrix = _unpacked(body, _MOST_BYTES + 4096 - size)
         elif kind == _MI_MATRIX:
             matrix = struct.pack(f"{order}II", kind, len(body)) + body
         else:
             raise _refused("is no readable MATLAB file")
+        size += len(matrix)  # of what is left out too: unpacking it takes as long
         numbers = _numbers(matrix, order)
         if numbers is not None:
             found.append(matrix)
-            left, size = left - numbers, size + len(matrix)
-        if left < 0 or size > _MOST_BYTES or len(found) > _MOST_ARRAYS:
+            left -= numbers
+        if left < 0 or size > _MOST_BYTES or count > _MOST_ARRAYS:
             raise _too_many()
     head = b"MATLAB 5.0 MAT-file".ljust(116) + bytes(8) + data[124:128]
     return head + b"".join(found)
@@ -121,8 +123,8 @@ def _numbers(matrix: bytes, order: str) -> int | None:
         if extent < 0 or len(sizes) > 4 * 32:
             raise _refused("is no readable MATLAB file")
         product *= extent
-    for _ in parts:  # each within its bounds
-        pass
+    if len(list(islice(parts, 4))) > 3:  # name, real and imaginary part, each within its bounds
+        raise _refused("is no readable MATLAB file")
     return product
 
 

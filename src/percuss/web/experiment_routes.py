@@ -6,7 +6,7 @@ import asyncio
 import json
 import logging
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import Future
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,8 @@ from percuss.web.problems import problem, problems_of, refused
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
     from percuss.case import Case
     from percuss.explore import Experiment
     from percuss.explore.ends.experiments import ExperimentJob
@@ -72,18 +74,12 @@ async def experiment(request: Request, asked: ExperimentAsked) -> Response:
 
     running = gate.experiments.submit(lambda: _follow(case, job, asked, halt, tell))
 
-    async def stream() -> AsyncIterator[bytes]:
-        try:
-            async for text in _told(request, events, running, halt):
-                yield text
-        finally:
-            halt.stop()
-            gate.experiments.hold(running)
-            await place.__aexit__(None, None, None)
+    async def end() -> None:
+        halt.stop()
+        gate.experiments.hold(running)
+        await place.__aexit__(None, None, None)
 
-    return StreamingResponse(
-        stream(), media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}
-    )
+    return _Stream(_told(request, events, running, halt), end)
 
 
 @router.post("/api/experiment/file", summary="An experiment as a file", response_class=Response, responses=FILE)
@@ -142,6 +138,21 @@ def _follow(case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, 
         _log.exception("an experiment failed")
         tell("error", {"problems": problems_of(error)})
     return None
+
+
+class _Stream(StreamingResponse):
+    """Events, and what must be done when they have ended, even when the client left before the first."""
+
+    def __init__(self, events: AsyncIterator[bytes], end: Callable[[], Awaitable[None]]) -> None:
+        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+        super().__init__(events, media_type="text/event-stream", headers=headers)
+        self._end = end
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            await self._end()
 
 
 async def _told(

@@ -206,9 +206,12 @@ class Gate:
             raise refused(408, "the request did not come in time", close=True) from None
 
     def close(self) -> None:
-        """Stop everything."""
+        """Stop everything; once is enough."""
+        if self.closed:
+            return
         self.closed = True
         for lane in (self.quick, self.heavy, self.experiments):
             lane.close()
         for limit in list(self._waits):
-            limit.reschedule(0.0)
+            if not limit.expired():  # else it ends by itself, and could not be told again
+                limit.reschedule(0.0)

@@ -124,7 +124,6 @@ def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None
     from percuss.web.wire import protocol
 
     sys.setswitchinterval(_TURN)
-
     config = uvicorn.Config(
         create_app(settings),
         http=protocol(settings.limits),
@@ -139,7 +138,6 @@ def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None
         timeout_graceful_shutdown=_GRACE,
         limit_concurrency=512,
     )
-    sys.setswitchinterval(0.001)  # a slider's answer does not wait 5 ms behind a long computation
     server = _Server(config)
     server.ready = ready
     _end_with_parent(server)
@@ -181,7 +179,7 @@ def _supervise(settings: Settings, listening: socket.socket, workers: int) -> No
 
 
 class _Server(uvicorn.Server):
-    """uvicorn's server; what is being computed is stopped as soon as the end is asked for."""
+    """uvicorn's server; what is being computed is stopped first when the end is asked for."""
 
     ready: Callable[[], None] | None = None
 
@@ -192,21 +190,21 @@ class _Server(uvicorn.Server):
             self.ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """The first signal ends in order, the second at once; neither is an error."""
+        """The first signal ends in order, the second at once; neither is an error.
+
+        Only flags are set, which the loop looks at ten times a second: the locks of the lanes may be held where the
+        signal arrives, and would be waited for without end.
+        """
         if self.should_exit and sig == signal.SIGINT:
             self.force_exit = True
         self.should_exit = True
-        self._close_gate()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Also when no signal asked for it."""
-        self._close_gate()
-        await super().shutdown(sockets)
-
-    def _close_gate(self) -> None:
+        """Stop what is computed, then the rest."""
         gate = getattr(getattr(getattr(self.config.loaded_app, "app", None), "state", None), "gate", None)
         if gate is not None:
             gate.close()
+        await super().shutdown(sockets)
 
 
 @contextmanager

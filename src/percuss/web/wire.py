@@ -1,4 +1,7 @@
-"""HTTP as uvicorn reads it, with a bound on the head of a request: on its size, and on the time it takes to come."""
+"""HTTP as uvicorn reads it, with a bound on the head of a request: on its size, and on the time it takes to come.
+
+And every request under way learns that its client has left, which uvicorn tells the last one on a connection alone.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +28,7 @@ def protocol(limits: Limits) -> type[asyncio.Protocol]:
         _timer: asyncio.TimerHandle | None = None  # runs while a head is waited for
         _heads = 0  # that have begun
         _size = 0  # bytes of this message less twice those of its body
+        _asked: tuple[Any, ...] = ()  # requests that are not answered yet: more than one when they come in a row
 
         def connection_made(self, transport: Any) -> None:
             super().connection_made(transport)
@@ -33,6 +37,10 @@ def protocol(limits: Limits) -> type[asyncio.Protocol]:
         def connection_lost(self, exc: Exception | None) -> None:
             self._waited()
             super().connection_lost(exc)
+            for cycle in self._asked:
+                if not cycle.response_complete:
+                    cycle.disconnected = True
+                    cycle.message_event.set()
 
         def data_received(self, data: bytes) -> None:
             head = self._heads
@@ -58,6 +66,7 @@ def protocol(limits: Limits) -> type[asyncio.Protocol]:
         def on_headers_complete(self) -> None:
             self._waited()
             super().on_headers_complete()
+            self._asked = (*(cycle for cycle in self._asked if not cycle.response_complete), self.cycle)
 
         def on_body(self, body: bytes) -> None:
             self._size -= 2 * len(body)
