@@ -104,8 +104,9 @@ export function writeAddress() {
   const text = `#${address()}`;
   if (text === location.hash) return;
   mine = text;
-  const before = new URLSearchParams(location.hash.slice(1)).get("panel") ?? DEFAULTS.panel;
-  if (before !== view.panel && location.hash) history.pushState(null, "", text);
+  const before = new URLSearchParams(location.hash.slice(1));
+  const same = ["panel", "machine"].every((name) => (before.get(name) ?? DEFAULTS[name]) === view[name]);
+  if (!same && location.hash) history.pushState(null, "", text); // Back leads to the panel, and the machine, before
   else history.replaceState(null, "", text);
 }
 

@@ -27,7 +27,7 @@ export function filesCard(told) {
   const history = h("input", {
     type: "file",
     id: "upload-history",
-    accept: ".csv,.txt,.tsv,.dat,.mat,.wav,.h5,.hdf5,.tdms,.npz",
+    accept: ".csv,.txt,.tsv,.dat,.mat,.wav,.h5,.hdf5,.tdms",
     onchange: () => readHistory(),
   });
   const extra = (name, label, hint) =>

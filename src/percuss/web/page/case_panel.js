@@ -21,10 +21,12 @@ export function startCase(panel) {
   parts.facts = h("div", { class: "card" });
   parts.files = filesCard(problems);
   parts.general = h("div", { role: "alert", id: "case-problems" });
+  parts.before = h("p", { class: "note", id: "case-before" });
   put(
     panel,
     h("div", { class: "card row middle" }, h("h2", { class: "grow" }, "The case"), form(), tools()),
     parts.general,
+    parts.before,
     parts.form,
     parts.facts,
   );
@@ -73,6 +75,10 @@ function build() {
   parts.si.title = parts.si.disabled
     ? "A dimensionless case has no scales: pick a machine, or upload a case in SI"
     : "";
+  const back = tables.system && physical();
+  parts.before.hidden = !back;
+  const words = "SI leads back to the machine as it was: what is changed in this form stays in this form.";
+  put(parts.before, back ? words : "");
   const now = JSON.stringify([Boolean(tables.bar), tables.load?.kind, tables.load?.coefficients?.length]);
   if (now !== shape) {
     shape = now;
@@ -141,7 +147,7 @@ function load(tables) {
     h("legend", {}, "Load"),
     h("div", { class: "row" }, pick),
     h("div", { class: "problem", id: "field-load-kind-problem" }),
-    kind === "fourier" && coefficients(tables.load.coefficients ?? []),
+    kind === "fourier" && coefficients(tables.load.coefficients),
     inside,
   );
 }

@@ -142,15 +142,15 @@ export class Chart {
     this.covered = [];
   }
 
-  /** The point of the plane under a pointer event, or null beside it. */
-  at(event) {
+  /** The point of the plane under a pointer event; beside the plane null, unless the pointer may be `anywhere`. */
+  at(event, anywhere = false) {
     if (!this.frame) return null;
     const box = this.canvas.getBoundingClientRect();
     const { left, right, top, bottom, toX, toY } = this.frame;
     const px = (event.clientX - box.left) / this.scale;
     const py = (event.clientY - box.top) / this.scale;
     const inside = px >= left - 8 && px <= right + 8 && py >= top - 8 && py <= bottom + 8;
-    return inside ? { x: toX(px), y: toY(py) } : null;
+    return inside || anywhere ? { x: toX(px), y: toY(py) } : null;
   }
 
   legends(items) {

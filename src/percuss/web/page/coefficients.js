@@ -4,12 +4,13 @@ import { $$, h } from "./dom.js";
 import { typed } from "./fields.js";
 import { data, setKey } from "./state.js";
 
-/** A field with all coefficients. */
-export function coefficients(pairs) {
+/** A field with all coefficients; what a link has in their place, which may be anything, is told of by the server. */
+export function coefficients(found) {
+  const pairs = Array.isArray(found) ? found : [];
   const change = (k, part) => (event) => {
     const value = typed(event.target.value);
-    const next = data.tables.load.coefficients.map((pair, i) =>
-      i === k ? pair.map((old, j) => (j === part ? (value ?? 0) : old)) : pair,
+    const next = pairsNow().map((pair, i) =>
+      i === k ? [0, 1].map((j) => (j === part ? (value ?? 0) : (pair?.[j] ?? 0))) : pair,
     );
     setKey("load.coefficients", next);
   };
@@ -22,8 +23,8 @@ export function coefficients(pairs) {
       ".disabled": k === 0 && part === 1,
     });
   const row = (_, k) => [h("span", {}, k ? `p${sub(k)}` : "p₀, mean"), box(k, 0), box(k, 1)];
-  const add = () => setKey("load.coefficients", [...data.tables.load.coefficients, [0, 0]]);
-  const drop = () => setKey("load.coefficients", data.tables.load.coefficients.slice(0, -1));
+  const add = () => setKey("load.coefficients", [...pairsNow(), [0, 0]]);
+  const drop = () => setKey("load.coefficients", pairsNow().slice(0, -1));
   return h(
     "div",
     { class: "field" },
@@ -44,6 +45,8 @@ export function coefficients(pairs) {
     h("div", { class: "problem", id: "field-load-coefficients-problem" }),
   );
 }
+
+const pairsNow = () => (Array.isArray(data.tables.load.coefficients) ? data.tables.load.coefficients : []);
 
 const sub = (k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
 

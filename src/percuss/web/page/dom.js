@@ -23,16 +23,25 @@ function append(element, children) {
   }
 }
 
-/** The children of an element, replaced; an equal text is left alone so that screen readers do not say it twice. */
+/** The children of an element, replaced; an equal text is left alone so that screen readers do not say it twice. The
+ * focus goes from a child to the new one of the same name: nobody at the keyboard loses their place. */
 export function put(element, ...children) {
   if (children.length === 1 && typeof children[0] === "string") {
     if (element.textContent !== children[0]) element.textContent = children[0];
     return element;
   }
+  const here = document.activeElement;
+  const name = here !== element && element.contains(here) ? nameOf(here) : "";
   element.replaceChildren();
   append(element, children);
+  if (name && !element.contains(document.activeElement))
+    $$(here.tagName, element)
+      .find((one) => nameOf(one) === name)
+      ?.focus({ preventScroll: true });
   return element;
 }
+
+const nameOf = (element) => element.id || element.textContent || element.getAttribute("aria-label");
 
 /** A file handed to the user's own downloads, without any server path. */
 export function download(blob, name) {

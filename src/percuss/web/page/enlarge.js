@@ -91,11 +91,14 @@ function layout(spec) {
   const axis = ({ label, from, to, ticks }) => ({
     title: { text: label },
     range: [from, to],
+    automargin: true,
     ...(ticks ? { tickvals: ticks.map(([value]) => value), ticktext: ticks.map(([, text]) => text) } : {}),
   });
   const images = spec.image ? [plane(spec)] : [];
   const yaxis = spec.equal ? { ...axis(spec.y), scaleanchor: "x" } : axis(spec.y);
-  return { xaxis: axis(spec.x), yaxis, shapes, images, margin: { t: 20, r: 20 }, template: "none", font: { size: 15 } };
+  const legend = { orientation: "h", x: 0, y: -0.14, yanchor: "top" }; // below, as on the page: a phone has no room beside
+  const margin = { t: 36, r: 20, l: 20, b: 20 };
+  return { xaxis: axis(spec.x), yaxis, shapes, images, legend, margin, template: "none", font: { size: 15 } };
 }
 
 /** The image of a map; its outermost cells reach half a cell beyond the axes. */

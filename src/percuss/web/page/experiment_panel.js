@@ -2,7 +2,7 @@
 
 import { Refusal, postFile, stream } from "./api.js";
 import { fileName } from "./case_files.js";
-import { download, h, put, select } from "./dom.js";
+import { $, download, h, put, select } from "./dom.js";
 import { number, percent } from "./format.js";
 import { data, on, show, view } from "./state.js";
 
@@ -48,7 +48,8 @@ export function startExperiment(panel) {
 }
 
 function build() {
-  if (!data.about || parts.form.dataset.built) return;
+  if (!data.about) return;
+  if (parts.form.dataset.built) return fill();
   parts.form.dataset.built = "1";
   const whole = (name, label, least, most) => {
     const id = `experiment-${name}`;
@@ -90,6 +91,14 @@ function build() {
     parts.go,
     parts.cancel,
   );
+}
+
+/** The fields as a lesson or Back has left the view; the one that is being typed into is left alone. */
+function fill() {
+  for (const name of ["starts", "distribution", "seed", "emodes"]) {
+    const input = $(`#experiment-${name}`);
+    if (input !== document.activeElement && input.value !== String(view[name])) input.value = String(view[name]);
+  }
 }
 
 const question = () => ({

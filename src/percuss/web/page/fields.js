@@ -104,5 +104,6 @@ export function typed(text, key = "") {
   const clean = text.trim().replaceAll("−", "-");
   if (clean === "") return undefined;
   if (LISTS.test(key)) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
-  return /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(clean) ? Number(clean) : clean;
+  const plain = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(clean) && Number.isFinite(Number(clean));
+  return plain ? Number(clean) : clean; // 1e400 is no number of JSON: the server is told the text
 }

@@ -4,6 +4,8 @@ import { $, h, put } from "./dom.js";
 import { LESSONS } from "./lessons.js";
 import { DEFAULTS, data, on, pickMachine, setTables, show, view } from "./state.js";
 
+const CHOOSE = "Press a scene: it sets the case and the panel, and says what to try.";
+
 export function startLessons(panel) {
   const item = (lesson, i) =>
     h(
@@ -79,7 +81,7 @@ function strip() {
     h("h2", {}, `Lesson ${view.lesson}: ${lesson.title}`),
     h("p", { class: "muted" }, lesson.goal),
     h("div", { class: "try", role: "group", "aria-label": "Scenes" }, lesson.scenes.map(button)),
-    h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[view.scene - 1]?.say),
+    h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[view.scene - 1]?.say ?? CHOOSE),
     h(
       "div",
       { class: "row" },

@@ -14,7 +14,7 @@ import { startOrbits } from "./orbits_panel.js";
 import { startReport } from "./report_panel.js";
 import { startSliders } from "./sliders.js";
 import { setSound, soundOn } from "./sound.js";
-import { data, on, pickMachine, setTables, show, tell, view } from "./state.js";
+import { data, on, pickMachine, setTables, show, tell, view, wish } from "./state.js";
 
 const FIRST = "mini-breaker";
 const THEMES = ["auto", "light", "dark"];
@@ -128,7 +128,9 @@ const about = () => (server ??= get("about"));
 
 async function load(address) {
   const served = async () => ((await about()).case ? get("case") : null);
+  const newest = wish();
   const { info, tables } = await fromAddress(address, FIRST, served);
+  if (!newest()) return;
   data.base = info?.tables ?? null;
   data.physical = null;
   if (info) {
@@ -143,6 +145,8 @@ async function load(address) {
 function failed(error) {
   data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
   tell("problems");
+  delete $("#machine").dataset.key; // a machine that did not come is not the one that is shown
+  paintMachines();
 }
 
 async function start() {

@@ -1,6 +1,6 @@
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
-import { h, put, select } from "./dom.js";
+import { $, $$, h, put, select } from "./dom.js";
 import { plainNumber } from "./format.js";
 import { data, show, view } from "./state.js";
 
@@ -10,6 +10,12 @@ const TITLES = {
   kappa: "κ of the square load",
   s: "wave speed s",
   d: "damping d",
+  "bar.length": "bar length",
+  "bar.diameter": "bar diameter",
+  "bar.damping_ratio": "damping ratio",
+  "load.mean": "mean load",
+  "load.amplitude": "load amplitude",
+  "load.frequency": "load frequency",
   "load.scale": "load, as a multiple",
 };
 
@@ -33,20 +39,22 @@ export const parameter = (name) => data.info?.parameters.find((p) => p.name === 
 export function axis(which) {
   const known = parameter(view[which]) ?? data.info.parameters[0];
   const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view[`${which}r`]);
-  const range = given ? [Number(given[1]), Number(given[2])] : [known.low, known.high];
-  return { name: known.name, unit: known.unit, from: range[0], to: range[1], whole: known.name === "m" };
+  const wish = given ? [Number(given[1]), Number(given[2])] : [];
+  const [from, to] = good(...wish) ? wish : [known.low, known.high];
+  return { name: known.name, unit: known.unit, from, to, whole: known.name === "m" };
 }
+
+const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
 
 export const labelOf = ({ name, unit }) => `${TITLES[name] ?? name}${unit ? `, ${unit}` : ""}`;
 
-/** The row of choices, made anew only when there is another choice. */
+/** The row of choices, made anew only when there is another choice: a range that is typed leaves its fields alone. */
 export function choices(row) {
   if (!data.info) return;
   const names = data.info.parameters.map((p) => [p.name, TITLES[p.name] ?? p.name]);
-  const key = JSON.stringify([names, view.x, view.y, axis("x"), axis("y"), view.q]);
-  if (row.dataset.key === key) return;
+  const key = JSON.stringify([names, view.x, view.y, view.q]);
+  if (row.dataset.key === key) return fillEdges(row);
   row.dataset.key = key;
-  const focus = document.activeElement?.id;
   const group = (which, title) =>
     h(
       "div",
@@ -61,8 +69,8 @@ export function choices(row) {
     group("x", "Across"),
     group("y", "Up"),
     select("Colour", kinds, view.q, (q) => show({ q }), { id: "map-q" }),
+    h("p", { class: "problem", role: "alert", id: "map-range-problem" }),
   );
-  if (focus?.startsWith("map-")) document.getElementById(focus)?.focus();
 }
 
 /** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. */
@@ -73,15 +81,28 @@ function chosenAxis(which, name) {
 
 /** One end of an axis. */
 function edge(which, end) {
-  const now = axis(which);
   const commit = (event) => {
-    const next = { ...now, [end]: Number(event.target.value) };
-    const good = Number.isFinite(next.from) && Number.isFinite(next.to) && next.from < next.to;
-    event.target.setAttribute("aria-invalid", String(!good));
-    if (good) show({ [`${which}r`]: `${next.from}:${next.to}` });
+    const ends = ["from", "to"].map((name) => $(`#map-${which}-${name}`));
+    const [from, to] = ends.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
+    const taken = good(from, to);
+    for (const input of ends) input.setAttribute("aria-invalid", String(!taken && input === event.target));
+    const words = "A range goes from a number to a greater one; the map keeps the one before.";
+    put($("#map-range-problem"), taken ? "" : words);
+    if (taken) show({ [`${which}r`]: `${from}:${to}` });
   };
-  const value = String(now[end]);
-  const input = { type: "number", step: "any", id: `map-${which}-${end}`, ".value": value, onchange: commit, size: 8 };
+  const value = String(axis(which)[end]);
+  const about = { "data-edge": `${which} ${end}`, "aria-describedby": "map-range-problem" };
+  const input = { type: "number", step: "any", id: `map-${which}-${end}`, ".value": value, onchange: commit, ...about };
   const name = `${end}, ${which === "x" ? "across" : "up"}`;
   return h("label", { class: "pick" }, h("span", {}, end), h("input", { ...input, "aria-label": name }));
+}
+
+/** The ends as they are now; the one that is being typed into, and one that was not taken, are left alone. */
+function fillEdges(row) {
+  for (const input of $$("input[data-edge]", row)) {
+    if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
+    const [which, end] = input.dataset.edge.split(" ");
+    const value = String(axis(which)[end]);
+    if (input.value !== value) input.value = value;
+  }
 }

@@ -1,6 +1,7 @@
 // The stability plane: verdicts as an image, the exact fold and flip curves over it, the design as a point that can be
 // dragged, clicked to another place, or moved by the arrow keys.
 
+import { said } from "./case_files.js";
 import { Chart } from "./chart.js";
 import { theme } from "./colours.js";
 import { framed, h, latest, put } from "./dom.js";
@@ -79,7 +80,8 @@ function failed(error) {
   if (error.name === "AbortError") return;
   parts.key = "";
   parts.bar.hidden = true;
-  put(parts.status, h("span", { class: "problem" }, error.message));
+  const words = error.problems?.map((p) => [p.key && `${p.key}: `, said(p)].filter(Boolean).join("")).join("; ");
+  put(parts.status, h("span", { class: "problem" }, words || error.message));
 }
 
 /** Finer and finer, and the curves; where cells take long, some points of the curves first. */
@@ -123,6 +125,9 @@ function take(found, { x, y }, under) {
   repaint();
 }
 
+/** Whether a map's axis is this one: over another range its picture would be wrong. */
+const like = (one, other) => ["name", "unit", "from", "to"].every((part) => one[part] === other[part]);
+
 /** Where the design stands in the plane. */
 function design() {
   const at = (which) => {
@@ -137,7 +142,7 @@ const repaint = framed(() => {
   if (view.panel !== "map" || !data.info) return;
   const x = axis("x");
   const y = axis("y");
-  const same = plane?.canvas && plane.x.name === x.name && plane.y.name === y.name;
+  const same = plane?.canvas && like(plane.x, x) && like(plane.y, y);
   const items = [...legends(plane, theme()), ...(same ? lines.map(line) : []), marked(x, y)];
   parts.chart.draw({
     x: { label: labelOf(x), from: x.from, to: x.to },
@@ -173,7 +178,7 @@ function marked(x, y) {
 
 function pointer(canvas) {
   const go = framed((event) => {
-    const at = parts.chart.at(event);
+    const at = parts.chart.at(event, true); // dragged out of the map, the design stays at its edge
     if (at) goTo(at);
   });
   canvas.addEventListener("pointerdown", (event) => {

@@ -84,7 +84,7 @@ const askMotion = latest(
   ({ body }) => postBinary("motion", body),
   (found, { change }) => {
     motion = found;
-    sourceProblems([]);
+    sourceProblems(data.problems); // of a later start, when this is a late answer to the one before
     take();
     parts.stage.canvas.dataset.change = String(change); // of the case, as it is drawn
   },

@@ -69,14 +69,12 @@ export function sources() {
     (n) => show({ zoom: Number(n), slow: "" }),
     { id: "zoom-part" },
   );
-  const focus = document.activeElement?.id;
   put(
     parts.source,
     h("div", { class: "row" }, segments, cycles, zoom, steady ? null : simulation(start)),
     steady ? null : h("div", { class: "row start", id: "start-form" }, startFields(start, sources), keep()),
   );
   fillStart(parts.source, start);
-  if (focus?.startsWith("start-")) document.getElementById(focus)?.focus();
 }
 
 /** Problems of the start beside its fields; what has no field there is told below the picture. */

@@ -74,7 +74,6 @@ function table() {
   ]);
   if (parts.table.dataset.key === key) return;
   parts.table.dataset.key = key;
-  const focus = document.activeElement?.closest("#orbit-table") && document.activeElement.textContent;
   put(
     parts.table,
     h("h2", {}, title),
@@ -95,7 +94,6 @@ function table() {
         )
       : h("p", {}, "There are none: the level lies above the curve."),
   );
-  if (focus) [...parts.table.querySelectorAll("button")].find((b) => b.textContent === focus)?.focus();
 }
 
 function about() {

@@ -99,7 +99,9 @@ function slider({ name, unit, low, high, value }) {
 function periods() {
   const change = (event) => {
     const value = Number(event.target.value);
-    if (Number.isInteger(value) && value >= 1 && value <= 100) show({ m: value, orbit: 0 });
+    const good = Number.isInteger(value) && value >= 1 && value <= 100;
+    event.target.setAttribute("aria-invalid", String(!good));
+    if (good) show({ m: value, orbit: 0 });
   };
   const input = h("input", {
     type: "number",
@@ -109,8 +111,12 @@ function periods() {
     step: 1,
     ".value": String(view.m),
     oninput: change,
+    onchange: (event) => {
+      event.target.value = view.m; // what was no such number
+      event.target.removeAttribute("aria-invalid");
+    },
   });
-  return h("label", { class: "pick" }, "Load periods per blow, m", input);
+  return h("label", { class: "pick" }, "Load periods per blow, m: 1 to 100", input);
 }
 
 function follow() {

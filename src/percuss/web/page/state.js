@@ -169,8 +169,17 @@ function changedCase(names) {
   askQuick();
 }
 
+let wishes = 0;
+
+/** A case is wanted that the server has to be asked for; tells later whether none was wanted, or set, since. */
+export function wish() {
+  const mine = ++wishes;
+  return () => mine === wishes;
+}
+
 /** Another case altogether, or one edited by hand. */
 export function setTables(tables) {
+  wishes += 1;
   epoch += 1;
   Object.assign(data, { tables, moving: {}, placed: {} });
   changedCase(null);
@@ -192,7 +201,9 @@ export async function machineTables(name) {
 }
 
 export async function pickMachine(name) {
+  const newest = wish();
   const found = await machineTables(name);
+  if (!newest()) return;
   Object.assign(view, { machine: name, orbit: 0, xr: "", yr: "" }); // ranges are of the machine before
   data.base = found.tables;
   data.physical = null;
