@@ -11,8 +11,7 @@ MADE := $(VENV)/made.stamp
 RUN := $(VENV)/run.stamp
 DEV := $(VENV)/dev.stamp
 
-# A file of tests stays with one worker, so that what it makes is made once; the long files of the web come last, side
-# by side.
+# A file of tests stays with one worker, so that what it makes is made once; tests/conftest.py puts the longest first.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help

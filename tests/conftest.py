@@ -4,6 +4,7 @@ with new ones."""
 import os
 import signal
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile(
@@ -17,3 +18,8 @@ def pytest_configure() -> None:
     """Ctrl-C reaches the commands that tests start, also when the suite itself runs in the background of a script."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest file, that of the page, first: what comes last is then short, and no core waits for the other."""
+    items.sort(key=lambda item: item.get_closest_marker("browser") is None)
