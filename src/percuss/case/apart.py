@@ -29,7 +29,7 @@ _DIED = "it could not be read with the memory and the time that an upload may ta
 
 
 def read_apart(path: Path, options: dict[str, Any], halt: Callable[[], bool] | None = None) -> dict[str, Any]:
-    """What `percuss.case.uploads.read_here` finds, found by another process.
+    """What `percuss.case.uploaded_file.read_here` finds, found by another process.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def _answer(process: subprocess.Popen[bytes], asked: bytes, halt: Callable[[], b
 def _main() -> None:
     asked = json.load(sys.stdin)
     _bound()
-    from percuss.case.uploads import read_here
+    from percuss.case.uploaded_file import read_here
 
     try:
         found: dict[str, Any] = {"kind": "found", **read_here(Path(asked["path"]), asked["options"])}
