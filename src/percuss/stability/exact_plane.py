@@ -273,4 +273,5 @@ def _bar(s: float, d: float, period: float, modes: int) -> tuple[Array, Array]:
         np.append(0.0, step.versine),
     )
     half = float(np.exp(-0.5 * d * period))
+    # writable, though nobody writes: for read-only arrays numba would compile the kernels a second time
     return np.stack(rows), np.array([period, d, decay, half, float(-np.expm1(-0.5 * d * period))])
