@@ -10,12 +10,13 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 MADE := $(VENV)/made.stamp
 RUN := $(VENV)/run.stamp
 DEV := $(VENV)/dev.stamp
+KERNELS := $(VENV)/kernels.stamp
 
 # A file of tests stays with one worker, so that what it makes is made once; tests/conftest.py puts the longest first.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test slow lint format docs bench pins clean
+.PHONY: help demo ready test slow lint format docs bench pins clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -25,11 +26,14 @@ demo: $(RUN)  ## make a sample case with a measured history, report its steady s
 	$(BIN)/percuss new hydraulic-drifter -o build/demo/drifter.toml
 	$(BIN)/percuss steady build/demo/drifter.toml --plot build/demo/drifter.png
 
-test: $(DEV)  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
+test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)
 
-slow: $(DEV)  ## run the tests that take long: a server under load, maps killed and resumed, thousands of modes
+slow: ready  ## run the tests that take long: a server under load, maps killed and resumed, thousands of modes
 	$(SUITE) -m slow $(PYTEST_ARGS)
+
+ready: $(RUN)
+	@$(MAKE) --no-print-directory -j2 $(DEV) $(KERNELS)
 
 lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts
 	$(BIN)/ruff check .
@@ -73,4 +77,11 @@ $(RUN): requirements/run.txt pyproject.toml $(MADE)
 $(DEV): requirements/dev.txt $(RUN)
 	@echo "installing requirements/dev.txt"
 	@$(PIP) install -r requirements/dev.txt
+	@touch $@
+
+# Once, beside the installation above: else each process of the suite would compile them for itself.
+$(KERNELS): src/percuss/simulate/kernels.py src/percuss/stability/exact_kernels.py $(RUN)
+	@echo "compiling the kernels"
+	@$(BIN)/percuss experiment mini-breaker --starts 4 --impacts 10 --workers 1 > $(VENV)/kernels.log
+	@$(BIN)/percuss sweep mini-breaker --x restitution=0.1:0.2:2 --workers 1 >> $(VENV)/kernels.log
 	@touch $@

@@ -16,6 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 
@@ -41,10 +42,10 @@ expect.set_options(timeout=WAIT)
 
 
 @contextmanager
-def served(*options: str) -> Iterator[str]:
+def served(*options: str, **environment: str) -> Iterator[str]:
     """The address of a running `percuss serve`."""
     command = [sys.executable, "-m", "percuss", "serve", "--port", "0", "--no-browser", *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}) as process:
         assert process.stdout is not None
         line = process.stdout.readline()
         found = re.search(r"http://[^/\s]+/", line)
@@ -63,7 +64,12 @@ def served(*options: str) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
+    """A server whose kernels are compiled; on a fresh machine that takes longer than a test waits for anything else."""
     with served() as address:
+        end = time.monotonic() + 300.0
+        while not httpx.get(f"{address}api/about").json()["ready"]:
+            assert time.monotonic() < end, "the kernels are not compiled"
+            time.sleep(0.1)
         yield address
 
 
@@ -198,6 +204,21 @@ def test_the_answer_comes_first_and_equals_the_command_line(desk: Desk, capsys: 
         assert float(card.get_attribute("data-value") or "nan") == truth[name], name
     expect(page.locator("#verdict")).to_have_text("Stable")
     assert figure(page, "blow energy") == "180J"
+
+
+def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: Path) -> None:
+    """On a machine that has never compiled the kernels: the steady motions are told, and what is still to come."""
+    with served(NUMBA_CACHE_DIR=str(tmp_path)) as address:
+        desk = Desk(browser, address)
+        page = desk.open("panel=report&machine=mini-breaker")
+        assert figure(page, "blow energy") == "180J"
+        expect(page.locator("#report-cards .card")).to_have_count(14)
+        preparing = page.locator("#preparing")
+        expect(preparing).to_contain_text("being compiled")
+        assert not httpx.get(f"{address}api/about").json()["ready"]
+        page.route("**/api/about", lambda route: route.fulfill(json={"ready": True}))
+        expect(preparing).to_be_hidden()
+        desk.context.close()
 
 
 def test_a_value_typed_into_the_case_changes_the_answer(desk: Desk) -> None:

@@ -226,7 +226,7 @@ def _size(bytes_: int) -> str:
 
 
 def _tell_of_preparing() -> None:
-    text = "percuss: preparing; when kernels must be compiled about half a minute, later runs take them from a cache"
+    text = "percuss: preparing; when kernels must be compiled up to a minute, later runs take them from a cache"
     print(text, file=sys.stderr, flush=True)
 
 

@@ -85,7 +85,7 @@ def _warm(seen: bool) -> None:
 
 
 def _tell_of_compiling() -> None:
-    text = "percuss: compiling the kernels, about half a minute; later runs take them from a cache"
+    text = "percuss: compiling the kernels, up to a minute; later runs take them from a cache"
     print(text, file=sys.stderr, flush=True)
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.web.asking import CaseAsked
     from percuss.web.gate import Gate
+    from percuss.web.kernels import Kernels, Part
     from percuss.web.settings import Limits
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "answer_of",
     "attachment",
     "binary",
+    "compiled",
     "gate_of",
     "limits_of",
     "motion_key",
@@ -73,8 +75,15 @@ def gate_of(request: Request) -> Gate:
     return found
 
 
-async def answer_of(request: Request, asked: CaseAsked, work: Callable[[Case, Halt], T], *, quick: bool = False) -> T:
-    """The answer of a piece of work on the case of a request, computed in a thread.
+async def answer_of(
+    request: Request,
+    asked: CaseAsked,
+    work: Callable[[Case, Halt], T],
+    *,
+    quick: bool = False,
+    kernels: Part | None = None,
+) -> T:
+    """The answer of a piece of work on the case of a request, computed in a thread, once its kernels are loaded.
 
     A quick one on a small case is computed at once: handing it to a thread and back would take as long again.
 
@@ -84,12 +93,28 @@ async def answer_of(request: Request, asked: CaseAsked, work: Callable[[Case, Ha
         See `percuss.web.gate.Lane.run`, and what the work raises.
     """
     limits = limits_of(request)
+    if kernels is not None:
+        await compiled(request, kernels)
     if quick and is_small(asked):
         case = case_asked(asked, limits.harmonics)
         if is_light(case.system()):
             return work(case, Halt(limits.seconds))
     lane = gate_of(request).quick if quick else gate_of(request).heavy
     return await lane.run(request, limits.seconds, lambda halt: work(case_asked(asked, limits.harmonics), halt))
+
+
+async def compiled(request: Request, part: Part) -> None:
+    """Until the kernels of a question are loaded: before it takes a place, and before its time begins.
+
+    Raises
+    ------
+    Refusal
+        503 when the server stops.
+    """
+    kernels: Kernels = request.app.state.kernels
+    if not kernels.has(part):
+        async with gate_of(request).waiting():
+            await kernels.wait(part)
 
 
 def is_small(asked: CaseAsked) -> bool:

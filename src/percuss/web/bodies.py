@@ -131,8 +131,6 @@ class StrictRoute(APIRoute):
             strict = _StrictRequest(request.scope, request.receive)
             strict.limits = request.app.state.settings.limits
             await strict.body()  # a bad one is refused at once
-            async with request.app.state.gate.waiting():
-                await request.app.state.kernels.wait()
             return await answered(strict)
 
         return handler

@@ -30,7 +30,7 @@ _FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margi
 
 @router.get("/api/about", summary="What this server is, and what one request may ask for")
 async def about(request: Request) -> Response:
-    """Answered without the token."""
+    """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait."""
     from percuss.explore import QUANTITIES, REASONS
 
     settings = request.app.state.settings
@@ -53,6 +53,7 @@ async def about(request: Request) -> Response:
             "version": __version__,
             "token": bool(settings.token),
             "case": bool(settings.case),
+            "ready": request.app.state.kernels.has("motions"),
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
             "distributions": ["wall", "field", "gentle"],

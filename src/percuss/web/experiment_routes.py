@@ -19,7 +19,7 @@ from percuss.case import experiment_job_of
 from percuss.case.exploring_json import experiment_dict
 from percuss.case.live import watched_experiment
 from percuss.errors import PercussError
-from percuss.web.answering import PROBLEMS, attachment, gate_of, limits_of
+from percuss.web.answering import PROBLEMS, attachment, compiled, gate_of, limits_of
 from percuss.web.asking import ExperimentAsked, ExperimentFileAsked
 from percuss.web.bodies import StrictRoute
 from percuss.web.cases import Memory, case_asked, case_key
@@ -63,6 +63,7 @@ async def experiment(request: Request, asked: ExperimentAsked) -> Response:
     """Events ``progress`` with the shares so far, then ``done`` or ``error``; ends when the client leaves."""
     limits, gate = limits_of(request), gate_of(request)
     case, job = await gate.quick.run(request, limits.seconds, lambda _: _job(asked, limits))
+    await compiled(request, "motions")
     place = gate.experiments.place(limits.experiment_seconds)
     halt = await place.__aenter__()  # a refusal must come before the stream begins
     events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
@@ -86,6 +87,7 @@ async def experiment(request: Request, asked: ExperimentAsked) -> Response:
 async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Response:
     """NetCDF or CSV, one row for each start; what was not just computed is computed again, with the same numbers."""
     limits, gate = limits_of(request), gate_of(request)
+    await compiled(request, "motions")
 
     def work(halt: Halt) -> bytes:
         known = _experiments.find(_key(asked))

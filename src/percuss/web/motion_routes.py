@@ -54,7 +54,7 @@ async def simulate(request: Request, asked: SimulateAsked) -> Response:
     def work(case: Case, halt: Halt) -> dict[str, Any]:
         return simulated(case, asked, asked.start, asked.simulation, limits, halt).to_json_dict(asked.events)
 
-    return plain_json(await answer_of(request, asked, work))
+    return plain_json(await answer_of(request, asked, work, kernels="motions"))
 
 
 @router.post("/api/simulate/file", summary="A simulated motion as NetCDF", response_class=Response, responses=NETCDF)
@@ -69,7 +69,7 @@ async def simulate_file(request: Request, asked: SimulateAsked) -> Response:
             answer.motion.save(file)
             return file.read_bytes()
 
-    return attachment(await answer_of(request, asked, work), "motion.nc", "application/x-netcdf")
+    return attachment(await answer_of(request, asked, work, kernels="motions"), "motion.nc", "application/x-netcdf")
 
 
 @router.post(
@@ -96,7 +96,7 @@ async def motion(request: Request, asked: MotionAsked) -> Response:
             found = motion_frames(answer.motion, settled=asked.show == "settled", **sizes)
         return packed(found.header, found.arrays)
 
-    return binary(await answer_of(request, asked, work))
+    return binary(await answer_of(request, asked, work, kernels="motions" if asked.orbit is None else None))
 
 
 def simulated(

@@ -44,4 +44,8 @@ async def report(request: Request, asked: ReportAsked) -> Response:
         with _drawing:
             return report_html(case, answer, motion).encode()
 
-    return attachment(await answer_of(request, asked, work), "report.html", "text/html; charset=utf-8")
+    return attachment(
+        await answer_of(request, asked, work, kernels="motions" if asked.simulate else None),
+        "report.html",
+        "text/html; charset=utf-8",
+    )

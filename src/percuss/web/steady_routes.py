@@ -22,11 +22,14 @@ from percuss.web.packing import packed
 from percuss.web.problems import refused
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from percuss.case import Case
     from percuss.explore import Sweep
     from percuss.explore.axis import Axis
     from percuss.explore.sweep_job import SweepJob
     from percuss.web.gate import Halt
+    from percuss.web.kernels import Part
     from percuss.web.settings import Limits
 
 __all__ = ["router"]
@@ -53,12 +56,13 @@ async def quick(request: Request, asked: QuickAsked) -> Response:
     """Phases, both criteria, figures in SI; without proofs and integrals."""
 
     harmonics = limits_of(request).harmonics
+    every = asked.multipliers or not request.app.state.kernels.has("multipliers")  # it takes longer, but no kernels
 
     def work(case: Case, _: Halt) -> dict[str, Any]:
         if asked.values is None:
-            return quick_dict(case, asked.periods, asked.curve, asked.modes, asked.multipliers)
+            return quick_dict(case, asked.periods, asked.curve, asked.modes, every)
         moved = placed(case, asked.values, harmonics)
-        found = quick_dict(moved, asked.periods, asked.curve, asked.modes, asked.multipliers)
+        found = quick_dict(moved, asked.periods, asked.curve, asked.modes, every)
         return {**found, "tables": json_tables(moved)}
 
     return plain_json(await answer_of(request, asked, work, quick=True))
@@ -83,7 +87,7 @@ async def curves(request: Request, asked: CurvesAsked) -> Response:
     def work(case: Case, _: Halt) -> dict[str, Any]:
         return curves_dict(case, asked.periods, asked.points, asked.branches, factors, asked.modes)
 
-    return plain_json(await answer_of(request, asked, work))
+    return plain_json(await answer_of(request, asked, work, kernels="multipliers"))
 
 
 @router.post("/api/map", summary="Quantities over a plane of two parameters", response_class=Response, responses=BINARY)
@@ -91,7 +95,10 @@ async def plane(request: Request, asked: MapAsked) -> Response:
     """Arrays of shape (len(y), len(x)); over R, the load factor and m within milliseconds."""
     limits = limits_of(request)
     x, y = axis_of(asked.x, "x"), axis_of(asked.y, "y")
-    return binary(await answer_of(request, asked, lambda case, halt: _map(case, x, y, asked, limits, halt)))
+    kernels = kernels_of(asked.quantities)
+    return binary(
+        await answer_of(request, asked, lambda case, halt: _map(case, x, y, asked, limits, halt), kernels=kernels)
+    )
 
 
 @router.post("/api/boundaries", summary="Fold and flip curves in a plane", responses=PROBLEMS)
@@ -123,6 +130,16 @@ def axis_of(asked: AxisAsked, key: str) -> Axis:
     if asked.from_ is None or asked.to is None or asked.count is None:
         raise refused(422, "expected from, to and count, or values", "", key)
     return Axis.linear(asked.name, asked.from_, asked.to, asked.count, asked.unit)
+
+
+def kernels_of(quantities: Sequence[str]) -> Part | None:
+    """The kernels without which a map cannot be made; what is no quantity is refused later."""
+    from percuss.explore import QUANTITIES
+
+    groups = {QUANTITIES[name].group for name in quantities if name in QUANTITIES}
+    if groups & {"simulation", "lyapunov"}:
+        return "motions"
+    return "multipliers" if "exact" in groups else None
 
 
 def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> bytes:

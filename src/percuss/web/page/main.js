@@ -11,6 +11,7 @@ import { startLessons } from "./lessons_panel.js";
 import { startMap } from "./map_panel.js";
 import { startMotion } from "./motion_panel.js";
 import { startOrbits } from "./orbits_panel.js";
+import { watchPreparing } from "./preparing.js";
 import { startReport } from "./report_panel.js";
 import { startSliders } from "./sliders.js";
 import { setSound, soundOn } from "./sound.js";
@@ -172,6 +173,7 @@ async function start() {
     const catalogue = get("machines");
     const case_ = load(location.hash).catch(failed); // a link may name a machine that there is not
     data.about = await about();
+    watchPreparing(data.about);
     data.machines = (await catalogue).machines;
     await case_;
     paintMachines();
