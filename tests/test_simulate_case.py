@@ -17,6 +17,7 @@ from percuss.case.running import DEFAULT_MODES, MAX_MODES
 from percuss.case.simulation_json import simulation_text
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate.starts import DISTRIBUTIONS
+from percuss.stability import floquet_multipliers
 
 SI = """
 [bar]
@@ -136,6 +137,53 @@ def test_a_start_on_the_stable_motion_stays_there() -> None:
     assert motion.events.impact_velocity == pytest.approx(np.full(3, orbit.impact_velocity), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("keys", "displacement", "velocity"),
+    [
+        ("velocity = 0.01", [0.0], [0.01]),
+        ("position = -0.02", [-0.02], [0.0]),
+        ("modal_velocity = [0.01, -0.002]", [0.0, 0.0], [0.01, -0.002]),
+        ("modal_displacement = [-0.02, 0.001]\nmodal_velocity = [0.0, 0.01]", [-0.02, 0.001], [0.0, 0.01]),
+    ],
+)
+def test_a_disturbed_steady_motion(keys: str, displacement: list[float], velocity: list[float]) -> None:
+    case = plain(f"orbit = 2\n{keys}", "modes = 4").changed()
+    orbit = steady_states(case.system(), modes=4).orbits[1]
+    u, v, gap = case.start().state(4)
+    expected = Start.orbit(orbit, displacement, velocity).state(4)
+    assert np.array_equal(u, expected[0])
+    assert np.array_equal(v, expected[1])
+    assert gap == expected[2]
+    rest = Start.orbit(orbit).state(4)
+    assert np.allclose((u - rest[0])[: len(displacement)], displacement, atol=1e-15)
+    assert np.allclose((v - rest[1])[: len(velocity)], velocity, atol=1e-15)
+
+
+def test_a_disturbance_has_units() -> None:
+    case = load_case("mini-breaker").changed(start={"orbit": 1, "position": "-1 mm", "velocity": "0.1 m/s"})
+    system = case.system()
+    orbit = steady_states(system).orbits[0]
+    u, v, gap = case.start(0).state(0)
+    assert gap == u[0] == pytest.approx(-1e-3 / system.length_scale, rel=1e-14)
+    after = -system.restitution * orbit.rigid_velocity
+    assert v[0] - after == pytest.approx(0.1 / system.speed_scale, rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_small_disturbance_grows_or_fades_as_the_multipliers_say(number: int) -> None:
+    """A rigid bar: its two multipliers against the distance from the motion, impact after impact."""
+    case = plain(f"orbit = {number}\nvelocity = 1e-6", "modes = 0\nimpacts = 6\nperiodic = false")
+    orbit = steady_states(case.system(), modes=0).orbits[number - 1]
+    values = floquet_multipliers(orbit, 0).values
+    away = simulation_answer(case).motion.events.phase - orbit.phase
+    # each deviation is the sum of two geometric series with these ratios
+    trace, determinant = values.sum().real, values.prod().real
+    expected = trace * away[1:-1] - determinant * away[:-2]
+    assert np.abs(away).max() > 1e-6
+    largest = np.abs([away[:-2], away[1:-1], away[2:]]).max(axis=0)
+    assert np.all(np.abs(away[2:] - expected) < 10.0 * largest**2 + 1e-11)  # what is not linear, and rounding
+
+
 @pytest.mark.parametrize("kind", DISTRIBUTIONS)
 def test_random_start(kind: str) -> None:
     case = plain(f'random = "{kind}"\nseed = 7')
@@ -234,7 +282,10 @@ def refusal(make: Any, *tables: str) -> str:
             "position = -1.0\nvelocity = 0.0\nmodal_velocity = [0.0]",
             ["position and velocity (rigid)", "(modal)", "remove modal_velocity, or position and velocity"],
         ),
-        ("orbit = 1\nposition = -1.0", ["one kind of start", "remove orbit, or position"]),
+        ('orbit = 1\nrandom = "rigid"', ["one kind of start", "remove random, or orbit"]),
+        ("orbit = 1\nposition = 0.1", ["start.position = 0.1", "0 (on the wall) or less"]),
+        ("orbit = 1\nvelocity = 0.1\nmodal_velocity = [0.1]", ["one kind of start", "(rigid)", "(modal)"]),
+        ("orbit = 1\nmodal_displacement = [-0.1]\nmodal_velocity = [0.0, 0.1]", ["start.modal_velocity"]),
         ("orbit = 0", ["start.orbit = 0", "1 or greater"]),
         ("orbit = 1.5", ["start.orbit = 1.5", "whole number"]),
         ("orbit = 1\nperiods = 1001", ["start.periods = 1001", "from 1 to 1000"]),

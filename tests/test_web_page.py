@@ -686,7 +686,7 @@ STARTS: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
         {"modal_displacement": "-0.1, 0.0005, 0.0001", "modal_velocity": "0 0.001 0"},
         {"modal_displacement": [-0.1, 0.0005, 0.0001], "modal_velocity": [0, 0.001, 0], "time": "1.2 ms"},
     ),
-    "orbit": ({"orbit": "1"}, {"orbit": 1, "periods": 1}),
+    "orbit": ({"orbit": "1", "velocity": "0.1 m/s"}, {"orbit": 1, "periods": 1, "velocity": "0.1 m/s"}),
     "random": ({"seed": "7"}, {"random": "rigid", "seed": 7}),
 }
 """What is typed for each kind of start, and the table [start] that it is."""

@@ -34,7 +34,10 @@ _KINDS = {
     "orbit": ("orbit", "periods"),
     "random": ("random", "seed"),
 }
-"""The ways to start, each with its keys; the first key of a kind that is not rigid or modal is needed."""
+"""The ways to start, each with its keys; the first key of a kind that is not rigid or modal is needed.
+
+Beside `orbit`, the keys of rigid or of modal are a disturbance of that motion.
+"""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,10 @@ def checked_start(table: StartTable) -> None:
     kind = _kind(table)
     if kind in ("rigid", "modal"):
         _start(table, kind, _Scales())
+    if kind == "orbit":
+        displacement, velocity = _disturbance(table, _Scales())
+        Start.modal(displacement, velocity)
+        Start.rigid(displacement[0] if table.position is not None else 0.0)
     if table.orbit is not None:
         count("orbit", table.orbit)
         count("periods", 1 if table.periods is None else table.periods, most=1000)
@@ -145,16 +152,29 @@ def _start(table: StartTable, kind: str, scales: _Scales) -> Start:
     if kind == "rigid":
         position = scales.number(table.position, "length", "position", -1.0)
         return Start.rigid(position, scales.number(table.velocity, "velocity", "velocity"), time)
-    displacement, velocity = table.modal_displacement, table.modal_velocity
-    if displacement is None:
-        displacement = (0.0,) * len(velocity or ())
-    return Start.modal(displacement, velocity, time)
+    return Start.modal(*_vectors(table), time)
+
+
+def _vectors(table: StartTable) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The modal vectors of a table; one that is left out is 0."""
+    displacement, velocity = tuple(table.modal_displacement or ()), tuple(table.modal_velocity or ())
+    return displacement or (0.0,) * len(velocity), velocity or (0.0,) * len(displacement)
+
+
+def _disturbance(table: StartTable, scales: _Scales) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """What a table with `orbit` adds to the motion's u_n and u_n'."""
+    if table.modal_displacement is not None or table.modal_velocity is not None:
+        return _vectors(table)
+    position = scales.number(table.position, "length", "position")
+    return (position,), (scales.number(table.velocity, "velocity", "velocity"),)
 
 
 def _kind(table: StartTable) -> str:
     """Which of the kinds a table is of."""
     given = {kind: [key for key in keys if getattr(table, key) is not None] for kind, keys in _KINDS.items()}
     kinds = [kind for kind, keys in given.items() if keys]
+    if kinds in (["rigid", "orbit"], ["modal", "orbit"]):
+        kinds = ["orbit"]
     if len(kinds) > 1:
         ways = " or ".join(f"{' and '.join(_KINDS[kind])} ({kind})" for kind in kinds)
         extra = given[kinds[-1]]
@@ -185,4 +205,4 @@ def _orbit(table: StartTable, system: System, modes: int, file: str) -> Start:
     if not orbit.impact_velocity > 0.0:
         remedy = "see 'percuss steady'"
         raise CaseError(file, "start.orbit", table.orbit, "this motion does not strike: it cannot happen", remedy)
-    return Start.orbit(orbit)
+    return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))

@@ -175,15 +175,17 @@ class StartTable(Table):
     """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
 
     position: NumberOrLength | None = None
-    """Rigid: of the bar. Allowed: 0 (on the wall) or less. When left out: −1."""
+    """Rigid: of the bar. Beside `orbit` it is added to that motion, and 0 unless given. Allowed: 0 (on the wall) or
+    less. When left out: −1."""
     velocity: NumberOrVelocity | None = None
-    """Rigid: of the bar, positive toward the wall. When left out: 0."""
+    """Rigid: of the bar, positive toward the wall. Beside `orbit` it is added to that motion. When left out: 0."""
     time: NumberOrTime | None = None
     """Load phase at the start, in radians; not beside `orbit`. When left out: 0."""
     modal_displacement: Numbers | None = None
-    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. When left out: 0."""
+    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. Beside `orbit` they are added to that
+    motion. When left out: 0."""
     modal_velocity: Numbers | None = None
-    r"""Modal: $u_0', u_1', \dots$. When left out: 0."""
+    r"""Modal: $u_0', u_1', \dots$. Beside `orbit` they are added to that motion. When left out: 0."""
     orbit: int | None = None
     """Just after the impact of this steady motion, numbered as `percuss steady` does. Allowed: 1 or greater."""
     periods: int | None = None

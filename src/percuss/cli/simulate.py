@@ -31,8 +31,8 @@ _EXAMPLES = """\
 
 _START = """\
 keys of [start]: position=-1,velocity=0,time=0.3 (plain numbers are dimensionless; with units for a case in SI:
-position='-3 cm'), orbit:K for steady motion number K of 'percuss steady', random, random:still or
-random:ringing"""
+position='-3 cm'), orbit:K for steady motion number K of 'percuss steady' (orbit:K,velocity=0.01: disturbed),
+random, random:still or random:ringing"""
 
 LAST = 10
 """Events in the report for people."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ __all__ = ["Field", "HarmonicResponse", "mode_shapes", "static_shape"]
 
 _SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
 _RESONANT = 64.0 * np.finfo(float).eps
+_KEPT_GAINS = 1 << 14  # numbers, modes × harmonics, of the tables that are kept
 
 
 class Field(NamedTuple):
@@ -118,9 +120,9 @@ class HarmonicResponse:
         return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
 
     def gains(self, modes: int) -> ComplexArray:
-        """H_nk of the modes n = 1 … `modes`; shape (modes, K)."""
-        square = mode_frequencies(self.system.s, modes) ** 2
-        return np.asarray(1.0 / (square[:, None] - (self.k * (self.k - 1j * self.system.d))[None, :]), dtype=complex)
+        """H_nk of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""
+        made = _known_gains if modes * self.k.size <= _KEPT_GAINS else _gains
+        return made(self.system.s, self.system.d, self.k.tobytes(), modes)
 
     def elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
         """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ)).
@@ -179,6 +181,17 @@ class HarmonicResponse:
         theta = np.asarray(theta, dtype=float)
         flat = np.exp(1j * np.outer(theta.reshape(-1), self.k)) @ factor
         return np.asarray(flat.real.reshape(theta.shape))
+
+
+def _gains(s: float, d: float, k: bytes, modes: int) -> ComplexArray:
+    numbers = np.frombuffer(k)
+    square = mode_frequencies(s, modes) ** 2
+    found = np.asarray(1.0 / (square[:, None] - (numbers * (numbers - 1j * d))[None, :]), dtype=complex)
+    found.setflags(write=False)
+    return found
+
+
+_known_gains = lru_cache(maxsize=16)(_gains)  # the same for every mean load, phase and restitution
 
 
 def _sinc_minus_one(q: ComplexArray) -> ComplexArray:

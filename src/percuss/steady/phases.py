@@ -8,7 +8,9 @@ accepted only when it proves that it holds at most one.
 
 from __future__ import annotations
 
+import cmath
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -27,6 +29,7 @@ TURN = 2.0 * math.pi
 _EPS = np.finfo(float).eps
 _LAST_STEP = 1e-8
 _NODES = 129  # of the table that starts Newton's method on an arc
+_FEW = 8  # phases that are found one by one: numpy takes as long for one number as for a hundred
 _LEVELS = 26  # of bisection: a multiple root is then taken as one point
 
 Response: TypeAlias = HarmonicResponse | PiecewiseResponse
@@ -221,8 +224,13 @@ class Arcs:
             from_top = np.clip(level / self.velocities[arc], -1.0, 1.0)
             return np.asarray(self.ends[arc] + np.arccos(from_top) / r.k[0])
 
-        low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
         waves = r.k.tobytes(), r.rigid_factor.tobytes()
+        if level.size <= _FEW and r.k[-1] <= _FEW:
+            pairs = zip(arc.ravel().tolist(), level.ravel().tolist(), strict=True)
+            found = [_one_phase(waves, float(self.ends[i]), float(self.ends[i + 1]), v) for i, v in pairs]
+            return np.array(found, dtype=float).reshape(level.shape)
+
+        low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
         for number in np.unique(arc):
             here, ends = arc == number, self.ends[number : number + 2]
             low[here], high[here], start[here] = _bracketed(level[here], *_nodes(*waves, *ends.tolist()))
@@ -264,6 +272,41 @@ def _nodes(k: bytes, factor: bytes, start: float, stop: float) -> tuple[Array, A
     nodes.setflags(write=False)
     heights.setflags(write=False)
     return nodes, heights
+
+
+@lru_cache(maxsize=64)
+def _terms(k: bytes, factor: bytes) -> tuple[tuple[complex, complex], ...]:
+    """Coefficients of v_f and v_f', for Horner's rule: from the highest wave number down to 0."""
+    known = dict(zip(np.frombuffer(k).tolist(), np.frombuffer(factor, dtype=complex).tolist(), strict=True))
+    return tuple((known.get(n, 0j), 1j * n * known.get(n, 0j)) for n in range(int(max(known)), -1, -1))
+
+
+def _one_phase(waves: tuple[bytes, bytes], start: float, stop: float, level: float) -> float:
+    """The phase on one arc where v_f equals one level: `_bracketed` and `_polished` in plain numbers."""
+    nodes, heights = _nodes(*waves, start, stop)
+    right = min(max(bisect_left(heights, level), 1), _NODES - 1)
+    a, b, from_, to = (float(x) for x in (heights[right - 1], heights[right], nodes[right - 1], nodes[right]))
+    theta = from_ + (to - from_) * ((level - a) / (b - a) if b > a else 0.5)
+    for _ in range(100):
+        turn, v, slope = cmath.exp(1j * theta), 0j, 0j
+        for wave, rise in _terms(*waves):
+            v, slope = v * turn + wave, slope * turn + rise
+        off = v.real - level
+        if off == 0.0:
+            break
+        if off < 0.0:  # heights rise from `from_` to `to`
+            from_ = theta
+        else:
+            to = theta
+        low, high = min(from_, to), max(from_, to)
+        slack = 4.0 * _EPS * (1.0 + abs(theta))
+        step = theta - off / slope.real if slope.real else math.inf
+        inside = low - slack <= step <= high + slack
+        new = step if inside else 0.5 * (low + high)
+        moved, theta = abs(new - theta), new
+        if moved <= (_LAST_STEP if inside else slack):
+            break
+    return theta
 
 
 def _bracketed(level: Array, nodes: Array, heights: Array) -> tuple[Array, Array, Array]:

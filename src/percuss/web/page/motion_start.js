@@ -8,7 +8,7 @@ const KINDS = {
   rest: ["at rest", ["position", "time"]],
   moving: ["moving", ["position", "velocity", "time"]],
   modal: ["with modes", ["modal_displacement", "modal_velocity", "time"]],
-  orbit: ["on a steady motion", ["orbit", "periods"]],
+  orbit: ["on a steady motion", ["orbit", "periods", "position", "velocity"]],
   random: ["random", ["random", "seed", "time"]],
 };
 
@@ -23,6 +23,10 @@ const FIELDS = {
   periods: ["Load periods per blow", "1 when empty", "1 when empty", 5],
   seed: ["Seed", "the same seed, the same start", "the same seed, the same start", 7],
 };
+const DISTURBANCE = {
+  position: ["Moved off by", "0 when empty; −1 mm, or in bar lengths", "0 when empty; in bar lengths", 9],
+  velocity: ["Pushed by", "toward the wall; 0.1 m/s, or in lengths per radian", "toward the wall; lengths per radian", 9],
+};
 const DRAWN = { rigid: "rigid", still: "rigid, at rest", ringing: "ringing" };
 
 export function kindOf(start) {
@@ -35,7 +39,7 @@ export function kindOf(start) {
 /** What a start of a kind begins with; what the one before has in common with it is kept. */
 function begun(kind, start) {
   const time = start.time === undefined || kind === "orbit" ? {} : { time: start.time };
-  const position = start.position ?? -1;
+  const position = (start.orbit === undefined ? start.position : undefined) ?? -1;
   if (kind === "rest") return { position, ...time };
   if (kind === "moving") return { position, velocity: start.velocity ?? 0, ...time };
   if (kind === "modal") return { modal_displacement: [-0.5, 0.001], ...time };
@@ -54,13 +58,13 @@ export function startFields(start, changed) {
     KINDS[kind][1].map((key) =>
       key === "random"
         ? select("Drawn", Object.entries(DRAWN), start.random, (name) => set("random", name), { id: "start-random" })
-        : field(key, set),
+        : field(key, set, kind),
     ),
   ];
 }
 
-function field(key, set) {
-  const [label, si, plain, size] = FIELDS[key];
+function field(key, set, kind) {
+  const [label, si, plain, size] = (kind === "orbit" && DISTURBANCE[key]) || FIELDS[key];
   const id = `start-${key}`;
   const about = { "aria-describedby": `${id}-hint ${id}-problem`, spellcheck: "false", autocomplete: "off" };
   const onchange = (event) => set(key, typed(event.target.value, key));
