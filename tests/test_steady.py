@@ -17,6 +17,7 @@ from naive import mp
 from percuss import Load, System, rest_on_wall, steady_states
 from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.steady import Orbit
+from percuss.steady.phases import Arcs, forced_response
 from strategies import (
     Drawn,
     coefficients,
@@ -139,6 +140,25 @@ def test_every_phase_is_found(alternating: list[complex], d: float, r: float, m:
         assert all(np.min([turned(a, b) for b in phases]) < 1e-5 for a in expected)
 
 
+@settings(max_examples=200)
+@given(coefficients(8), dampings, st.floats(-1.0, 1.0), st.sampled_from([0.0, 1e-3, 1e-6, 1e-9, 1e-12]))
+def test_a_few_phases_are_those_of_many(alternating: list[complex], d: float, share: float, near: float) -> None:
+    """A level is met at the same phases alone and in a row of levels, near the ends of an arc as well."""
+    assume(sum(map(abs, alternating)) > 1e-6)
+    response = forced_response(System(s=math.e, d=d, restitution=0.5, load=Load.fourier(np.array([0.5, *alternating]))))
+    arcs = Arcs.of(response)
+    slack = arcs.tolerance + 4e-15 * response.rigid_bounds()[1]  # the rounding of a phase, too
+    low, high = np.sort([arcs.velocities[:-1], arcs.velocities[1:]], axis=0)
+    middle = 0.5 * (low + high) + share * (0.5 - near) * (high - low)
+    for arc in np.flatnonzero(high - low > 4.0 * arcs.tolerance):
+        alone = arcs.invert(np.array([arc]), middle[[arc]])
+        row = arcs.invert(np.full(9, arc), np.full(9, middle[arc]))
+        assert np.ptp(row) == 0.0
+        for phase in (alone[0], row[0]):
+            assert arcs.ends[arc] - 1e-9 <= phase <= arcs.ends[arc + 1] + 1e-9
+            assert abs(float(response.rigid_velocity(phase)) - middle[arc]) <= slack
+
+
 @settings(max_examples=25)
 @given(fourier_systems(12))
 def test_every_phase_by_polynomial_roots_in_many_digits(drawn: Drawn) -> None:
@@ -177,7 +197,7 @@ def test_every_phase_of_loads_with_symmetries(b: int) -> None:
 @pytest.mark.parametrize(("a", "b", "roots"), [(5, 7, 14), (1, 5, 10), (3, 5, 10), (1, 7, 14), (3, 7, 14), (5, 9, 18)])
 def test_critical_points_on_round_fractions(a: int, b: int, roots: int) -> None:
     """cos a t + cos b t = 2 cos((a + b)t/2) cos((b - a)t/2)."""
-    from percuss.steady.phases import trigonometric_roots
+    from percuss.steady.trigonometric import trigonometric_roots
 
     found = trigonometric_roots(np.array([a, b], dtype=float), np.array([1.0, 1.0], dtype=complex))
     sums, differences = (a + b) // 2, (b - a) // 2

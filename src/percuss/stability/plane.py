@@ -14,8 +14,9 @@ from percuss.model.checks import Array, count, instance
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level
-from percuss.steady.phases import Arcs, forced_response, harmonic_sums, on_circle
+from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.states import MAX_PERIODS
+from percuss.steady.trigonometric import harmonic_sums, on_circle
 
 __all__ = ["Plane", "stability_plane"]
 

@@ -1,17 +1,13 @@
 """All phases at which the rigid velocity meets a level, and the proof that there are no others.
 
 The critical points of v_f cut the circle into arcs on which v_f is monotone, so that each arc holds at most one root,
-and holds one exactly when the level lies between the values at its ends. The critical points themselves are found by
-subdivision with a curvature bound: a cell is dropped only when Taylor's theorem proves that it holds no root, and
-accepted only when it proves that it holds at most one.
+and holds one exactly when the level lies between the values at its ends. The critical points themselves are roots of a
+sum of waves, found with proof (`percuss.steady.trigonometric`).
 """
 
 from __future__ import annotations
 
-import cmath
-import math
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
@@ -19,21 +15,27 @@ from typing import TypeAlias
 import numpy as np
 
 from percuss.model import System
-from percuss.model.checks import Array, ComplexArray
+from percuss.model.checks import Array
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.piecewise import PiecewiseResponse
+from percuss.steady.trigonometric import (
+    TURN,
+    Curve,
+    Terms,
+    harmonic_sums,
+    on_circle,
+    polished,
+    polished_one,
+    trigonometric_roots,
+)
 
-__all__ = ["Arcs", "Response", "forced_response", "harmonic_sums", "on_circle", "trigonometric_roots"]
+__all__ = ["Arcs", "Response", "forced_response"]
 
-TURN = 2.0 * math.pi
 _EPS = np.finfo(float).eps
-_LAST_STEP = 1e-8
 _NODES = 129  # of the table that starts Newton's method on an arc
 _FEW = 8  # phases that are found one by one: numpy takes as long for one number as for a hundred
-_LEVELS = 26  # of bisection: a multiple root is then taken as one point
 
 Response: TypeAlias = HarmonicResponse | PiecewiseResponse
-Curve: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 
 @lru_cache(maxsize=32)
@@ -43,110 +45,6 @@ def forced_response(system: System) -> Response:
     The last few are kept: every motion of a system, and whatever is asked of it, shares one.
     """
     return PiecewiseResponse(system) if system.load.is_piecewise else HarmonicResponse(system)
-
-
-def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
-    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing.
-
-    A root of even order, where g touches zero within rounding, may be given once, twice or not at all; all others
-    are found, each once.
-
-    Parameters
-    ----------
-    k, coefficients
-        Wave numbers k ≥ 0 and complex coefficients, equal shapes.
-    """
-    curvature = float(np.sum(k**2 * np.abs(coefficients)))
-    if curvature < np.finfo(float).tiny / _EPS:
-        return np.empty(0)  # a constant, or nothing above the smallest numbers
-    noise = 8.0 * _EPS * float(np.sum((1.0 + k) * np.abs(coefficients)))
-
-    def value(theta: Array) -> tuple[Array, Array]:
-        g, slope = harmonic_sums(theta, k, coefficients, 1j * k * coefficients)
-        return g, slope
-
-    count = max(32, 8 * int(k.max(initial=1.0)))
-    cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
-    brackets: list[np.typing.NDArray[np.int64]] = []  # in units of the finest grid
-    for level in range(_LEVELS + 1):
-        half = math.pi / count
-        g, slope = value(np.asarray(half * (2.0 * cells + 1.0), dtype=float))
-        empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
-        monotone = ~empty & (np.abs(slope) > curvature * half + noise)
-        if level == _LEVELS:
-            monotone = ~empty
-        brackets.append(cells[monotone] << (_LEVELS - level))
-        brackets.append((cells[monotone] + 1) << (_LEVELS - level))
-        left = cells[~empty & ~monotone]
-        cells, count = np.concatenate([2 * left, 2 * left + 1]), 2 * count
-        if not cells.size:
-            break
-    finest = (count >> (level + 1)) << _LEVELS
-    low, high = np.concatenate(brackets[::2]), np.concatenate(brackets[1::2])
-    # every edge is looked at once, so that a root on an edge belongs to one of its two cells and not to both or none
-    edges, where = np.unique(np.concatenate([low, high]) % finest, return_inverse=True)
-    below = (value(TURN * edges / finest)[0] < 0.0)[where]
-    crossed = below[: low.size] != below[low.size :]
-    starts, stops = TURN * low[crossed] / finest, TURN * high[crossed] / finest
-    roots = _polished(starts, stops, value, np.zeros(starts.size))
-    return np.sort(on_circle(roots))
-
-
-def on_circle(theta: Array) -> Array:
-    """The phases in [0, 2π); a rounding below 0 becomes 0 and not 2π."""
-    phases = np.mod(theta, TURN)
-    return np.asarray(np.where(phases >= TURN, 0.0, phases))
-
-
-def harmonic_sums(theta: Array, k: Array, *coefficients: ComplexArray) -> list[Array]:
-    """Re Σ c_k exp(ikθ) for several sets of coefficients at once, by Horner's rule in exp(iθ).
-
-    Parameters
-    ----------
-    theta
-        Any shape.
-    k
-        Whole wave numbers ≥ 0, increasing.
-    coefficients
-        Each of the shape of `k`.
-    """
-    turn = np.exp(1j * np.asarray(theta, dtype=float))
-    totals = [np.zeros_like(turn) for _ in coefficients]
-    dense = np.zeros((len(coefficients), int(k.max(initial=0.0)) + 1), dtype=complex)
-    dense[:, k.astype(int)] = coefficients
-    for column in dense.T[::-1]:
-        for total, coefficient in zip(totals, column, strict=True):
-            total *= turn
-            total += coefficient
-    return [total.real for total in totals]
-
-
-def _polished(low: Array, high: Array, value: Curve, level: Array, start: Array | None = None) -> Array:
-    """Newton's method kept inside brackets [low, high] on which `value` is monotone; equal shapes (n,)."""
-    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    theta = 0.5 * (low + high) if start is None else np.array(start, dtype=float)
-    if not low.size:
-        return theta
-    below = value(low)[0] < level
-    active = np.arange(low.size)
-    for _ in range(100):
-        here = theta[active]
-        g, slope = value(here)
-        g = g - level[active]
-        left = (g < 0.0) == below[active]
-        low[active] = np.where(left, here, low[active])
-        high[active] = np.where(left, high[active], here)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = here - g / slope
-        slack = 4.0 * _EPS * (1.0 + np.abs(here))  # a root on the bracket's edge must stay in reach
-        inside = (step >= low[active] - slack) & (step <= high[active] + slack)
-        new = np.where(g == 0.0, here, np.where(inside, step, 0.5 * (low[active] + high[active])))
-        theta[active] = new
-        # after a Newton step this small the next would be below rounding; a bisection says no such thing
-        active = active[np.abs(new - here) > np.where(inside, _LAST_STEP, slack)]
-        if not active.size:
-            break
-    return theta
 
 
 @dataclass(frozen=True)
@@ -234,7 +132,7 @@ class Arcs:
         for number in np.unique(arc):
             here, ends = arc == number, self.ends[number : number + 2]
             low[here], high[here], start[here] = _bracketed(level[here], *_nodes(*waves, *ends.tolist()))
-        return _polished(low, high, _waves(*waves), level, start)
+        return polished(low, high, _waves(*waves), level, start)
 
 
 # What follows depends on the alternating load and on d alone, so that a change of R, of s or of the mean load finds it
@@ -275,38 +173,19 @@ def _nodes(k: bytes, factor: bytes, start: float, stop: float) -> tuple[Array, A
 
 
 @lru_cache(maxsize=64)
-def _terms(k: bytes, factor: bytes) -> tuple[tuple[complex, complex], ...]:
+def _terms(k: bytes, factor: bytes) -> Terms:
     """Coefficients of v_f and v_f', for Horner's rule: from the highest wave number down to 0."""
     known = dict(zip(np.frombuffer(k).tolist(), np.frombuffer(factor, dtype=complex).tolist(), strict=True))
     return tuple((known.get(n, 0j), 1j * n * known.get(n, 0j)) for n in range(int(max(known)), -1, -1))
 
 
 def _one_phase(waves: tuple[bytes, bytes], start: float, stop: float, level: float) -> float:
-    """The phase on one arc where v_f equals one level: `_bracketed` and `_polished` in plain numbers."""
+    """The phase on one arc where v_f equals one level."""
     nodes, heights = _nodes(*waves, start, stop)
     right = min(max(bisect_left(heights, level), 1), _NODES - 1)
     a, b, from_, to = (float(x) for x in (heights[right - 1], heights[right], nodes[right - 1], nodes[right]))
-    theta = from_ + (to - from_) * ((level - a) / (b - a) if b > a else 0.5)
-    for _ in range(100):
-        turn, v, slope = cmath.exp(1j * theta), 0j, 0j
-        for wave, rise in _terms(*waves):
-            v, slope = v * turn + wave, slope * turn + rise
-        off = v.real - level
-        if off == 0.0:
-            break
-        if off < 0.0:  # heights rise from `from_` to `to`
-            from_ = theta
-        else:
-            to = theta
-        low, high = min(from_, to), max(from_, to)
-        slack = 4.0 * _EPS * (1.0 + abs(theta))
-        step = theta - off / slope.real if slope.real else math.inf
-        inside = low - slack <= step <= high + slack
-        new = step if inside else 0.5 * (low + high)
-        moved, theta = abs(new - theta), new
-        if moved <= (_LAST_STEP if inside else slack):
-            break
-    return theta
+    guess = from_ + (to - from_) * ((level - a) / (b - a) if b > a else 0.5)
+    return polished_one(_terms(*waves), level, from_, to, guess)
 
 
 def _bracketed(level: Array, nodes: Array, heights: Array) -> tuple[Array, Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import ComplexArray, instance
-from percuss.steady.phases import on_circle, trigonometric_roots
+from percuss.steady.trigonometric import on_circle, trigonometric_roots
 
 __all__ = ["Rest", "rest_on_wall"]
 

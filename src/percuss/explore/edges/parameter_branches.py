@@ -14,7 +14,8 @@ from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level
-from percuss.steady.phases import Arcs, on_circle
+from percuss.steady.phases import Arcs
+from percuss.steady.trigonometric import on_circle
 
 __all__ = ["ParameterStretch", "by_parameter"]
 

@@ -13,7 +13,8 @@ from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import langevin, level, level_factor
-from percuss.steady.phases import Arcs, forced_response, harmonic_sums, on_circle
+from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.trigonometric import harmonic_sums, on_circle
 
 __all__ = ["Heights", "PhaseStretch", "by_phase", "heights_of"]
 
