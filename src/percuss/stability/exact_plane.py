@@ -17,6 +17,7 @@ from percuss.model.load import Side
 from percuss.stability.multipliers import floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.steady import Orbit
+from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import flights, mode_frequencies, phi1
 from percuss.steady.phases import Arcs, Response, forced_response
 
@@ -196,7 +197,8 @@ class _Job:
     def _largest(self, index: npt.NDArray[np.intp], side: Side) -> tuple[ComplexArray, npt.NDArray[np.int16]]:
         from percuss.stability import exact_kernels as kn  # only here is the compiler needed
 
-        f, rate = (np.ascontiguousarray(x.T) for x in self.response.modal(self.modes, self.phase[index]))
+        modal = self.response.modal_apart if isinstance(self.response, HarmonicResponse) else self.response.modal
+        f, rate = (np.ascontiguousarray(x.T) for x in modal(self.modes, self.phase[index]))
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
         found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
         kn.largest_multipliers(

@@ -33,7 +33,7 @@ __all__ = ["Arcs", "Response", "forced_response"]
 
 _EPS = np.finfo(float).eps
 _NODES = 129  # of the table that starts Newton's method on an arc
-_FEW = 8  # phases that are found one by one: numpy takes as long for one number as for a hundred
+_FEW = 8  # phases, and harmonics, up to which plain numbers are faster than arrays
 
 Response: TypeAlias = HarmonicResponse | PiecewiseResponse
 
@@ -102,11 +102,24 @@ class Arcs:
         folds = self.ends[:-1][touching[:-1]]
         crossed = (off[:-1] * off[1:] < 0.0) & ~touching[:-1] & ~touching[1:]
         index = np.flatnonzero(crossed)
-        simple = self.invert(index, np.full(index.size, level))
+        simple = self.invert(index, np.full(index.size, level)) if index.size > _FEW else self._one_by_one(index, level)
         phases = on_circle(np.concatenate([simple, folds]))
         tangent = np.concatenate([np.zeros(simple.size, bool), np.ones(folds.size, bool)])
         order = np.argsort(phases)
         return phases[order], tangent[order]
+
+    def phase_on(self, arc: int, level: float) -> float:
+        """As `invert`, for one level."""
+        return float(self._one_by_one(np.array([arc]), level)[0])
+
+    def _one_by_one(self, arc: np.typing.NDArray[np.intp], level: float) -> Array:
+        """As `invert`, for one level on a few arcs: in plain numbers, which takes a quarter of the time of arrays."""
+        r = self.response
+        if isinstance(r, PiecewiseResponse) or r.k.size == 1 or r.k[-1] > _FEW:
+            return self.invert(arc, np.full(arc.size, level))
+        waves = r.k.tobytes(), r.rigid_factor.tobytes()
+        ends = [(float(self.ends[i]), float(self.ends[i + 1])) for i in arc.tolist()]
+        return np.array([_one_phase(waves, start, stop, level) for start, stop in ends], dtype=float)
 
     def invert(self, arc: np.typing.NDArray[np.intp], level: Array) -> Array:
         """The phase on arc number `arc` where v_f equals `level`, which must lie between its ends; broadcasts."""
@@ -123,11 +136,6 @@ class Arcs:
             return np.asarray(self.ends[arc] + np.arccos(from_top) / r.k[0])
 
         waves = r.k.tobytes(), r.rigid_factor.tobytes()
-        if level.size <= _FEW and r.k[-1] <= _FEW:
-            pairs = zip(arc.ravel().tolist(), level.ravel().tolist(), strict=True)
-            found = [_one_phase(waves, float(self.ends[i]), float(self.ends[i + 1]), v) for i, v in pairs]
-            return np.array(found, dtype=float).reshape(level.shape)
-
         low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
         for number in np.unique(arc):
             here, ends = arc == number, self.ends[number : number + 2]

@@ -93,12 +93,13 @@ def harmonic_sums(theta: Array, k: Array, *coefficients: ComplexArray) -> list[A
     """
     turn = np.exp(1j * np.asarray(theta, dtype=float))
     totals = [np.zeros_like(turn) for _ in coefficients]
+    turned = np.empty_like(turn)  # not in place: numpy rounds the product of a single number with itself otherwise
     dense = np.zeros((len(coefficients), int(k.max(initial=0.0)) + 1), dtype=complex)
     dense[:, k.astype(int)] = coefficients
     for column in dense.T[::-1]:
         for total, coefficient in zip(totals, column, strict=True):
-            total *= turn
-            total += coefficient
+            np.multiply(total, turn, out=turned)
+            np.add(turned, coefficient, out=total)
     return [total.real for total in totals]
 
 

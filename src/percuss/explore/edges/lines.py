@@ -141,4 +141,4 @@ def phase_at(arcs: Arcs, arc: int, height: float) -> float:
     for end in (arc, arc + 1):
         if height == arcs.velocities[end]:
             return float(arcs.ends[end])
-    return float(arcs.invert(np.array([arc]), np.array([height]))[0])
+    return arcs.phase_on(arc, height)
