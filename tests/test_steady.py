@@ -158,6 +158,16 @@ def test_a_few_phases_are_those_of_many(alternating: list[complex], d: float, sh
             assert abs(float(response.rigid_velocity(phase)) - middle[arc]) <= slack
 
 
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-20, 1e20, 1e100])
+def test_the_phases_do_not_depend_on_the_size_of_the_load(scale: float) -> None:
+    def phases(size: float) -> list[float]:
+        load = Load.fourier(size * np.array([0.3, 1.0, 0.5]))
+        return [orbit.phase for orbit in steady_states(System(s=8.0, d=0.01, restitution=0.3, load=load)).orbits]
+
+    assert len(phases(1.0)) == 2
+    assert phases(scale) == pytest.approx(phases(1.0), abs=1e-13)
+
+
 @settings(max_examples=25)
 @given(fourier_systems(12))
 def test_every_phase_by_polynomial_roots_in_many_digits(drawn: Drawn) -> None:

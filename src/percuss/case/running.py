@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +16,7 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.model import System
+    from percuss.steady import Orbit
 
 __all__ = [
     "DEFAULT_MODES",
@@ -105,12 +108,13 @@ def checked_start(table: StartTable) -> None:
         When kinds of starts are mixed, something is missing, or a number is out of range.
     """
     kind = _kind(table)
-    if kind in ("rigid", "modal"):
-        _start(table, kind, _Scales())
-    if kind == "orbit":
-        displacement, velocity = _disturbance(table, _Scales())
-        Start.modal(displacement, velocity)
-        Start.rigid(displacement[0] if table.position is not None else 0.0)
+    with _by_its_key(table):
+        if kind in ("rigid", "modal"):
+            _start(table, kind, _Scales())
+        if kind == "orbit":
+            displacement, velocity = _disturbance(table, _Scales())
+            Start.modal(displacement, velocity)
+            Start.rigid(displacement[0] if table.position is not None else 0.0)
     if table.orbit is not None:
         count("orbit", table.orbit)
         count("periods", 1 if table.periods is None else table.periods, most=1000)
@@ -129,22 +133,42 @@ def start_of(table: StartTable | None, system: System, modes: int, file: str) ->
     if table is None:
         return Start.rigid()
     kind = _kind(table)
-    if kind == "orbit":
-        start = _orbit(table, system, modes, file)
-    elif kind == "random":
+    orbit = _orbit(table, system, modes, file) if kind == "orbit" else None
+    try:
+        with _by_its_key(table):
+            start = _made(table, kind, system, orbit)
+            start.state(modes)
+    except ParameterError as error:
+        raise CaseError(file, f"start.{error.name}", error.value, f"expected {error.accepted}", error.remedy) from None
+    return start
+
+
+@contextmanager
+def _by_its_key(table: StartTable) -> Iterator[None]:
+    """What `Start` refuses by its own names, by the key of the table that gave it."""
+    try:
+        yield
+    except ParameterError as error:
+        name, accepted = error.name, error.accepted
+        if name == "gap":  # u(1), which no key gives
+            name, accepted = "displacement", f"{accepted}; it stands at {error.value}"
+        if name not in ("displacement", "velocity"):
+            raise
+        if table.modal_displacement is not None or table.modal_velocity is not None:
+            name = f"modal_{name}"
+        elif name == "displacement":
+            name = "position"
+        raise ParameterError(name, getattr(table, name), accepted, error.remedy) from None
+
+
+def _made(table: StartTable, kind: str, system: System, orbit: Orbit | None) -> Start:
+    if orbit is not None:
+        return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
+    if kind == "random":
         assert table.random is not None  # checked when the case was made
         start = Start.random(system, seed=table.seed or 0, distribution=table.random)
-        start = start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
-    else:
-        start = _start(table, kind, _Scales.of(system))
-    try:
-        start.state(modes)
-    except ParameterError as error:
-        key, value, accepted = error.name, error.value, error.accepted
-        if key == "gap":  # u(1), which no key gives
-            key, value, accepted = "modal_displacement", table.modal_displacement, f"{accepted}; it stands at {value}"
-        raise CaseError(file, f"start.{key}", value, f"expected {accepted}", error.remedy) from None
-    return start
+        return start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
+    return _start(table, kind, _Scales.of(system))
 
 
 def _start(table: StartTable, kind: str, scales: _Scales) -> Start:
@@ -172,9 +196,10 @@ def _disturbance(table: StartTable, scales: _Scales) -> tuple[tuple[float, ...],
 def _kind(table: StartTable) -> str:
     """Which of the kinds a table is of."""
     given = {kind: [key for key in keys if getattr(table, key) is not None] for kind, keys in _KINDS.items()}
-    kinds = [kind for kind, keys in given.items() if keys]
-    if kinds in (["rigid", "orbit"], ["modal", "orbit"]):
-        kinds = ["orbit"]
+    disturbance = [kind for kind in ("rigid", "modal") if given["orbit"] and given[kind]]
+    if len(disturbance) == 1:
+        given["orbit"] += given.pop(disturbance[0])
+    kinds = [kind for kind, keys in given.items() if keys and not (kind == "orbit" and len(disturbance) == 2)]
     if len(kinds) > 1:
         ways = " or ".join(f"{' and '.join(_KINDS[kind])} ({kind})" for kind in kinds)
         extra = given[kinds[-1]]
@@ -189,7 +214,7 @@ def _kind(table: StartTable) -> str:
     return kind
 
 
-def _orbit(table: StartTable, system: System, modes: int, file: str) -> Start:
+def _orbit(table: StartTable, system: System, modes: int, file: str) -> Orbit:
     from percuss.steady import steady_states  # the other starts do without
 
     periods = 1 if table.periods is None else table.periods
@@ -205,4 +230,4 @@ def _orbit(table: StartTable, system: System, modes: int, file: str) -> Start:
     if not orbit.impact_velocity > 0.0:
         remedy = "see 'percuss steady'"
         raise CaseError(file, "start.orbit", table.orbit, "this motion does not strike: it cannot happen", remedy)
-    return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
+    return orbit

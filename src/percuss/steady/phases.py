@@ -100,7 +100,7 @@ class Arcs:
         off = self.velocities - level
         touching = np.abs(off) <= self.tolerance
         folds = self.ends[:-1][touching[:-1]]
-        crossed = (off[:-1] * off[1:] < 0.0) & ~touching[:-1] & ~touching[1:]
+        crossed = ((off[:-1] < 0.0) != (off[1:] < 0.0)) & ~touching[:-1] & ~touching[1:]
         index = np.flatnonzero(crossed)
         simple = self.invert(index, np.full(index.size, level)) if index.size > _FEW else self._one_by_one(index, level)
         phases = on_circle(np.concatenate([simple, folds]))
@@ -162,7 +162,7 @@ def _waves(k: bytes, factor: bytes) -> Curve:
 def _critical_phases(k: bytes, factor: bytes) -> Array:
     """Where v_f' = 0, increasing."""
     numbers, velocity = np.frombuffer(k), np.frombuffer(factor, dtype=complex)
-    roots = trigonometric_roots(numbers, 1j * numbers * velocity)
+    roots = trigonometric_roots(numbers, 1j * numbers * (velocity / np.abs(velocity).max()))
     roots.setflags(write=False)
     return roots
 

@@ -40,6 +40,9 @@ T = TypeVar("T")
 _FEW = 64
 """Modes and harmonics of a small question."""
 
+_LOOK = 0.25
+"""Seconds between two looks at whether the client still waits for the compiler."""
+
 _LOW = 4
 """The highest harmonic of a light one: its level has a handful of roots at most."""
 
@@ -93,7 +96,9 @@ async def answer_of(
         See `percuss.web.gate.Lane.run`, and what the work raises.
     """
     limits = limits_of(request)
-    if kernels is not None:
+    if kernels is not None and not request.app.state.kernels.settled(kernels):
+        if not is_known(asked):  # what is no case is refused at once
+            await gate_of(request).quick.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
         await compiled(request, kernels)
     if quick and is_small(asked):
         case = case_asked(asked, limits.harmonics)
@@ -109,12 +114,13 @@ async def compiled(request: Request, part: Part) -> None:
     Raises
     ------
     Refusal
-        503 when the server stops.
+        503 when the server stops, or when the client has left.
     """
     kernels: Kernels = request.app.state.kernels
-    if not kernels.has(part):
-        async with gate_of(request).waiting():
-            await kernels.wait(part)
+    async with gate_of(request).waiting():
+        while not await kernels.wait(part, _LOOK):
+            if await request.is_disconnected():
+                raise refused(503, "nobody waits for it")
 
 
 def is_small(asked: CaseAsked) -> bool:

@@ -53,7 +53,7 @@ async def about(request: Request) -> Response:
             "version": __version__,
             "token": bool(settings.token),
             "case": bool(settings.case),
-            "ready": request.app.state.kernels.has("motions"),
+            "ready": request.app.state.kernels.settled("motions"),
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
             "distributions": ["wall", "field", "gentle"],

@@ -56,7 +56,7 @@ async def quick(request: Request, asked: QuickAsked) -> Response:
     """Phases, both criteria, figures in SI; without proofs and integrals."""
 
     harmonics = limits_of(request).harmonics
-    every = asked.multipliers or not request.app.state.kernels.has("multipliers")  # it takes longer, but no kernels
+    every = asked.multipliers or not request.app.state.kernels.work("multipliers")  # it takes longer, but no kernels
 
     def work(case: Case, _: Halt) -> dict[str, Any]:
         if asked.values is None:
@@ -133,10 +133,16 @@ def axis_of(asked: AxisAsked, key: str) -> Axis:
 
 
 def kernels_of(quantities: Sequence[str]) -> Part | None:
-    """The kernels without which a map cannot be made; what is no quantity is refused later."""
-    from percuss.explore import QUANTITIES
+    """The kernels without which a map cannot be made.
 
-    groups = {QUANTITIES[name].group for name in quantities if name in QUANTITIES}
+    Raises
+    ------
+    ParameterError
+        For a quantity that there is not.
+    """
+    from percuss.explore.quantities import checked, needs
+
+    groups = needs(checked(quantities))
     if groups & {"simulation", "lyapunov"}:
         return "motions"
     return "multipliers" if "exact" in groups else None

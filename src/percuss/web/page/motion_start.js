@@ -39,12 +39,18 @@ export function kindOf(start) {
 /** What a start of a kind begins with; what the one before has in common with it is kept. */
 function begun(kind, start) {
   const time = start.time === undefined || kind === "orbit" ? {} : { time: start.time };
-  const position = (start.orbit === undefined ? start.position : undefined) ?? -1;
+  const { position = -1, velocity = 0 } = start.orbit === undefined ? start : {}; // beside it they are a disturbance
   if (kind === "rest") return { position, ...time };
-  if (kind === "moving") return { position, velocity: start.velocity ?? 0, ...time };
+  if (kind === "moving") return { position, velocity, ...time };
   if (kind === "modal") return { modal_displacement: [-0.5, 0.001], ...time };
   if (kind === "orbit") return { orbit: chosen()?.number ?? 1, periods: view.m };
   return { random: "rigid", seed: start.seed ?? 1, ...time };
+}
+
+/** The keys of a kind that have a field; a disturbance is of the whole bar unless a file gives its modes. */
+function keysOf(kind, start) {
+  const modes = start.modal_displacement !== undefined || start.modal_velocity !== undefined;
+  return kind === "orbit" && modes ? ["orbit", "periods", ...KINDS.modal[1].slice(0, 2)] : KINDS[kind][1];
 }
 
 /** The fields of the present start; `changed` is called when it is another one. */
@@ -55,7 +61,7 @@ export function startFields(start, changed) {
   const set = (key, value) => put_({ ...data.tables.start, [key]: value });
   return [
     select("Start", kinds, kind, (name) => put_(begun(name, data.tables.start ?? {})), { id: "start-kind" }),
-    KINDS[kind][1].map((key) =>
+    keysOf(kind, start).map((key) =>
       key === "random"
         ? select("Drawn", Object.entries(DRAWN), start.random, (name) => set("random", name), { id: "start-random" })
         : field(key, set, kind),
