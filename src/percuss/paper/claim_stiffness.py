@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from percuss.model import System
 from percuss.paper.claim_common import (
     DAMPED,
     HOLDS,
@@ -36,6 +37,14 @@ STIFF = 10.0
 FEW_PERCENT = 0.01
 _LOOSE: dict[str, Any] = {"impacts": 5000, "tolerance": 1e-3}  # elastic modes ring for thousands of impacts
 MODES = 16
+RESTITUTIONS = (0.2, 0.4, 0.6, 0.8)
+"""Restitutions at which the stable range is looked at."""
+
+FRACTIONS = tuple(np.linspace(0.05, 0.95, 9).tolist())
+"""Places in that range, from its lower end to its upper one."""
+
+POINTS = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))
+"""(R, p_0/p_1) of the random starts."""
 
 
 @dataclass(frozen=True)
@@ -101,53 +110,79 @@ def _name(item: Stiffness) -> str:
     return f"s = {item.s:g} {'with damping' if item.d else 'undamped'}"
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """Cells of the rigid bar's stable range: how many, how many stay stable, and where a multiplier is greatest."""
+
+    cells: int
+    agree: int
+    growth: float
+    worst: tuple[float, float]
+    why: str
+
+
+def _kept(s: float, d: float) -> _Kept:
+    cells = agree = 0
+    growth, worst, why = 0.0, (math.nan, math.nan), ""
+    for r in RESTITUTIONS:
+        low, high = lower_curve(r), upper_curve(r)
+        for fraction in FRACTIONS:
+            x = low + fraction * (high - low)
+            if not any(stable_motions(pneumatic(r, x, d=d), 1, 0)):
+                continue  # damping has moved the range of the rigid bar a little
+            cells += 1
+            orbits = steady_states(pneumatic(r, x, s=s, d=d), 1, modes=MODES).orbits
+            judged = [stability_of(orbit, modes=MODES) for orbit in orbits if np.cos(orbit.phase) < 0.0]
+            agree += any(one.stable for one in judged)
+            best = min(judged, key=lambda one: one.multipliers.largest, default=None)
+            if best is not None and best.multipliers.largest > growth:
+                growth, worst, why = best.multipliers.largest, (r, x), best.reason
+    return _Kept(cells, agree, growth, worst, why)
+
+
+def _moved(s: float) -> float:
+    """Greatest relative change of the lower curve."""
+    return max(abs(lower_curve(r, 1, _sigma(r, s)) / lower_curve(r) - 1.0) for r in RESTITUTIONS)
+
+
+def _share(trial: Trial, starts: int, system: System, **options: Any) -> float:
+    """Of the random starts that end in z=1/1."""
+    return float((trial.of(system, starts, "wall", **options, **_LOOSE).label == "z=1/1").mean())
+
+
+def _shift(share: float, other: float, starts: int) -> tuple[float, float]:
+    """By how much two shares differ, and what that may be by chance."""
+    noise = 3.0 * math.sqrt((share * (1 - share) + other * (1 - other) + 1.0 / starts) / starts)
+    return abs(other - share), noise
+
+
 def claim_f(trial: Trial) -> Claim:
     """For m = 1 and sπ ≫ 1 the stiffness does not matter."""
-    radii, fractions = (0.2, 0.4, 0.6, 0.8), np.linspace(0.05, 0.95, 9).tolist()
-    points = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))
-    each = trial.size.each(len(points) * (2 * len(SPEEDS) + 2))
+    each = trial.size.each(len(POINTS) * (2 * len(SPEEDS) + 2))
     found: list[Stiffness] = []
     rows = []
-    steps = 2 * len(SPEEDS)
     for d in (0.0, DAMPED):
-        rigid = [trial.of(pneumatic(r, x, d=d), each, "wall", **_LOOSE).label for r, x in points]
-        base = [float((labels == "z=1/1").mean()) for labels in rigid]
+        rigid = [_share(trial, each, pneumatic(r, x, d=d)) for r, x in POINTS]
         for s in SPEEDS:
-            trial.tell("f", len(found), steps)
-            moved = max(abs(lower_curve(r, 1, _sigma(r, s)) / lower_curve(r) - 1.0) for r in radii)
-            cells = agree = 0
-            growth, worst, why = 0.0, (math.nan, math.nan), ""
-            for r in radii:
-                low, high = lower_curve(r), upper_curve(r)
-                for fraction in fractions:
-                    x = low + fraction * (high - low)
-                    if not any(stable_motions(pneumatic(r, x, d=d), 1, 0)):
-                        continue  # damping has moved the range of the rigid bar a little
-                    cells += 1
-                    orbits = steady_states(pneumatic(r, x, s=s, d=d), 1, modes=MODES).orbits
-                    judged = [stability_of(orbit, modes=MODES) for orbit in orbits if np.cos(orbit.phase) < 0.0]
-                    agree += any(one.stable for one in judged)
-                    best = min(judged, key=lambda one: one.multipliers.largest, default=None)
-                    if best is not None and best.multipliers.largest > growth:
-                        growth, worst, why = best.multipliers.largest, (r, x), best.reason
-            shifts, noises = [], []
-            for (r, x), share in zip(points, base, strict=True):
-                labels = trial.of(pneumatic(r, x, s=s, d=d), each, "wall", modes=8, **_LOOSE).label
-                other = float((labels == "z=1/1").mean())
-                shifts.append(abs(other - share))
-                noises.append(3.0 * math.sqrt((share * (1 - share) + other * (1 - other) + 1.0 / each) / each))
-            worst_point = max(range(len(points)), key=lambda k: shifts[k] - noises[k])
-            item = Stiffness(
-                s, d, moved if d == 0.0 else math.nan, cells, agree, growth, each, shifts[worst_point],
-                noises[worst_point],
-            )  # fmt: skip
+            trial.tell("f", len(found), 2 * len(SPEEDS))
+            kept = _kept(s, d)
+            elastic = [_share(trial, each, pneumatic(r, x, s=s, d=d), modes=8) for r, x in POINTS]
+            shifts = [_shift(one, other, each) for one, other in zip(rigid, elastic, strict=True)]
+            shift, noise = max(shifts, key=lambda pair: pair[0] - pair[1])
+            threshold = math.nan if d else _moved(s)
+            item = Stiffness(s, d, threshold, kept.cells, kept.agree, kept.growth, each, shift, noise)
             found.append(item)
             rows.append(
                 (
-                    s, s * math.pi, "2πd = 0.03" if d else "none", 100 * item.threshold, percent(agree, cells), growth,
-                    worst[0], worst[1], why, 100 * item.largest_shift, 100 * item.noise,
+                    s, s * math.pi, "2πd = 0.03" if d else "none", 100 * threshold, percent(kept.agree, kept.cells),
+                    kept.growth, *kept.worst, kept.why, 100 * shift, 100 * noise,
                 )
             )  # fmt: skip
+    return _told(found, rows, each)
+
+
+def _told(found: Sequence[Stiffness], rows: Sequence[tuple[Any, ...]], each: int) -> Claim:
+    """The claim with its numbers."""
     columns = (
         "s", "sπ", "damping", "lower curve moves by, %", "stable where the rigid bar is", "greatest multiplier", "at R",
         "p_0/p_1", "reason there", "share of z=1/1 shifts by, points", "by chance up to",
@@ -159,14 +194,14 @@ def claim_f(trial: Trial) -> Claim:
         "For m = 1 and sπ much greater than 1 the stiffness of the bar does not matter.",
         f"Pneumatic hammer, s = {', '.join(f'{s:g}' for s in SPEEDS)}, without damping and with 2πd = 0.03, beside the "
         f"rigid bar: the lower curve of B77 (39) with its σ; exact multipliers of {MODES} modes at "
-        f"{len(radii) * len(fractions)} points of the stable range; {each} starts of `wall` with 8 modes (called "
-        "periodic when they return to 0.001: the elastic modes ring for thousands of impacts) at "
-        f"(R, p_0/p_1) = {', '.join(f'({r:g}, {x:g})' for r, x in points)}.",
+        f"{len(RESTITUTIONS) * len(FRACTIONS)} points of the stable range; {each} starts of `wall` with 8 modes "
+        "(called periodic when they return to 0.001: the elastic modes ring for thousands of impacts) at "
+        f"(R, p_0/p_1) = {', '.join(f'({r:g}, {x:g})' for r, x in POINTS)}.",
         f"A bar with sπ ≥ {STIFF:g} passes when the lower curve moves by less than 1 %, the motion is stable wherever "
         "the rigid one is, and the share of random starts that end in z=1/1 differs by less than three standard "
         "deviations. The claim holds when all such bars pass all tests, and does not hold when none passes any.",
         verdict_f(found),
-        each * len(points) * (2 * len(SPEEDS) + 2),
+        each * len(POINTS) * (2 * len(SPEEDS) + 2),
         {
             "greatest shift of the lower curve, sπ ≥ 10": max(
                 i.threshold for i in stiff if not math.isnan(i.threshold)
