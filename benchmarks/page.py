@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from playwright.sync_api import sync_playwright
-from web import MACHINE, server
+from web import MACHINE, ready, server
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -195,6 +195,7 @@ def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
 def page() -> list[Row]:
     """What the user of the page waits for."""
     with server() as (base, _, _), sync_playwright() as playwright:
+        ready(base)
         browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
         rows = [row for part in (first_paints, moves, maps, animation) for row in part(browser, base)]
         browser.close()

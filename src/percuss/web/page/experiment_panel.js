@@ -3,7 +3,7 @@
 import { Refusal, postFile, stream } from "./api.js";
 import { fileName } from "./case_files.js";
 import { $, download, h, put, select } from "./dom.js";
-import { number, percent } from "./format.js";
+import { counted, number, percent } from "./format.js";
 import { data, on, show, view } from "./state.js";
 
 const DISTRIBUTIONS = { wall: "near the wall", field: "all over, ringing", gentle: "gentle" };
@@ -143,7 +143,7 @@ function heard(event, found, asked) {
   if (event === "progress") {
     parts.bar.value = found.fraction ?? found.done / found.size;
     const rest = found.seconds_left ? `, about ${number(Math.ceil(found.seconds_left))} s left` : "";
-    put(parts.status, `${found.done} of ${found.size} starts${rest}.`);
+    put(parts.status, `${found.done} of ${counted(found.size, "start")}${rest}.`);
     return shares(found.shares);
   }
   if (event !== "done") return;
@@ -153,7 +153,7 @@ function heard(event, found, asked) {
   const all = found.attractors ?? found.shares ?? [];
   put(
     parts.status,
-    `${found.starts ?? asked.starts} starts, all followed; ${all.length} kind${all.length === 1 ? "" : "s"} of motion.`,
+    `${counted(found.starts ?? asked.starts, "start")}, all followed; ${counted(all.length, "kind")} of motion.`,
   );
   shares(all);
 }

@@ -51,6 +51,9 @@ export function si(value, unit, digits = 4) {
   return withUnit(value * scale.factor, scale.unit, digits);
 }
 
+/** "1 start", "2 starts". */
+export const counted = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+
 /** An angle in radians and degrees. */
 export const angle = (phase) => `${number(phase)}${THIN}rad (${number((phase * 180) / Math.PI)}°)`;
 

@@ -3,7 +3,7 @@
 import { Chart, PHASES, span } from "./chart.js";
 import { theme } from "./colours.js";
 import { h } from "./dom.js";
-import { angle, number, scaleOf } from "./format.js";
+import { angle, counted, number, scaleOf } from "./format.js";
 import { branchChart, drawBranches } from "./orbits_branches.js";
 import { chosen, data } from "./state.js";
 
@@ -75,7 +75,8 @@ function phases(quick) {
       () => level,
     ),
   ];
-  const words = `The curve v_f over the phase of the load with its level ${number(level)}: ${quick.orbits.length} steady motions`;
+  const found = counted(quick.orbits.length, "steady motion");
+  const words = `The curve v_f over the phase of the load with its level ${number(level)}: ${found}`;
   parts.phase.draw({
     x: { label: "phase of the load, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
     y: { label: "v_f, dimensionless", from: near[0], to: near[1] },
