@@ -164,8 +164,9 @@ class _Job:
         self.r, self.mean = r.reshape(-1)[cell], factor.reshape(-1)[cell] * unit
         self.level = plane.level.reshape(-1)[cell]
         load = system.load.with_mean(0.0)
-        self.response: Response = forced_response(replace(system, load=load))
-        self.pull = {side: np.asarray(load.value(self.phase, side)) for side in ("left", "right")}
+        # of no mean and any R: the same one while these are moved
+        self.response: Response = forced_response(replace(system, load=load, restitution=0.0))
+        self.pull = {side: np.asarray(load.value(self.phase, side)) for side in load.sides}
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
         self.bar, self.span = _bar(system.s, system.d, 2.0 * np.pi * periods, modes)
@@ -188,7 +189,7 @@ class _Job:
         """One portion: the right side of a jump for all, the left side besides for those on one."""
         index = np.arange(self.where.size)[part]
         self.multiplier[index], self.mode[index] = self._largest(index, "right")
-        jumped = index[self.pull["left"][index] != self.pull["right"][index]]
+        jumped = index[self.pull["left"][index] != self.pull["right"][index]] if "left" in self.pull else index[:0]
         if jumped.size:
             other, mode = self._largest(jumped, "left")
             worse = ~(np.abs(other) <= np.abs(self.multiplier[jumped]))  # also where one side has no answer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +12,10 @@ import numpy.typing as npt
 from percuss.model.checks import Array
 from percuss.steady import Orbit
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import phi1
 
 __all__ = ["Reduced", "elastic_feedback", "quadratic_coefficients", "reduced_criterion", "schur_quotients"]
+
+X = TypeVar("X", float, Array)
 
 
 @dataclass(frozen=True)
@@ -62,13 +64,18 @@ def quadratic_coefficients(
     d: float, restitution: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
 ) -> tuple[Array, Array, Array]:
     """a_0, a_1, a_2 of B77 (29)–(31); `slope` is v_f'(φ)/p_0. Broadcasts."""
-    r, sigma, slope = (np.asarray(x, dtype=float) for x in (restitution, sigma, slope))
-    decay = math.exp(-d * period)
+    a_0, a_1, a_2 = _coefficients(d, period, *(np.asarray(x, dtype=float) for x in (restitution, sigma, slope)))
+    return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
+
+
+def _coefficients(d: float, period: float, r: X, sigma: X, slope: X) -> tuple[X, X, X]:
+    """The same of plain numbers, which take a tenth of the time of arrays of one, or of arrays."""
+    decay, gain = math.exp(-d * period), -math.expm1(-d * period) / (d * period) if d * period else 1.0
     fed = (1.0 + r) * sigma
     a_2 = 1.0 + fed
-    a_1 = -1.0 - r**2 * decay - float(phi1(d * period)) * (1.0 + r) ** 2 * slope - (1.0 - r * decay) * fed
+    a_1 = -1.0 - r**2 * decay - gain * (1.0 + r) ** 2 * slope - (1.0 - r * decay) * fed
     a_0 = r * decay * (r - fed)
-    return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
+    return a_0, a_1, a_2
 
 
 def schur_quotients(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
@@ -96,9 +103,13 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
     sigma = elastic_feedback(orbit)
-    a_0, a_1, a_2 = (float(a) for a in quadratic_coefficients(system.d, system.restitution, orbit.period, sigma, slope))
-    first, second = (float(q) for q in schur_quotients(np.array(a_0), np.array(a_1), np.array(a_2)))
-    return Reduced(sigma, (a_0, a_1, a_2), (first, second), _moduli(a_0, a_1, a_2), other)
+    a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.restitution, sigma, slope)
+    schur = _quotient(a_0, a_2), _quotient(a_1, a_0 + a_2)
+    return Reduced(sigma, (a_0, a_1, a_2), schur, _moduli(a_0, a_1, a_2), other)
+
+
+def _quotient(above: float, below: float) -> float:
+    return abs(above / below) if below else math.inf
 
 
 def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
