@@ -63,7 +63,7 @@ class HarmonicResponse:
         self.system = system
         self.k = system.load.harmonics.astype(float)
         self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
-        self.q: ComplexArray = np.asarray(np.sqrt(self.k * (self.k - 1j * system.d)) / system.s, dtype=complex)
+        self.q: ComplexArray = _wave_numbers(system.s, system.d, self.k)
         self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
         self._end: dict[int | None, tuple[ComplexArray, ComplexArray]] = {}
         if system.d == 0.0:
@@ -103,21 +103,7 @@ class HarmonicResponse:
             cosines, slopes = mode_shapes(x, modes)
             gain = self.gains(modes)
             return (cosines @ gain).T, (slopes @ gain).T
-        q, y = self.q[:, None], (1.0 - np.asarray(x, dtype=float))[None, :]
-        scale = 1.0 / self.system.s**2
-        small = np.abs(q) < _SERIES_BELOW
-        qs = np.where(small, q, 1.0)
-        sine = np.sin(qs)
-        top = _sinc_minus_one(qs) + 2.0 * np.sin(0.5 * qs * y) ** 2
-        near = top / (qs * sine)
-        near_slope = -np.sin(qs * y) / sine
-        ql = np.where(small, 1.0 - 1.0j, q)  # Im q ≤ 0: factors exp(−iq…) never overflow
-        down, up = np.exp(-1j * ql * (1.0 - y)), np.exp(-1j * ql * (1.0 + y))
-        bottom = 1.0 - np.exp(-2j * ql)
-        far = 1.0 / ql**2 - 1j * (down + up) / (ql * bottom)
-        far_slope = -(down - up) / bottom
-        shape = np.asarray(scale * np.where(small, near, far), dtype=complex)
-        return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
+        return _shapes(self.system.s, self.q, np.asarray(x, dtype=float))
 
     def gains(self, modes: int) -> ComplexArray:
         """H_nk of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""
@@ -151,7 +137,11 @@ class HarmonicResponse:
     def _at_end(self, modes: int | None) -> tuple[ComplexArray, ComplexArray]:
         """What multiplies exp(ikθ) there: in displacement and velocity, shape (K, 2); in elastic velocity, (K,)."""
         if modes not in self._end:
-            elastic = self.p * self.shapes(np.array([1.0]), modes)[0][:, 0]
+            if modes is None:
+                shape = _end_shape(self.system.s, self.system.d, self.k.tobytes())
+            else:
+                shape = self.shapes(np.array([1.0]), modes)[0][:, 0]
+            elastic = self.p * shape
             whole = elastic + self.rigid_factor / (1j * self.k)
             self._end[modes] = np.stack([whole, 1j * self.k * whole], axis=1), 1j * self.k * elastic
         return self._end[modes]
@@ -196,6 +186,38 @@ class HarmonicResponse:
         theta = np.asarray(theta, dtype=float)
         flat = np.exp(1j * np.outer(theta.reshape(-1), self.k)) @ factor
         return np.asarray(flat.real.reshape(theta.shape))
+
+
+def _shapes(s: float, wave: ComplexArray, x: Array) -> tuple[ComplexArray, ComplexArray]:
+    """g_k and its slope, all modes, for the wave numbers q_k; shapes (K, len(x))."""
+    q, y = wave[:, None], (1.0 - x)[None, :]
+    scale = 1.0 / s**2
+    small = np.abs(q) < _SERIES_BELOW
+    qs = np.where(small, q, 1.0)
+    sine = np.sin(qs)
+    top = _sinc_minus_one(qs) + 2.0 * np.sin(0.5 * qs * y) ** 2
+    near = top / (qs * sine)
+    near_slope = -np.sin(qs * y) / sine
+    ql = np.where(small, 1.0 - 1.0j, q)  # Im q ≤ 0: factors exp(−iq…) never overflow
+    down, up = np.exp(-1j * ql * (1.0 - y)), np.exp(-1j * ql * (1.0 + y))
+    bottom = 1.0 - np.exp(-2j * ql)
+    far = 1.0 / ql**2 - 1j * (down + up) / (ql * bottom)
+    far_slope = -(down - up) / bottom
+    shape = np.asarray(scale * np.where(small, near, far), dtype=complex)
+    return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
+
+
+@lru_cache(maxsize=32)
+def _end_shape(s: float, d: float, k: bytes) -> ComplexArray:
+    """g_k(1), which stays while R and the load's strength are moved; shape (K,)."""
+    found = _shapes(s, _wave_numbers(s, d, np.frombuffer(k)), np.array([1.0]))[0][:, 0]
+    found.setflags(write=False)
+    return found
+
+
+def _wave_numbers(s: float, d: float, k: Array) -> ComplexArray:
+    """q_k of theory §4."""
+    return np.asarray(np.sqrt(k * (k - 1j * d)) / s, dtype=complex)
 
 
 def _gains(s: float, d: float, k: bytes, modes: int) -> ComplexArray:
