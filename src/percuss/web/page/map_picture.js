@@ -49,10 +49,10 @@ export function picture(plane) {
 export function legends(plane, colours) {
   if (!plane?.canvas) return [];
   if (plane.codes) {
-    const used = new Set(plane.codes);
+    plane.used ??= new Set(plane.codes); // once for a plane: there are tens of thousands of them, and a move redraws
     return plane.words
       .map((name, i) => ({ type: "patch", name, colour: plane.palette[i % plane.palette.length], i }))
-      .filter(({ i }) => used.has(i));
+      .filter(({ i }) => plane.used.has(i));
   }
   const step = (plane.high - plane.low) / 200 || 1;
   const rounded = (value) => Math.round(value / step) * step;
