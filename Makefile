@@ -29,7 +29,7 @@ demo: $(RUN)  ## make a sample case with a measured history, report its steady s
 test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)
 
-slow: ready  ## run the tests that take long: a server under load, maps killed and resumed, thousands of modes
+slow: ready  ## run the tests that take long: ten thousand first contacts, a server under load, maps killed and resumed
 	$(SUITE) -m slow $(PYTEST_ARGS)
 
 ready: $(RUN)
