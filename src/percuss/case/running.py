@@ -162,6 +162,7 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
 
 
 def _made(table: StartTable, kind: str, system: System, orbit: Orbit | None) -> Start:
+    """The start of a kind; `orbit` is the motion that one on a steady motion begins on."""
     if orbit is not None:
         return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
     if kind == "random":

@@ -122,6 +122,7 @@ class _Kept:
 
 
 def _kept(s: float, d: float) -> _Kept:
+    """What the exact multipliers of an elastic bar say of the cells where the rigid one is stable."""
     cells = agree = 0
     growth, worst, why = 0.0, (math.nan, math.nan), ""
     for r in RESTITUTIONS:

@@ -139,7 +139,7 @@ def _fill(
     """Fill one chunk: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
     period = 2.0 * math.pi * periods
     target[:] = level(mean, system.d, r, period)
-    end = elastic.shapes(np.array([1.0]))[0][:, 0]
+    end = elastic.end_shape()
     for branch in range(arcs.ends.size - 1):
         low, high = sorted((arcs.velocities[branch], arcs.velocities[branch + 1]))
         index = np.flatnonzero((target > low) & (target <= high) & (mean > 0.0))

@@ -185,7 +185,7 @@ def _bounds(motion: Motion, modes: int) -> _Bounds:
     response = motion.response
     if isinstance(response, HarmonicResponse):
         kept = None if motion.requested_modes is None else modes
-        shapes = np.abs(response.shapes(np.array([1.0]), kept)[0][:, 0])
+        shapes = np.abs(response.end_shape(kept))
         forced = response.k**2 * np.abs(response.p)
         acceleration += float(forced @ shapes)
         jerk += float((response.k * forced) @ shapes) + float((response.k * np.abs(response.p)).sum())

@@ -105,6 +105,12 @@ class HarmonicResponse:
             return (cosines @ gain).T, (slopes @ gain).T
         return _shapes(self.system.s, self.q, np.asarray(x, dtype=float))
 
+    def end_shape(self, modes: int | None = None) -> ComplexArray:
+        """g_k(1) of all modes, or of the first ones; shape (K,). Not to be written into."""
+        if modes is None:
+            return _end_shape(self.system.s, self.system.d, self.k.tobytes())
+        return self.shapes(np.array([1.0]), modes)[0][:, 0]
+
     def gains(self, modes: int) -> ComplexArray:
         """H_nk of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""
         made = _known_gains if modes * self.k.size <= _KEPT_GAINS else _gains
@@ -137,11 +143,7 @@ class HarmonicResponse:
     def _at_end(self, modes: int | None) -> tuple[ComplexArray, ComplexArray]:
         """What multiplies exp(ikθ) there: in displacement and velocity, shape (K, 2); in elastic velocity, (K,)."""
         if modes not in self._end:
-            if modes is None:
-                shape = _end_shape(self.system.s, self.system.d, self.k.tobytes())
-            else:
-                shape = self.shapes(np.array([1.0]), modes)[0][:, 0]
-            elastic = self.p * shape
+            elastic = self.p * self.end_shape(modes)
             whole = elastic + self.rigid_factor / (1j * self.k)
             self._end[modes] = np.stack([whole, 1j * self.k * whole], axis=1), 1j * self.k * elastic
         return self._end[modes]

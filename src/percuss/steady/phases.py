@@ -162,7 +162,8 @@ def _waves(k: bytes, factor: bytes) -> Curve:
 def _critical_phases(k: bytes, factor: bytes) -> Array:
     """Where v_f' = 0, increasing."""
     numbers, velocity = np.frombuffer(k), np.frombuffer(factor, dtype=complex)
-    roots = trigonometric_roots(numbers, 1j * numbers * (velocity / np.abs(velocity).max()))
+    unit = velocity / np.abs(velocity).max()  # of any size: below the smallest numbers no proof would count
+    roots = trigonometric_roots(numbers, 1j * numbers * unit)
     roots.setflags(write=False)
     return roots
 

@@ -96,7 +96,7 @@ class PhaseStretch:
         phase = self.start + (self.stop - self.start) * t
         heights, elastic, response, d = self.heights, self.elastic, self.arcs.response, self.line.middle.d
         push = heights.mean(y) / heights.size(y)
-        k, end = elastic.k, elastic.shapes(np.array([1.0]))[0][:, 0]
+        k, end = elastic.k, elastic.end_shape()
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
         if not isinstance(response, HarmonicResponse):
             slope = response.pull[self.branch] - d * response.rigid_velocity(phase)
