@@ -216,8 +216,8 @@ class Cluster:
             self._ready.put(future)
             return None
         except KilledWorker:
-            told = f"workers died of the items {chunk.first} to {chunk.last - 1}, one after another"
-            remedy = "usually they have too little memory: see their logs, give them more or start fewer on a machine"
+            told = f"workers died, one after another, while computing items {chunk.first} to {chunk.last - 1}"
+            remedy = "usually they have too little memory: see their logs, give them more or start fewer per machine"
             raise PercussError(told, remedy) from None
         except FutureCancelledError as error:
             raise PercussError(f"the dask scheduler at {self._address} is lost", _CHECK) from error

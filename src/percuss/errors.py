@@ -116,7 +116,7 @@ class ResonanceError(PercussError):
         self.harmonic = harmonic
         self.mode = mode
         super().__init__(
-            f"load harmonic k = {harmonic} meets the natural frequency of the elastic mode n = {mode} "
+            f"load harmonic k = {harmonic} coincides with the natural frequency of elastic mode n = {mode} "
             f"(s = k/(n pi)) of an undamped bar: the response grows without bound (B77 16)",
             "give the bar some damping, or change s (length, material or frequency) a little",
         )
@@ -141,7 +141,7 @@ class ArchiveError(PercussError):
 
 
 class Interrupted(PercussError):
-    """A long computation that was told to stop, by Ctrl-C or by whoever watched it.
+    """A long computation that was told to stop, by Ctrl-C or by its progress callback.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ class Interrupted(PercussError):
         self.done = done
         self.size = size
         self.archive = archive
-        kept = f"; what is done is in {archive}" if archive else ""
+        kept = f"; the finished ones are in {archive}" if archive else ""
         super().__init__(f"interrupted after {done} of {size} items{kept}", remedy)
 
 

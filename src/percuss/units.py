@@ -14,7 +14,7 @@ import math
 import re
 from typing import Any
 
-from percuss.errors import UnitError
+from percuss.errors import ParameterError, UnitError
 
 __all__ = ["DIMENSIONS", "TIME_WORDS", "known_dimension", "si", "split_header", "unit_scale"]
 
@@ -68,6 +68,8 @@ TIME_WORDS = frozenset(
 )
 """How a column of time is called, in lower case."""
 
+_LONGEST = 200
+"""Characters of a unit: reading one takes the square of their number, and the last few are kept."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _FACTOR = r"(?:1|[A-Za-z]+)(?:\^-?\d)?"
 _UNIT = re.compile(rf"{_FACTOR}(?:[*/]{_FACTOR})*(?:[*/]\({_FACTOR}(?:[*/]{_FACTOR})*\))?")
@@ -96,7 +98,7 @@ def si(value: object, dimension: str, name: str) -> float:
     Raises
     ------
     UnitError
-        When the unit is missing, unknown or of another dimension, or the number is no finite number.
+        When the unit is missing, unknown or of another dimension, or the number is not finite.
 
     Examples
     --------
@@ -106,7 +108,9 @@ def si(value: object, dimension: str, name: str) -> float:
     40.0
     """
     accepted = _accepted(dimension)
-    if isinstance(value, bool):
+    if not isinstance(name, str):
+        raise ParameterError("name", name, "what the quantity is called")
+    if isinstance(value, bool | bytes | bytearray):
         raise UnitError(name, value, accepted)
     text = value.strip().replace("−", "-") if isinstance(value, str) else _plain(value, name, accepted)
     match = _NUMBER.match(text)
@@ -139,7 +143,8 @@ def unit_scale(unit: str, dimensions: tuple[str, ...], name: str) -> tuple[float
     >>> unit_scale("bar", ("force", "pressure"), "unit")
     (100000.0, 'pressure')
     """
-    text = unit.strip()
+    dimensions = _dimensions(dimensions)
+    text = _text("unit", unit).strip()
     text = text if _NUMBER.match(text) and not text.startswith("1/") else f"1 {text}"
     refusals = []
     for dimension in dimensions:
@@ -159,8 +164,10 @@ def known_dimension(unit: str, dimensions: tuple[str, ...] = DIMENSIONS) -> str 
     >>> known_dimension("kgf/cm²"), known_dimension("bar", ("force", "time"))
     ('pressure', None)
     """
+    if len(_text("unit", unit)) > _LONGEST:
+        return None
     tidy = _tidy(unit)
-    return next((d for d in dimensions if tidy in _TABLE[d][3]), None)
+    return next((d for d in _dimensions(dimensions) if tidy in _TABLE[d][3]), None)
 
 
 def split_header(text: str) -> tuple[str, str | None]:
@@ -174,7 +181,7 @@ def split_header(text: str) -> tuple[str, str | None]:
     >>> split_header("pressure [bar]"), split_header("Time_s"), split_header("p_min")
     (('pressure', 'bar'), ('Time', 's'), ('p_min', None))
     """
-    text = text.strip().strip("\"'").strip()
+    text = _text("text", text).strip().strip("\"'").strip()
     if match := re.fullmatch(r"(.*?)\s*[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]", text):
         return match[1], None if match[2] in {"-", ""} else match[2]
     for joint in (r"\s+in\s+", r"\s*[,:/]\s*", r"[_ ]+"):
@@ -184,6 +191,21 @@ def split_header(text: str) -> tuple[str, str | None]:
             if is_time == (dimension == "time"):
                 return match[1], match[2]
     return text, None
+
+
+def _dimensions(given: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse what is no tuple of dimensions."""
+    if given is DIMENSIONS:
+        return given
+    if not isinstance(given, tuple | list) or not given or not all(d in DIMENSIONS for d in given):
+        raise ParameterError("dimensions", given, f"some of {', '.join(DIMENSIONS)}")
+    return tuple(given)
+
+
+def _text(name: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise ParameterError(name, value, "text")
+    return value
 
 
 def _plain(value: object, name: str, accepted: str) -> str:
@@ -218,6 +240,8 @@ def _tidy(unit: str) -> str:
 
 
 def _scale(unit: str, dimension: str, name: str, value: object) -> float:
+    if len(unit) > _LONGEST:
+        raise UnitError(name, value, _accepted(dimension))
     tidy = _tidy(unit)
     if tidy in (units := _TABLE[dimension][3]):
         return units[tidy]
@@ -270,8 +294,8 @@ def _near(tidy: str, unit: str, dimension: str) -> str:
 
 
 def _accepted(dimension: str) -> str:
-    if dimension not in _TABLE:
-        raise ValueError(f"dimension {dimension!r}: expected one of {', '.join(DIMENSIONS)}")
+    if not isinstance(dimension, str) or dimension not in _TABLE:
+        raise ParameterError("dimension", dimension, f"one of {', '.join(DIMENSIONS)}")
     examples = _TABLE[dimension][2]
     if dimension == "dimensionless":
         return f"a number, such as {examples}"
@@ -286,7 +310,7 @@ def _both(number: str, dimension: str) -> str:
 
 def _number_remedy(text: str) -> str:
     if re.match(r"[-+]?(nan|inf)", text, re.IGNORECASE):
-        return "NaN and infinity are no quantities"
+        return "NaN and infinity are not quantities"
     if not text:
         return "the text is empty"
     return "the text must start with a number" if len(text) > 40 else f'"{text}" does not start with a number'

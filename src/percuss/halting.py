@@ -1,0 +1,57 @@
+"""A computation can be told to stop: long loops check whether the result is still wanted.
+
+Steady motions compute what is asked of them when it is asked, in many places: what stops them is therefore not handed
+from call to call but holds for a block, and only for the thread that the block runs in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from percuss.errors import Interrupted
+
+__all__ = ["halting", "look"]
+
+_asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
+
+
+@contextmanager
+def halting(halt: Callable[[], bool] | None) -> Iterator[None]:
+    """A block whose long loops end with `Interrupted` soon after `halt` has returned true; None never stops it.
+
+    What stops a block around it stops this one as well.
+
+    Examples
+    --------
+    >>> from percuss import Load, System, steady_states
+    >>> from percuss.errors import Interrupted
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> try:
+    ...     with halting(lambda: True):
+    ...         steady_states(system).orbits[0].admissible
+    ... except Interrupted:
+    ...     print("stopped")
+    stopped
+    """
+    around = _asked.get()
+    both = halt if around is None else around if halt is None else lambda: halt() or around()
+    before = _asked.set(both)
+    try:
+        yield
+    finally:
+        _asked.reset(before)
+
+
+def look() -> None:
+    """What a long loop does now and then.
+
+    Raises
+    ------
+    Interrupted
+        When the computation was told to stop.
+    """
+    halt = _asked.get()
+    if halt is not None and halt():
+        raise Interrupted(0, 1, None)
