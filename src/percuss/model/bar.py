@@ -120,7 +120,7 @@ class Bar:
         numpy.ndarray
             Shape (modes,), in Hz: λ_n/2π; 0 for a mode that is overdamped.
         """
-        n = np.arange(1, count("modes", modes) + 1)
+        n = np.arange(1, count("modes", modes, most=1 << 20) + 1)
         omega = n * math.pi * self.wave_speed / self.length
         decay = self.damping / (2.0 * self.mass_per_length)
         return np.asarray(np.sqrt(np.maximum(omega**2 - decay**2, 0.0)) / (2.0 * math.pi))

@@ -8,10 +8,12 @@ import re
 import numpy as np
 
 from percuss.errors import HistoryError, UnitError
-from percuss.model.table import Table, dimension
+from percuss.model.checks import Array
+from percuss.model.table import RATE_REMEDY, Table, dimension
+from percuss.model.time_stamps import seconds_of
 from percuss.units import TIME_WORDS, split_header, unit_scale
 
-__all__ = ["Column", "find_time", "find_values", "first_of_two", "time_scale", "value_scale"]
+__all__ = ["Column", "find_opposing", "find_time", "find_values", "first_of_two", "seconds", "value_scale"]
 
 Column = str | int
 
@@ -64,6 +66,8 @@ def find_time(table: Table, key: Column | None, column: Column | None) -> int | 
     else:
         taken = None if column is None else _find(table, column, "column")
         found = [i for i in range(len(table.names)) if i != taken and _time_like(table, i)]
+        if not any(table.numeric[i] for i in found):
+            found = [i for i in table.stamped if i != taken] or found
         named = [i for i in found if table.names[i].lower() in TIME_WORDS]
         found = named if len(named) == 1 else found
     if len(found) > 1:
@@ -72,10 +76,10 @@ def find_time(table: Table, key: Column | None, column: Column | None) -> int | 
             f'give time_column = "{table.names[found[0]]}", or the one that is meant',
             table.file,
         )
-    if found and not table.numeric[found[0]]:
+    if found and not table.numeric[found[0]] and found[0] not in table.stamped:
         raise HistoryError(
-            f"the time in {table.heading(found[0])} is not given as numbers",
-            'give sample_rate = "50 kHz" instead, or write the time in seconds',
+            f"the time in {table.heading(found[0])} is given neither as numbers nor as times of day",
+            f"write the time in seconds, or {RATE_REMEDY}",
             table.file,
         )
     return found[0] if found else None
@@ -118,6 +122,19 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
     raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
 
 
+def find_opposing(table: Table, key: Column, value: int, clock: int | None) -> int:
+    """The column of the force or pressure on the opposing face."""
+    found = _find(table, key, "opposing_column")
+    if found in (value, clock):
+        other = "column" if found == value else "time_column"
+        raise HistoryError(
+            f"{table.heading(found)} is both opposing_column and {other}", "name two columns", table.file
+        )
+    if not table.numeric[found]:
+        raise HistoryError(f"{table.heading(found)} does not hold numbers", "give another column", table.file)
+    return found
+
+
 def _key(table: Table, i: int) -> str:
     unique = table.names[i] and table.names.count(table.names[i]) == 1
     return f'"{table.names[i]}"' if unique else str(i + 1)
@@ -143,13 +160,26 @@ def value_scale(table: Table, value: int) -> tuple[float, str]:
         return unit_scale(unit, ("force", "pressure"), "unit")
     except UnitError as error:
         raise HistoryError(
-            f'{table.heading(value)}: "{unit}" is no unit of force or pressure',
+            f'{table.heading(value)}: "{unit}" is not a unit of force or pressure',
             "; ".join(filter(None, [error.remedy, 'give unit = "bar", or the one that is meant'])),
             table.file,
         ) from None
 
 
-def time_scale(table: Table, clock: int, notes: list[str]) -> float:
+def seconds(table: Table, clock: int, notes: list[str]) -> Array:
+    """The column of time in seconds; stamps of date and time of day count from the first."""
+    if clock in table.stamped:
+        try:
+            return seconds_of(table.stamps(clock))
+        except ValueError as error:
+            row, what = error.args
+            raise HistoryError(
+                f"{table.where(row)}: {what}", f"write the time in seconds, or {RATE_REMEDY}", table.file
+            ) from None
+    return table.read([clock])[0] * _time_scale(table, clock, notes)
+
+
+def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
     """What 1 in the column of time is in seconds."""
     unit = table.units[clock]
     if unit is None:
@@ -159,7 +189,7 @@ def time_scale(table: Table, clock: int, notes: list[str]) -> float:
         return unit_scale(unit, ("time",), "unit")[0]
     except UnitError as error:
         raise HistoryError(
-            f'{table.heading(clock)}: "{unit}" is no unit of time',
-            error.remedy or 'give sample_rate = "50 kHz"',
+            f'{table.heading(clock)}: "{unit}" is not a unit of time',
+            error.remedy or RATE_REMEDY,
             table.file,
         ) from None

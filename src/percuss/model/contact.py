@@ -62,6 +62,6 @@ def _of_areas(receiving: float, own: float) -> float:
             "receiving_area",
             receiving,
             f"at least the bar's own area, {own:.4g}",
-            "a thinner receiving rod does not throw the bar back; give a restitution instead",
+            "a bar does not rebound from a thinner rod; give a restitution instead",
         )
     return (receiving - own) / (receiving + own)

@@ -37,8 +37,9 @@ class CycleFit(CyclePhases):
             raise too_few_cycles(whole, 1.0 / period)
         most = min(math.floor(0.45 * per_cycle), 1024)
         if harmonics is not None and not 1 <= harmonics <= most:
+            many = "1 harmonic" if harmonics == 1 else f"{harmonics} harmonics"
             raise HistoryError(
-                f"{harmonics} harmonics of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
+                f"{many} of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
                 f"give harmonics = {most} or fewer, but at least 1" if most else "sample faster",
             )
         gap = int(np.argmax(np.diff(t)))
@@ -173,7 +174,7 @@ class CycleFit(CyclePhases):
         return freedom * _rms(rest - mean) / self.alternating, _rms(mean) / self.alternating
 
     def cycles_in_turn(self) -> int:
-        """How many cycles it takes until the record repeats: more than 1 when they differ in turn.
+        """How many cycles it takes until the record repeats: more than 1 when successive cycles differ.
 
         A line at a/b of the cycle frequency in what the fit leaves of the cycles, or in their lengths, that stands
         out from the rest of that spectrum.

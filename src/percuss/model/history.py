@@ -14,21 +14,28 @@ that alignment averaging would wear the high harmonics down. ``design/history.md
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError
 from percuss.model.checks import Array, ComplexArray
+from percuss.model.clipping import clipped_share
 from percuss.model.cycle_fit import MAX_CYCLES, CycleFit
 from percuss.model.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition, unlike
+from percuss.shown import Shown
 
 __all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]
 
+UNSTEADY = 0.03
+"""Variation of the period, as a fraction of it, from which the report warns."""
+DRIFTING = 0.25
+"""Drift of the mean, as a fraction of the rms of the alternating part, from which the report warns."""
+
 
 @dataclass(frozen=True)
-class HistoryReport:
+class HistoryReport(Shown):
     """What was found in a recorded history.
 
     Attributes
@@ -57,6 +64,8 @@ class HistoryReport:
         Their mean rate, Hz.
     warnings
         What a reader should know before trusting the load, one sentence each.
+    clipped
+        Share of the samples at a limit of the sensor or the recorder.
     """
 
     cycles: int
@@ -71,6 +80,7 @@ class HistoryReport:
     samples: int
     sample_rate: float
     warnings: tuple[str, ...] = ()
+    clipped: float = 0.0
 
     def __str__(self) -> str:
         source = f"given; the record repeats at {self.frequency_found:.5g} Hz" if self.frequency_given else "found"
@@ -148,6 +158,8 @@ def analyse(
     if fit.jitter > 0.1:  # lengths that vary so much follow noise
         raise _no_fit(t, v, frequency)
     report = _report(fit, kept, frequency, multiple, divisor)
+    shares = clipped_share(v)
+    report = replace(report, warnings=report.warnings + _clipping(shares), clipped=sum(shares))
     kept = kept * scale
     kept[0] += middle
     return kept, report
@@ -170,9 +182,9 @@ def _report(fit: CycleFit, kept: ComplexArray, frequency: float | None, multiple
     warnings = []
     if frequency is not None:
         if multiple > 1:
-            warnings.append(f"the cycles differ in turn: the record repeats at {found / multiple:.5g} Hz")
+            warnings.append(f"successive cycles differ: the record repeats at {found / multiple:.5g} Hz")
         if divisor > 1:
-            warnings.append(f"the record repeats {divisor} times a period, at {found * divisor:.5g} Hz")
+            warnings.append(f"the record repeats {divisor} times in each period, at {found * divisor:.5g} Hz")
         apart = abs(found / frequency - 1.0)
         if apart > 5e-4 + 3.0 * fit.jitter / math.sqrt(fit.cycles):
             warnings.append(
@@ -184,6 +196,17 @@ def _report(fit: CycleFit, kept: ComplexArray, frequency: float | None, multiple
     scatter, residual = fit.scatter_and_residual(kept)
     if scatter > 0.5:
         warnings.append(f"the cycles hardly resemble each other: they scatter by {_percent(scatter)} of the load")
+    drift = float(np.ptp(fit.drift)) / fit.alternating
+    if drift > DRIFTING:
+        warnings.append(
+            f"the mean drifts by {_percent(drift)} of the rms of the alternating part, and only its average is kept: "
+            "use a part of the record in which the machine runs evenly (from, to), or check whether the sensor drifts"
+        )
+    if fit.jitter > UNSTEADY:
+        warnings.append(
+            f"the period varies by {_percent(fit.jitter)}: the machine does not run evenly, and one period stands for "
+            "all; use a part in which it does (from, to)"
+        )
     return HistoryReport(
         cycles=fit.cycles,
         frequency=found if frequency is None else float(frequency),
@@ -191,13 +214,25 @@ def _report(fit: CycleFit, kept: ComplexArray, frequency: float | None, multiple
         frequency_found=found,
         jitter=fit.jitter,
         scatter=scatter,
-        drift=float(np.ptp(fit.drift)) / fit.alternating,
+        drift=drift,
         residual=residual,
         harmonics=kept.size - 1,
         samples=fit.v.size,
         sample_rate=(fit.v.size - 1) / float(fit.t[-1] - fit.t[0]),
         warnings=tuple(warnings),
     )
+
+
+def _clipping(shares: tuple[float, float]) -> tuple[str, ...]:
+    """What to say of a record that stays at its limits."""
+    said = []
+    for share, limit in zip(shares, ("lowest", "highest"), strict=True):
+        if share:
+            said.append(
+                f"{_percent(share)} of the samples lie exactly at the {limit} value: the sensor or the recorder seems "
+                "to have reached its limit there, and what lay beyond is missing"
+            )
+    return tuple(said)
 
 
 def _percent(fraction: float) -> str:

@@ -10,6 +10,7 @@ from percuss.model.bar import Bar
 from percuss.model.checks import finite, instance, non_negative, positive, unit_interval
 from percuss.model.contact import Contact
 from percuss.model.load import Load
+from percuss.shown import Shown
 
 __all__ = ["System"]
 
@@ -18,7 +19,7 @@ LEAST_S, MOST_S, MOST_D, MOST_LOAD = 1e-4, 1e9, 1e6, 1e100
 
 
 @dataclass(frozen=True)
-class System:
+class System(Shown):
     """A striking bar in the dimensionless form of B77 (3, 4): u_tt + d u_t − s² u_xx = 0, −s² u_x(0, t) = p(t).
 
     Researchers make one from s, d, R and a dimensionless load; engineers with `System.from_si`.
@@ -73,6 +74,8 @@ class System:
             raise ParameterError(
                 "load", str(self.load), "a dimensionless load", "use System.from_si for a load in newtons"
             )
+        if self.bar is not None:
+            instance("bar", self.bar, Bar)
         if (self.bar is None) != (self.frequency is None):
             raise ParameterError("bar", self.bar, "a bar and a frequency together, or neither")
         if self.frequency is not None:

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from percuss.model.checks import Array
 from percuss.units import DIMENSIONS, known_dimension
 
-__all__ = ["Table", "dimension"]
+__all__ = ["RATE_REMEDY", "Table", "as_rate", "dimension"]
+
+RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'
+"""Where nothing in the file tells it."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class Table:
     read: Callable[[list[int]], list[Array]]
     where: Callable[[int], str] = lambda i: f"sample {i + 1}"
     sample_rate: float | None = None  # as the file itself says
+    stamped: tuple[int, ...] = ()  # columns of dates and times of day, …
+    stamps: Callable[[int], list[str]] = lambda i: []  # … and their cells
 
     def heading(self, i: int) -> str:
         name = f'"{self.names[i]}"' if self.names[i] else f"column {i + 1}"
@@ -30,6 +35,11 @@ class Table:
     def listing(self, columns: Iterable[int]) -> str:
         shown = [self.heading(i) for i in columns]
         return ", ".join(shown[:12]) + (f" and {len(shown) - 12} more" if len(shown) > 12 else "")
+
+
+def as_rate(rate: float) -> str:
+    """A sample rate as it is written in a case file."""
+    return f'"{1e-3 * rate:.6g} kHz"' if rate > 999.9995 else f'"{rate:.6g} Hz"'
 
 
 def dimension(unit: str | None) -> str | None:

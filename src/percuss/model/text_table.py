@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -14,15 +15,21 @@ import numpy as np
 from percuss.errors import HistoryError
 from percuss.model.checks import Array
 from percuss.model.table import Table, dimension
+from percuss.model.time_stamps import is_stamp
 from percuss.units import split_header
 
-__all__ = ["read_text"]
+__all__ = ["LONGEST_LINE", "read_text"]
+
+LONGEST_LINE = 20_000
+"""Characters of one line: millions of columns would be looked at one by one."""
 
 
 def read_text(path: Path) -> Table:
     """The table in a file of text."""
     file = str(path)
     lines = _decode(path, file).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    if max(map(len, lines)) > LONGEST_LINE:
+        raise HistoryError(f"a line of more than {LONGEST_LINE} characters", "write a line for each sample", file)
     rows = [i for i, line in enumerate(lines) if line and (text := line.lstrip()) and text[0] not in "#%"]
     if not rows:
         raise HistoryError("holds no data", "the file must hold rows of numbers", file)
@@ -42,7 +49,13 @@ def read_text(path: Path) -> Table:
     def read(columns: list[int]) -> list[Array]:
         return _numbers(form, lines, data, columns, file)
 
-    return Table(file, names, units, form.numeric, read, lambda i: f"line {data[i] + 1}")
+    def cells(column: int) -> list[str]:
+        rows = [form.cells(lines[i]) for i in data]
+        return [row[column] if column < len(row) else "" for row in rows]
+
+    where = "line {}".format
+    stamped = tuple(j for j, stamp in enumerate(form.stamped) if stamp)
+    return Table(file, names, units, form.numeric, read, lambda i: where(data[i] + 1), stamped=stamped, stamps=cells)
 
 
 def _decode(path: Path, file: str) -> str:
@@ -51,7 +64,7 @@ def _decode(path: Path, file: str) -> str:
     except OSError as error:
         raise HistoryError(f"cannot be read ({error.strerror})", "check its permissions", file) from None
     binary = HistoryError(
-        "is not text", "expected rows of numbers; .mat, .h5, .tdms and .wav are known by their ending", file
+        "is not text", "expected rows of numbers; .mat, .h5, .tdms and .wav are recognised by their extension", file
     )
     try:
         if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -74,6 +87,14 @@ def _is_number(cell: str) -> bool:
     return "_" not in cell
 
 
+_MISSING = frozenset({"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none"})
+
+
+def _is_missing(cell: str) -> bool:
+    """Whether a cell says that there is no value: nothing, NaN, or one of the words and signs that loggers write."""
+    return cell.lower() in _MISSING
+
+
 @dataclass(frozen=True)
 class _Form:
     """How the rows are written."""
@@ -82,21 +103,24 @@ class _Form:
     decimal: str
     quoted: bool
     numeric: list[bool]
+    stamped: list[bool]
 
     @classmethod
     def of(cls, sample: Sequence[str]) -> _Form:
         """Found by a vote of some rows from all over the file."""
         delimiter = Counter(cls._delimiter(line) for line in sample).most_common(1)[0][0]
         quoted = any('"' in line for line in sample)
-        bare = cls(delimiter, ".", quoted, [])
+        bare = cls(delimiter, ".", quoted, [], [])
         cells = [bare.cells(line) for line in sample]
         decimal = ","
         if delimiter == "," or not any(re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", c) for row in cells for c in row):
             decimal = "."
         columns = Counter(len(row) for row in cells).most_common(1)[0][0]
-        cells = [[c.replace(decimal, ".") for c in row] for row in cells if len(row) == columns]
+        raw = [row for row in cells if len(row) == columns]
+        cells = [[c.replace(decimal, ".") for c in row] for row in raw]
         numeric = [2 * sum(_is_number(row[j]) for row in cells) >= len(cells) for j in range(columns)]
-        return cls(delimiter, decimal, quoted, numeric)
+        stamped = [not numeric[j] and 2 * sum(is_stamp(row[j]) for row in raw) >= len(raw) for j in range(columns)]
+        return cls(delimiter, decimal, quoted, numeric, stamped)
 
     @staticmethod
     def _delimiter(line: str) -> str | None:
@@ -120,7 +144,10 @@ class _Form:
 
     def fits(self, line: str) -> bool:
         row = self.values(line)
-        return len(row) == len(self.numeric) and all(_is_number(c) for c, n in zip(row, self.numeric, strict=True) if n)
+        if len(row) != len(self.numeric):
+            return False
+        cells = [c for c, n in zip(row, self.numeric, strict=True) if n]
+        return all(_is_number(c) or _is_missing(c) for c in cells) and any(_is_number(c) for c in cells)
 
     def some_numbers(self, line: str) -> bool:
         row = self.values(line)
@@ -167,13 +194,15 @@ def _numbers(form: _Form, lines: list[str], data: list[int], columns: list[int],
         if len(cells) != len(form.numeric):
             raise HistoryError(
                 f"line {i + 1} has {len(cells)} cells, the others {len(form.numeric)}",
-                "every row must have the same columns: mend or delete this line",
+                "every row must have the same columns: fix or delete this line",
                 file,
             )
         for j in columns:
-            if not _is_number(cells[j]):
-                what = f'"{cells[j][:40]}" is not a number' if cells[j] else f"the cell in column {j + 1} is empty"
+            if not (_is_number(cells[j]) or _is_missing(cells[j])):
                 raise HistoryError(
-                    f"line {i + 1}: {what}", "mend or delete this line, or make it a comment with #", file
+                    f'line {i + 1}: "{cells[j][:40]}" is not a number',
+                    "fix or delete this line, or make it a comment with #",
+                    file,
                 )
-    raise HistoryError("the numbers cannot be read", "write them as plain decimal numbers", file)
+    rows_of = [form.values(row) for row in rows]
+    return [np.array([math.nan if _is_missing(row[j]) else float(row[j]) for row in rows_of]) for j in columns]
