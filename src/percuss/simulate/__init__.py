@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from percuss.kernel_cache import ensure_cache
+
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from percuss.simulate.stop import OUTCOMES, Stop
     from percuss.simulate.summary import Cycle, SISummary, Summary
     from percuss.simulate.trajectory import EnergyBalance, Trajectory
+
+ensure_cache()  # before anything here is compiled
 
 __all__ = [
     "DISTRIBUTIONS",

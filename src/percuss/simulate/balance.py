@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.model.checks import Array
+from percuss.model.checks import Array, finite
 from percuss.simulate.trajectory import EnergyBalance
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 def energy_balance(motion: Trajectory, first: float | None = None, last: float | None = None) -> EnergyBalance:
     """Energy between two times; see `Trajectory.energy_balance`."""
-    begin = motion.begin_time if first is None else first
-    end = motion.end_time if last is None else last
+    begin = motion.begin_time if first is None else finite("first", first)
+    end = motion.end_time if last is None else finite("last", last)
     if not motion.begin_time <= begin <= end <= motion.end_time:
         accepted = f"two times in order from {motion.begin_time:.6g} to {motion.end_time:.6g}"
         raise ParameterError("first, last", f"{begin:.6g}, {end:.6g}", accepted)
@@ -35,7 +35,7 @@ def energy_balance(motion: Trajectory, first: float | None = None, last: float |
     for a, b in pairwise(edges):
         if b - a <= 1e-14 * max(abs(a), 1.0):
             continue
-        t, w = _rule(a, b, fastest)
+        t, w = _rule(a, b, fastest, motion.system.d)
         velocity = motion.modal(t).velocity
         driven = velocity[0] + 2.0 * velocity[1:].sum(axis=0)
         put_in += float(w @ (np.asarray(motion.system.load.value(t)) * driven))
@@ -54,9 +54,18 @@ def _breaks(motion: Trajectory, begin: float, end: float) -> Array:
     return np.asarray(every[(every > begin) & (every < end)])
 
 
-def _rule(a: float, b: float, fastest: float) -> tuple[Array, Array]:
-    """Gauss's rule on panels of at most two radians of the fastest wave."""
-    panels = int(np.ceil((b - a) * fastest / 2.0)) + 1
-    width = (b - a) / panels
-    left = a + width * np.arange(panels)[:, None]
-    return (left + 0.5 * width * (_POINTS + 1.0)).reshape(-1), np.tile(0.5 * width * _WEIGHTS, panels)
+def _rule(a: float, b: float, fastest: float, d: float) -> tuple[Array, Array]:
+    """Gauss's rule on panels of at most two radians of the fastest wave.
+
+    What an impact or a step of the load leaves at `a` dies out at rates up to d, the drift and overdamped modes among
+    them, and its square at 2d: from 1/d after `a` on the panels double until the waves bound them.
+    """
+    width = 2.0 / fastest
+    first = min(1.0 / d, b - a) if d > 0.0 else width
+    doublings = max(int(np.ceil(np.log2(width / first))), 0) if first < width else 0
+    edges = a + np.concatenate([[0.0], first * 2.0 ** np.arange(doublings)])
+    edges = edges[edges < b] if doublings else np.array([a])
+    count = int(np.ceil((b - edges[-1]) / width)) + 1
+    edges = np.concatenate([edges[:-1], np.linspace(edges[-1], b, count + 1)])
+    left, wide = edges[:-1, None], np.diff(edges)[:, None]
+    return (left + 0.5 * wide * (_POINTS + 1.0)).reshape(-1), (0.5 * wide * _WEIGHTS).reshape(-1)

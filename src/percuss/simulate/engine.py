@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ ENDS = {
     kn.AT_REST: "rest",
     kn.PERIODIC: "periodic",
     kn.DEPARTED: "departed",
+    kn.UNRESOLVED: "unresolved",
 }
 """What the kernels' ends are called."""
 
@@ -73,6 +74,7 @@ def follow(
     numbers, wholes = np.empty((room, kn.EVENT_NUMBERS)), np.empty((room, kn.EVENT_COUNTS), dtype=np.int64)
     states = np.empty((room, kn.STATE_NUMBERS + 2 * modes))
     par, osc, work = tables.par.copy(), np.zeros((2, tables.har.shape[1])), np.zeros((kn.WORK_ROWS, modes))
+    twin, none = state.copy(), (np.empty((0, kn.EVENT_NUMBERS)), np.empty((0, kn.EVENT_COUNTS), dtype=np.int64))
     if tables.values.size:
         par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
     end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
@@ -89,6 +91,12 @@ def follow(
             float(end_period), end_phase, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget,
             numbers, wholes, states, osc, work,
         )  # fmt: skip
+        if code == kn.TO_VERIFY:
+            code = kn.verify(  # type: ignore[call-arg]  # numba's dispatchers take whatever the function takes
+                par, tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases,
+                tables.over, state.now, state.count, state.sums, stop.periodic, stop.tolerance,
+                *(getattr(twin, field.name) for field in fields(twin)), osc, work, *none,
+            )  # fmt: skip
         n = int(state.count[kn.EVENTS])
         outcome, recorded = ENDS.get(code, ""), recorded + n * row
         if recorded > _MOST_MEMORY and not outcome:

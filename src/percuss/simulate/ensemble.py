@@ -1,4 +1,4 @@
-"""What many motions came to: one row each, with their labels and shares."""
+"""The results of many motions: one row each, with their labels and shares."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
+from percuss.shown import Shown
 from percuss.simulate.stop import OUTCOMES
 from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.trajectory import Trajectory
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["Ensemble", "EnsembleProgress"]
+
+_MOST_TOLD = 5
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,8 @@ class EnsembleProgress:
 
 
 @dataclass(frozen=True)
-class Ensemble:
-    """What many motions came to; one row each, in the order in which they were given. All dimensionless.
+class Ensemble(Shown):
+    """The results of many motions; one row each, in the order in which they were given. All dimensionless.
 
     Attributes
     ----------
@@ -52,12 +55,15 @@ class Ensemble:
         The periodic motion of each: the impact (from 0) it begins at, p impacts, n load periods, and without rest (0),
         with rest (1) or with chatter (2); −1, 0, 0, 0 when none was found.
     wanders
-        Whether the last impacts come near none of the ones before; see `Trajectory.label`.
+        Whether the last impacts come near none of the ones before, or the period hangs on rounding; see
+        `Trajectory.label`.
     blow_rate, main_blow_rate, interval_mean, interval_std, main_interval_mean, main_interval_std
         As in `Summary`; over one cycle when a periodic motion was found, else after `discarded` impacts; NaN with
         fewer than two.
-    impact_velocity, blow_energy, energy_lost_per_period
-        Means over the same impacts.
+    impact_velocity, blow_energy
+        Means over the main blows among the same impacts.
+    energy_lost_per_period
+        Taken by impacts, chatter and rest in the same time, per load period.
     last_time, last_phase, last_velocity
         Load time, phase and striking speed of the last impacts, shape (members, asked for), ascending, with NaN in
         front where there were fewer; None unless asked for.
@@ -88,6 +94,12 @@ class Ensemble:
     last_velocity: Array | None = None
     trajectories: tuple[Trajectory, ...] = field(default=(), repr=False)
 
+    def __str__(self) -> str:
+        shares = list(self.shares.items())
+        told = ", ".join(f"{name} {share:.3g}" for name, share in shares[:_MOST_TOLD])
+        more = f", and {len(shares) - _MOST_TOLD} more labels" if len(shares) > _MOST_TOLD else ""
+        return f"Ensemble: {len(self)} motions with {self.modes} modes; shares {told}{more}"
+
     def __len__(self) -> int:
         return int(self.code.size)
 
@@ -111,7 +123,7 @@ class Ensemble:
 
     @property
     def shares(self) -> dict[str, float]:
-        """What part of the members ends in which motion, the most frequent first."""
+        """The share of the members that ends in each motion, the most frequent first."""
         found = Counter(self.label.tolist())
         return {name: number / len(self) for name, number in found.most_common()}
 

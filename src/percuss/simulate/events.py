@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
+from typing import overload
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError
-from percuss.model.checks import Array
+from percuss.model.checks import Array, choice
+from percuss.shown import Shown
 
 __all__ = ["CHATTER", "IMPACT", "KINDS", "RELEASE", "REST", "Event", "Events"]
 
@@ -22,7 +23,7 @@ _TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
-class Event:
+class Event(Shown):
     """One event; see `Events`."""
 
     kind: str
@@ -32,11 +33,16 @@ class Event:
     rebound_velocity: float
     energy_lost: float
     resolved: int
+    kinetic_energy: float
+    period: int
+    piece: int
 
 
 @dataclass(frozen=True)
-class Events:
+class Events(Shown):
     """The events of a motion in order of time, one array for each quantity, all of shape (n,).
+
+    ``events[i]`` is one `Event`; a slice, a mask or an array of numbers gives the `Events` of it.
 
     Attributes
     ----------
@@ -56,7 +62,7 @@ class Events:
     kinetic_energy
         Just before an impact, all modes: the blow energy. 0 for other events.
     resolved
-        Of a chatter: how many of the impacts before it are recorded singly.
+        Of a chatter: how many of its impacts are recorded singly before it, the main blow first.
     piece
         Number of the load's step that holds, for a load of steps.
     """
@@ -89,27 +95,46 @@ class Events:
         ParameterError
             For a kind that there is not.
         """
-        if kind not in KINDS:
-            raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
-        return self[self.code == KINDS.index(kind)]
+        choice("kind", kind, *KINDS)
+        which: npt.NDArray[np.bool_] = self.code == KINDS.index(kind)
+        return self[which]
+
+    def __str__(self) -> str:
+        numbers = np.bincount(self.code, minlength=len(KINDS)).tolist()
+        kinds = ", ".join(f"{n} {kind}" for n, kind in zip(numbers, KINDS, strict=True) if n)
+        return f"Events: {kinds or 'none'}"
 
     def __len__(self) -> int:
         return int(self.code.size)
 
-    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Events:
+    @overload
+    def __getitem__(self, which: int | np.integer) -> Event: ...
+    @overload
+    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Events: ...
+    def __getitem__(
+        self, which: int | np.integer | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
+    ) -> Event | Events:
+        """One event by its number, from the end when negative; the events of a slice, a mask or an array of numbers."""
+        if isinstance(which, int | np.integer) and not isinstance(which, bool):
+            return self._one(range(len(self))[which])
         return Events(*(getattr(self, field.name)[which] for field in fields(self)))
 
     def __iter__(self) -> Iterator[Event]:
-        for i, time in enumerate(self.time):
-            yield Event(
-                KINDS[self.code[i]],
-                float(time),
-                float(self.phase[i]),
-                float(self.impact_velocity[i]),
-                float(self.rebound_velocity[i]),
-                float(self.energy_lost[i]),
-                int(self.resolved[i]),
-            )
+        return map(self._one, range(len(self)))
+
+    def _one(self, i: int) -> Event:
+        return Event(
+            KINDS[self.code[i]],
+            float(self.period[i] * _TURN + self.phase[i]),
+            float(self.phase[i]),
+            float(self.impact_velocity[i]),
+            float(self.rebound_velocity[i]),
+            float(self.energy_lost[i]),
+            int(self.resolved[i]),
+            float(self.kinetic_energy[i]),
+            int(self.period[i]),
+            int(self.piece[i]),
+        )
 
     @classmethod
     def of_all(cls, parts: Sequence[Events]) -> Events:

@@ -71,11 +71,10 @@ def _within(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
     turned = np.exp(1j * k * anchor.phase)
     waves = turned[:, None] * np.exp(1j * np.outer(k, tau))  # e^{ik(θ+τ)}, shape (K, T)
     start, _ = spectrum.modal(anchor.z, anchor.gap, anchor.rigid_rate, anchor.phase, mean)
-    c, s = _free_pair(spectrum, tau)
-    z0 = anchor.z[0][:, None]
-    slope = np.where(np.arange(spectrum.modes) < spectrum.over, anchor.z[1], -spectrum.lam * anchor.z[1])[:, None]
-    q = z0 * c + slope * s
-    rate = slope * c - spectrum.square[:, None] * z0 * s - 0.5 * d * q
+    left, h, h_rate = _free_motion(spectrum, tau)
+    z0, w0 = anchor.z[0][:, None], spectrum.free_rate(anchor.z)[:, None]
+    q = z0 * left + w0 * h
+    rate = w0 * h_rate - z0 * (spectrum.omega[:, None] ** 2 * h)
     q = q + (spectrum.response.T @ waves).real + mean * spectrum.statics[:, None]
     rate = rate + ((1j * k[:, None] * spectrum.response).T @ waves).real
 
@@ -97,21 +96,23 @@ def _over_step(spectrum: Spectrum, anchor: Anchor, ahead: float, piece: int) -> 
     return Anchor(phase, piece, float(u[0] + spectrum.sign @ u[1:]), float(v[0]), z)
 
 
-def _free_pair(spectrum: Spectrum, tau: Array) -> tuple[Array, Array]:
-    """C and S of the free motion q = q(0) C + (q'(0) + d q(0)/2) S; each of shape (N, T)."""
-    d, square = spectrum.system.d, spectrum.square[:, None]
+def _free_motion(spectrum: Spectrum, tau: Array) -> tuple[Array, Array, Array]:
+    """e, h and h' of the free motion q = q(0) e + q'(0) h, q' = q'(0) h' − q(0) ω² h; each of shape (N, T)."""
+    half, square = 0.5 * spectrum.system.d, spectrum.square[:, None]
     t = tau[None, :]
-    fade = np.exp(-0.5 * d * t)
+    fade = np.exp(-half * t)
     lam = spectrum.lam[:, None]
-    c, s = fade * np.cos(lam * t), fade * np.sin(lam * t) / lam
+    c, h = fade * np.cos(lam * t), fade * np.sin(lam * t) / lam
+    e, rate = c + half * h, c - half * h
     over = spectrum.square <= 0.0
     if over.any():
         kappa = np.sqrt(-square[over])
-        slow = np.exp(-(spectrum.omega[over, None] ** 2) / (0.5 * d + kappa) * t)
-        safe = np.where(kappa * t < 1e-8, 1.0, kappa)
-        c[over] = slow * 0.5 * (1.0 + np.exp(-2.0 * kappa * t))
-        s[over] = np.where(kappa * t < 1e-8, slow * t, slow * -np.expm1(-2.0 * safe * t) / (2.0 * safe))
-    return c, s
+        slow = spectrum.omega[over, None] ** 2 / (half + kappa)  # d/2 − κ
+        fade, safe = np.exp(-slow * t), np.where(kappa > 0.0, kappa, 1.0)
+        h[over] = fade * np.where(kappa > 0.0, -np.expm1(-2.0 * kappa * t) / (2.0 * safe), t)
+        e[over] = fade + slow * h[over]
+        rate[over] = fade * np.exp(-2.0 * kappa * t) - slow * h[over]
+    return e, h, rate
 
 
 def _drift(d: float, tau: Array) -> tuple[Array, Array]:

@@ -6,19 +6,21 @@ neither allocate nor raise and know no object, so that the same source can be co
 The state at an instant, the *anchor* (theory §§2, 8). The gap function is y = u_0 + Σ q_n with q_n = 2(−1)ⁿ u_n, and
 every q_n is a forced part, known for all times, and a free one. The free part of an oscillating mode is
 e^{−dτ/2} Re z_n e^{iλ_nτ}, τ after the anchor; the lowest `over` modes, overdamped or close to it, keep the value and
-(rate + d/2 · value) of their free part instead. With them go the gap y, its rate, and the velocity of the mean of the
-bar. Increments since the anchor are summed, never positions, so that flights of 1e-9 are as exact as flights of 1.
+the rate of their free part instead. With them go the gap y, its rate, and the velocity of the mean of the bar.
+Increments since the anchor are summed, never positions, so that flights of 1e-9 are as exact as flights of 1.
 
 What is proved (`next_contact`). Let S be the gap less the free elastic part f. S and S' are cheap and |S''| has a known
 bound; |f|, |f'|, |f''|, |f'''| are bounded by sums of amplitudes. From each anchor the gap is below the least of
 
     S + sup|f|,    S + f + sup|f'| h,    y + y'h + y''h²/2 + sup|y'''| h³/6,
 
-each of which is stepped over with the bound of its own curvature, and never past its first root. The contact itself is
-accepted where y' exceeds what the curvature can take back before y has reached 0; the root is then unique and Newton's
-method (Halley's form) converges to it. What rounding cannot decide is returned as a graze. A motion that nearly repeats
-is spared the steps: the flight after a like impact is tried first, and the same bounds, taken forward from the anchor
-and backward from there, must leave no time between them.
+each of which is stepped over with the bound of its own curvature, and never past its first root. The bounds fade with
+the motion: they are taken anew as damping takes the free parts away, while the anchor stays. The contact itself is
+accepted where y' exceeds what the curvature can take back before y has reached 0; the root is then unique between two
+times, and Newton's method (Halley's form), held between them, converges to it. What rounding cannot decide, by the
+error of what was really summed (`blur`), is returned as a graze. A motion that nearly repeats is spared the steps: the
+flight after a like impact is tried first, and the same bounds, taken forward from the anchor and backward from there,
+must leave no time between them.
 """
 
 import math
@@ -29,9 +31,11 @@ from numba import njit
 
 # par: numbers of the system. Of the smooth part of the gap: bounds REACH of its oscillation, RATE, CURVE and JERK of
 # the derivatives. FORCE: Σ|p_k|, the speed scale. BEND: bound of |p''|. WAVE: time of a wave through the bar;
-# RIPPLE: half a period of the shortest one.
-D, R, BASE, MEAN, REACH, RATE, CURVE, JERK, FORCE, BEND, WAVE, RIPPLE = range(12)
-PARAMETERS = 12
+# RIPPLE: half a period of the shortest one. PUSHING: bound of the time for which the load never pulls, or inf. SWAY,
+# SWING: what rounding is measured by, the sums Σk|amplitude| of the rigid oscillation and of all modes, which may be
+# much more than their sum's.
+D, R, BASE, MEAN, REACH, RATE, CURVE, JERK, FORCE, BEND, WAVE, RIPPLE, PUSHING, SWAY, SWING = range(15)
+PARAMETERS = 15
 
 # mode: one row of numbers for all elastic modes. λ, 1/λ, λ², δ and OSCILLATES (0 or 1) are 0 for the `over` lowest
 # ones, so that loops run over all modes: numba makes vector code of those that start at 0 only. SIGNED: λ² as it is.
@@ -52,16 +56,27 @@ GAP, GAP_RATE, RIGID_RATE, PHASE, COSINE, SINE, HOLD = range(7)
 FREE, FREE_OSCILLATING, FREE_CURVE, SUP, SUP1, SUP2, SUP3, DRIFT, SMOOTH_RATE, ACCELERATION = range(7, 17)
 # … and of the impacts up to it. LAST_PLACE: u_0 when the first step of the load last began, 0 when unknown
 KINETIC_ENERGY, LAST_FLIGHT, SINCE, LAST_PLACE = range(17, 21)
-NUMBERS = 21
+# … PUSHES: time for which the load still pushes after an impact with RUN > 1. RELEASED: phase of the last release, −1
+# when it is none of `releases`. MARKED: of the release that later ones are compared with. LAID: sum of the phases at
+# which the bar was laid down since then
+PUSHES, RELEASED, MARKED, LAID = range(21, 25)
+NUMBERS = 25
 
-# count: whole numbers of the anchor. RUN: impacts of the present sequence of ever shorter flights. PILE: those of them
-# that come without any time between
+# count: whole numbers of the anchor. RUN: impacts of the present sequence of ever shorter flights, under a load that
+# pushes or each shorter than a wave through the bar takes: the load works on the other end, and a strained bar may
+# bounce long after the load has begun to pull there. PILE: those of them that come without any time between
 PERIOD, PIECE, MODE, IMPACTS, RUN, PILE, EVENTS, WORK = range(8)
 # … and of the search for a cycle, see `recurrence`
 ANCHOR, ANCHOR_PERIOD, PATIENCE, RESTS, CHATTERS, CYCLE_IMPACTS, CYCLE_PERIODS, CYCLE_KIND, CONFIRMED, FOUND_AT = range(
     8, 18
 )
-COUNTS = 18
+# … and among the releases, see `released_again`. RELEASE_PERIOD: of the last one. MARK, MARK_PERIOD: first impact after
+# the release that is compared with, and its load period. MARK_CHATTERS: chatters since then
+RELEASE_PERIOD, MARK, MARK_PERIOD, MARK_PATIENCE, MARK_RELEASES, MARK_CHATTERS, VERDICT = range(18, 25)
+COUNTS = 25
+
+# VERDICT on two equal releases: none yet, none in a twin yet, to be tested, the cycle is sure, or lost in rounding
+UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
 
 # MODE of the anchor
 FLYING, ON_WALL, RESTING, GRAZED = range(4)
@@ -78,7 +93,7 @@ STATE_GAP, STATE_RIGID = range(2)
 STATE_NUMBERS = 2
 
 # what a call ends with
-FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK = range(7)
+FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED = range(9)
 # what a search for the next contact ends with
 NOTHING, CONTACT, GRAZE, AWAY, TIRED = range(5)
 
@@ -95,6 +110,9 @@ SAME = 64  # of them looked at
 SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
 ALIKE = 1e-2  # phases of impacts after which the flight may be alike
 LOOSE = 1e-3  # and how near it must come back
+SETTLING = 100.0  # tolerances within which a state after a rest is still on its way to the one after the rest before
+NUDGE = 1e-12  # change of R and d under which a cycle from release to release must stay the same to be stated …
+FEW = 4  # … unless it has no more main blows than these
 
 SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity keep their meaning
 
@@ -153,8 +171,8 @@ def drift(d, tau):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def smooth(par, now, osc, tau):
-    """S(τ) − S(0), S'(τ), S''(τ): the gap without the free elastic part."""
+def smooth_and_drift(par, now, osc, tau):
+    """S(τ) − S(0), S'(τ), S''(τ), the gap without the free elastic part; and what `drift` said."""
     d, b = par[D], now[DRIFT]
     first, second = drift(d, tau)
     y = b * first + par[MEAN] * second
@@ -171,6 +189,13 @@ def smooth(par, now, osc, tau):
             y += g * er - h * ei
             v -= n * (g * ei + h * er)
             a -= n * n * (g * (1.0 + er) - h * ei)
+    return y, v, a, first, second
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def smooth(par, now, osc, tau):
+    """The first three of them."""
+    y, v, a, _, _ = smooth_and_drift(par, now, osc, tau)
     return y, v, a
 
 
@@ -204,18 +229,41 @@ def load_at(har, mean, c, s):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def damped_pair(d, square, omega, tau):
-    """C and S of the free motion q = q(0) C + (q'(0) + d q(0)/2) S of a mode with λ² = `square` of either sign."""
+def creep(d, square, omega, tau):
+    """g, h, h' and 1 − g of a mode that is overdamped or close to it, each without cancellation.
+
+    h is the answer to a unit push, h(0) = 0 and h'(0) = 1, and g = ω² ∫h, so that the free motion is
+    q − q(0) = q'(0) h − q(0) g, with rate q'(0) h' − q(0) ω² h. `square`: λ² = ω² − d²/4, of either sign.
+    """
+    x = d * tau
+    if x < 1.0:  # the power series of h, its terms divided by τ
+        y = omega * tau
+        y *= y
+        before, term, g, h, rate = 0.0, 1.0, 0.5, 1.0, 1.0
+        k = 1.0
+        while k < 24.0:
+            before, term = term, -(x * term + y * before / k) / (k + 1.0)
+            k += 1.0
+            h += term
+            g += term / (k + 1.0)
+            rate += term * k
+            if abs(term) + abs(before) * y < 1e-19:
+                break
+        g *= y
+        return g, tau * h, rate, 1.0 - g
+    half = 0.5 * d
     if square > 0.0:
         lam = math.sqrt(square)
-        fade = math.exp(-0.5 * d * tau)
-        return fade * math.cos(lam * tau), fade * math.sin(lam * tau) / lam
+        fade = math.exp(-0.5 * x)
+        sine, cosine = math.sin(0.5 * lam * tau), math.cos(lam * tau)
+        h = fade * (math.sin(lam * tau) / lam)
+        slow = fade * cosine
+        return fade * (2.0 * sine * sine) - math.expm1(-0.5 * x) - half * h, h, slow - half * h, slow + half * h
     kappa = math.sqrt(-square)
-    fade = math.exp(-omega * omega / (0.5 * d + kappa) * tau)
-    both = math.exp(-2.0 * kappa * tau)
-    if kappa * tau < 1e-8:
-        return fade * 0.5 * (1.0 + both), fade * tau
-    return fade * 0.5 * (1.0 + both), fade * -math.expm1(-2.0 * kappa * tau) / (2.0 * kappa)
+    rate = omega * omega / (half + kappa)  # of the slow part, d/2 − κ
+    fade, spread = math.exp(-rate * tau), 2.0 * kappa * tau
+    h = fade * (-math.expm1(-spread) / (2.0 * kappa) if spread > 1e-300 else tau)
+    return -math.expm1(-rate * tau) - rate * h, h, fade * math.exp(-spread) - rate * h, fade + rate * h
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -271,7 +319,10 @@ def phasors(par, mode, work, over, tau):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
 def elastic(par, mode, z, now, work, over, tau):
-    """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`."""
+    """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`.
+
+    There stand besides, for the `over` modes, q(τ) and q'(τ) (ASIDE), and q(τ) − q(0) (FORCED).
+    """
     n = mode.shape[1]
     if n == 0:
         return 0.0, 0.0, 0.0, 0.0
@@ -296,15 +347,41 @@ def elastic(par, mode, z, now, work, over, tau):
     v = -fade * (0.5 * d * total + rate)
     a = fade * (d * rate + 0.25 * d * d * total - curve)
     for j in range(over):
-        c, s = damped_pair(d, mode[SIGNED, j], mode[OMEGA, j], tau)
-        q0, g0 = z[0, j], z[1, j]
-        q = q0 * c + g0 * s
-        g = g0 * c - mode[SIGNED, j] * q0 * s
-        w = g - 0.5 * d * q
-        y += q - q0
+        square = mode[OMEGA, j] * mode[OMEGA, j]
+        g, h, hr, left = creep(d, mode[SIGNED, j], mode[OMEGA, j], tau)
+        step = z[1, j] * h - z[0, j] * g
+        q = z[1, j] * h + z[0, j] * left
+        w = z[1, j] * hr - z[0, j] * (square * h)
+        y += step
         v += w
-        a += -d * w - mode[OMEGA, j] * mode[OMEGA, j] * q
+        a += -d * w - square * q
+        work[FORCED, j], work[ASIDE_RE, j], work[ASIDE_IM, j] = step, q, w
     return y, v, a, slip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def most_of(d, square, omega, q, q1, tau, start, start1):
+    """Bounds of |q|, |q'|, |q''|, |q‴| from τ on for a mode that is overdamped or close to it.
+
+    `q`, `q1`: value and rate at τ; `start`, `start1`: at the anchor. As 0 ≤ h ≤ 1/d and |1 − g| ≤ 1 (`creep`),
+    |q| ≤ |q(τ)| + |q'(τ)|/d. With the two rates a < b of decay, p = q' + a q obeys p' = −b p: it fades at the quick
+    one, q' = p − a q, q'' = a² q − d p, q‴ = (a² + b d) p − a³ q, and nothing cancels.
+    """
+    most = abs(q) + abs(q1) / d
+    if square >= 0.0:
+        q2 = -d * q1 - omega * omega * q
+        q3 = -d * q2 - omega * omega * q1
+        q4 = -d * q3 - omega * omega * q2
+        rounding = 8.0 * EPS * d * (abs(q1) + d * abs(q))  # all rates are near d/2
+        one, two, three = abs(q1) + abs(q2) / d, abs(q2) + abs(q3) / d, abs(q3) + abs(q4) / d
+        return most, one + rounding / d, two + 2.0 * rounding, three + 4.0 * rounding * d
+    kappa = math.sqrt(-square)
+    quick = 0.5 * d + kappa
+    slow = omega * omega / quick
+    p = (abs(start1 + slow * start) + 4.0 * EPS * (abs(start1) + slow * abs(start))) * math.exp(-quick * tau)
+    one = slow * most
+    two = slow * one
+    return most, one + p, two + d * p, slow * two + (slow * slow + quick * d) * p
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
@@ -328,19 +405,14 @@ def amplitudes(par, mode, z, now, over):
     curve = 0.25 * d * d * f + d * rate - curve
     now[FREE_OSCILLATING] = f
     for j in range(over):
-        # q and its derivatives obey one equation: |q| ≤ |q(0)| + (2/d)|q'(0) + d q(0)/2| for each of them
-        square = mode[OMEGA, j] * mode[OMEGA, j]
-        q = z[0, j]
-        q1 = z[1, j] - 0.5 * d * q
-        q2 = -d * q1 - square * q
-        q3 = -d * q2 - square * q1
-        q4 = -d * q3 - square * q2
+        q, q1 = z[0, j], z[1, j]
         f += q
-        curve += q2
-        sup += abs(q) + abs(2.0 * q1 / d + q)
-        sup1 += abs(q1) + abs(2.0 * q2 / d + q1)
-        sup2 += abs(q2) + abs(2.0 * q3 / d + q2)
-        sup3 += abs(q3) + abs(2.0 * q4 / d + q3)
+        curve -= d * q1 + mode[OMEGA, j] * mode[OMEGA, j] * q
+        most, most1, most2, most3 = most_of(d, mode[SIGNED, j], mode[OMEGA, j], q, q1, 0.0, q, q1)
+        sup += most
+        sup1 += most1
+        sup2 += most2
+        sup3 += most3
     now[FREE], now[FREE_CURVE] = f, curve
     grown = 1.0 + 1e-12  # the sums' own rounding
     now[SUP], now[SUP1], now[SUP2], now[SUP3] = sup * grown, sup1 * grown, sup2 * grown, sup3 * grown
@@ -438,6 +510,70 @@ def like_flight(now, count, past):
     return flight
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+def ringing(mode, z, over):
+    """Σ|z|, Σω|z|, Σω²|z|, Σω³|z| of the oscillating modes: bounds of their free part and its derivatives."""
+    sup, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
+    for j in range(over, mode.shape[1]):
+        one, other, w = abs(z[0, j]), abs(z[1, j]), mode[OMEGA, j]
+        size = max(one, other) + 0.4142135623730951 * min(one, other)  # as in `amplitudes`
+        sup += size
+        size *= w
+        sup1 += size
+        size *= w
+        sup2 += size
+        sup3 += size * w
+    return sup * (1.0 + 1e-12), sup1 * (1.0 + 1e-12), sup2 * (1.0 + 1e-12), sup3 * (1.0 + 1e-12)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def creeping(par, mode, z, work, over, tau):
+    """Of the overdamped modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives.
+
+    q(τ) and the rest are read off `work`, where `elastic` left them, unless τ is 0.
+    """
+    d, grown = par[D], 1.0 + 1e-12
+    most, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
+    for j in range(over):
+        q, q1 = z[0, j], z[1, j]
+        if tau > 0.0:
+            q, q1 = work[ASIDE_RE, j], work[ASIDE_IM, j]
+            most += work[FORCED, j]
+        most += grown * (max(q1, 0.0) / d + 1.0001 * max(-q, 0.0))  # h ≤ 1/d and g ≥ −1e-4, see `creep`
+        _, one, two, three = most_of(d, mode[SIGNED, j], mode[OMEGA, j], q, q1, tau, z[0, j], z[1, j])
+        sup1 += grown * one
+        sup2 += grown * two
+        sup3 += grown * three
+    return most, sup1, sup2, sup3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def creep_sizes(par, mode, z, over):
+    """Σ|q(0)|, Σω²|q(0)|, Σ|q'(0)| and Σ(d|q'| + ω²|q|) of the overdamped modes: what rounding is measured by."""
+    place, push, rate, curve = 0.0, 0.0, 0.0, 0.0
+    for j in range(over):
+        square = mode[OMEGA, j] * mode[OMEGA, j]
+        place += abs(z[0, j])
+        push += square * abs(z[0, j])
+        rate += abs(z[1, j])
+        curve += par[D] * abs(z[1, j]) + square * abs(z[0, j])
+    return place, push, rate, curve
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def blur(size, tau, first, second):
+    """The rounding error of the gap at τ, where `first` and `second` are those of `drift`.
+
+    It is some eps, already in `size`, times the sum of the absolute values of what is summed: the gap at the anchor;
+    the drift b `first` + mean `second`; what the load's harmonics add, at most Σk|amplitude| τ or twice the amplitudes;
+    the oscillating modes, whose phase is known to eps λτ while they last, e^{−dτ/2} τ ≤ 2/(e d); and the overdamped
+    ones, |q'(0)| h + |q(0)| g with h ≤ `first` and g ≤ ω² `second` (`creep`).
+    """
+    at, drifting, push, swing, ring, lasting, place, creeps = size
+    total = at + drifting * first + push * second + swing * min(tau, 2.0) + ring * min(tau, lasting)
+    return total + min(place, creeps * second)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, horizon, limit):
     """The first contact after the anchor, or the proof that there is none before `horizon`.
@@ -446,41 +582,59 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, hori
     its time, the gap's rate there, the number of evaluations of the modal sum, how much later than the last one the
     contact is, and what `phasors` said.
     """
-    n = mode.shape[1]
-    y0, free = now[GAP], now[FREE]
-    curve = par[CURVE] + abs(par[MEAN] - par[D] * now[DRIFT])
-    up = par[CURVE] + max(par[MEAN] - par[D] * now[DRIFT], 0.0)
-    jerk = par[JERK] + par[D] * abs(par[MEAN] - par[D] * now[DRIFT]) + now[SUP3]
-    top = now[SUP] - free
-    speed = abs(now[DRIFT]) + par[RATE] + now[SUP1]
-    error = EPS * (8.0 + 0.125 * (n + osc.shape[1]))
+    n, d = mode.shape[1], par[D]
+    y0, free = now[GAP], now[FREE_OSCILLATING]
+    pull = par[MEAN] - d * now[DRIFT]
+    curve, up = par[CURVE] + abs(pull), par[CURVE] + max(pull, 0.0)
+    ring, ring1, ring2, ring3 = now[SUP], now[SUP1], now[SUP2], now[SUP3]
+    most, sup1, sup2, sup3 = 0.0, ring1, ring2, ring3
+    error = EPS * (8.0 + 0.125 * n + 0.5 * osc.shape[1])
+    drifting, place, creeps, crush = abs(now[DRIFT]) + par[SWAY], 0.0, 0.0, ring2
+    if over:
+        ring, ring1, ring2, ring3 = ringing(mode, z, over)
+        most, sup1, sup2, sup3 = creeping(par, mode, z, work, over, 0.0)
+        place, creeps, rush, crush = creep_sizes(par, mode, z, over)
+        drifting, place, creeps, crush = drifting + rush, error * place, error * creeps, ring2 + crush
+        sup1, sup2, sup3 = ring1 + sup1, ring2 + sup2, ring3 + sup3
+    top, jerk = ring - free + most, par[JERK] + d * abs(pull) + sup3
+    lasting = 2.0 / d if d > 0.0 else math.inf
+    size = (
+        error * abs(y0), error * drifting, error * abs(par[MEAN]), error * par[SWING], error * ring1, lasting,
+        place, creeps,
+    )  # fmt: skip
+    rush, crush = error * (drifting + par[SWING] + ring1), error * (curve + crush)  # of the rate and the acceleration
+    beat = par[REACH]
+    for k in range(osc.shape[1]):
+        beat -= osc[0, k]
     tau, y, v, a = 0.0, y0, now[GAP_RATE], now[ACCELERATION]
-    ds, vs, df = 0.0, now[SMOOTH_RATE], 0.0
-    noise = 0.0 if on_wall else error * abs(y0)
-    evaluations, looks, slip = 0, 0, 0.0
-    free_from, y_there, v_there, a_there = math.inf, 0.0, 0.0, 0.0
+    ds, vs, df, first, second = 0.0, now[SMOOTH_RATE], 0.0, 0.0, 0.0
+    noise = 0.0 if on_wall else size[0]
+    evaluations, looks, slip, since, risen = 0, 0, 0.0, 0.0, 0.0
+    low, high, behind = 0.0, math.inf, 0.0
+    free_from, y_there, v_there, a_there, width = math.inf, 0.0, 0.0, 0.0, 0.0
     if 0.0 < guess < horizon:
-        ds, vs, sa = smooth(par, now, osc, guess)
+        ds, vs, sa, first, second = smooth_and_drift(par, now, osc, guess)
         df, fv, fa, slip = elastic(par, mode, z, now, work, over, guess)
         evaluations += 1
         y_there, v_there, a_there = y0 + ds + df, vs + fv, sa + fa
-        wrong = abs(y_there) + error * (abs(y0) + (speed + abs(par[MEAN]) * guess) * guess)
-        ahead = 2.0 * wrong / v_there
-        if v_there > 0.0 and v_there > (abs(a_there) + jerk * ahead) * ahead:  # y grows from before to after its root …
-            free_from = guess - below_since(wrong, vs - now[SUP1], max(ds + top + wrong, 0.0), vs, up, ahead)
+        wrong = abs(y_there) + blur(size, guess, first, second)
+        width = 2.0 * wrong / v_there
+        # y grows from before to after its root …
+        if v_there > 0.0 and v_there > rush + size[2] * first + (abs(a_there) + crush + jerk * width) * width:
+            free_from = guess - below_since(wrong, vs - sup1, max(ds + top + wrong, 0.0), vs, up, width)
             if free_from > guess:
                 free_from = math.inf
-        ds, vs, df = 0.0, now[SMOOTH_RATE], 0.0
+        ds, vs, df, first, second = 0.0, now[SMOOTH_RATE], 0.0, 0.0, 0.0
     elif begin > 0.0:
         for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
             tau = begin + tries * par[RIPPLE]
             if tau >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            ds, vs, sa = smooth(par, now, osc, tau)
+            ds, vs, sa, first, second = smooth_and_drift(par, now, osc, tau)
             df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
             evaluations += 1
             y, v, a = y0 + ds + df, vs + fv, sa + fa
-            noise = error * (abs(y0) + (speed + abs(par[MEAN]) * tau) * tau)
+            noise = blur(size, tau, first, second)
             if y + noise < 0.0:
                 break
             if v > 0.0 or tries == 8:  # the load pushes again: the bar is still, or back, on the wall
@@ -492,7 +646,11 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, hori
         for _ in range(200):
             step = reach(u2, vs, up)
             if n and step <= 0.0:
-                step = reach(u1, vs + now[SUP1], up)
+                step = reach(u1, vs + sup1, up)
+            if at > TURN:  # … or, from afar, by the drift with a bound of all that oscillates …
+                far = y0 + now[DRIFT] * first + par[MEAN] * second + beat + top + noise
+                if far < 0.0:
+                    step = max(step, reach(far, now[DRIFT] + pull * first, up - par[CURVE]))
             if not at + step > t:
                 break
             gain = step
@@ -502,11 +660,14 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, hori
                 break
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            ds, vs, sa = smooth(par, now, osc, t)
+            ds, vs, sa, first, second = smooth_and_drift(par, now, osc, t)
             at, looks = t, looks + 1
-            noise = error * (abs(y0) + (speed + abs(par[MEAN]) * t) * t)
+            noise = blur(size, t, first, second)
             u2 = y0 + ds + top + noise
-            u1 = y0 + ds + df + now[SUP1] * (t - tau) + noise
+            u1 = y0 + ds + df + sup1 * (t - tau) + noise
+            if d * (t - risen) > 0.25:  # what is left of the drift's acceleration
+                risen, left = t, pull * (1.0 - d * first)
+                curve, up = par[CURVE] + abs(left), par[CURVE] + max(left, 0.0) + 4.0 * EPS * abs(pull)
             if vs > 0.0 and -2.0 * curve * u2 < vs * vs and (n == 0 or -u2 <= top or -u2 * curve < 1e-3 * vs * vs):
                 break
             if n == 0 and gain < 1e-14 * t:
@@ -515,54 +676,134 @@ def next_contact(par, mode, z, now, osc, work, over, on_wall, begin, guess, hori
                 return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
         if found == CONTACT:
             tau, y, v, a = guess, y_there, v_there, a_there
+            low, high = (guess, guess + width) if y < 0.0 else (max(guess - width, 0.0), guess)
         if found == NOTHING:
             # … and by its own Taylor polynomial
             if evaluations > 1 or not t > tau:
-                t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + now[SUP2]))
+                t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + sup2))
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             stuck = not t > tau
             if stuck:
                 t = tau + EPS * max(tau, 1e-300)
-            tau = t
+            behind, tau = tau, t
             if at != tau:
-                ds, vs, sa = smooth(par, now, osc, tau)
+                ds, vs, sa, first, second = smooth_and_drift(par, now, osc, tau)
             df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
             evaluations += 1
             y, v, a = y0 + ds + df, vs + fv, sa + fa
-            noise = error * (abs(y0) + (speed + abs(par[MEAN]) * tau) * tau)
+            noise = blur(size, tau, first, second)
             free_from = math.inf  # the phasors have moved on
-            if v > 0.0:
-                ahead = 2.0 * (abs(y) + noise) / v
-                if v > (abs(a) + jerk * ahead) * ahead:  # y grows until it has surely passed 0
-                    found = CONTACT
-            if found == NOTHING and (y > -noise or stuck):
-                found, top = touch(tau, y, v, a, noise)
+            ahead, certain = math.inf, False
+            if y >= 0.0 and v > 0.0:  # the bounds from before hold for the time before as well
+                ahead = 2.0 * (y + noise) / v
+                certain = v > rush + size[2] * first + (abs(a) + crush + jerk * ahead) * ahead
+            if over or d * (tau - since) > 0.25:  # the bounds anew: damping has taken its part
+                since, risen, left = tau, tau, pull * (1.0 - d * first)
+                curve, up = par[CURVE] + abs(left), par[CURVE] + max(left, 0.0) + 4.0 * EPS * abs(pull)
+                fade = math.exp(-0.5 * d * tau) * (1.0 + 1e-12)
+                if over:
+                    most, sup1, sup2, sup3 = creeping(par, mode, z, work, over, tau)
+                    sup1, sup2, sup3 = sup1 + fade * ring1, sup2 + fade * ring2, sup3 + fade * ring3
+                else:
+                    sup1, sup2, sup3 = fade * ring1, fade * ring2, fade * ring3
+                top = ring * fade - free + most
+                jerk = par[JERK] + d * (abs(left) + 4.0 * EPS * abs(pull)) + sup3
+            if y < 0.0 and v > 0.0:
+                ahead = 2.0 * (noise - y) / v
+                certain = v > rush + size[2] * first + (abs(a) + crush + jerk * ahead) * ahead
+            if certain:  # y grows until it has surely passed 0
+                found = CONTACT
+                low, high = (tau, tau + ahead) if y < 0.0 else (max(tau - ahead, behind), tau)
+            elif y > -noise or stuck:
+                found, tau, y, v, a, low, high, slip, more = approach(
+                    par, mode, z, now, osc, work, over, behind, tau, y, v, a, noise, size, jerk, horizon, slip
+                )
+                evaluations += more
                 if found == GRAZE:
-                    found, top = (GRAZE, top) if top < horizon else (NOTHING, horizon)
-                    return found, top, 0.0, evaluations + looks, math.inf, 0.0
+                    return GRAZE, tau, 0.0, evaluations + looks, math.inf, 0.0
+                if found == NOTHING:
+                    return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
         if found == CONTACT:
             bend, h, settled = 0.0, 0.0, False  # y''', from the last two evaluations
-            for i in range(12):
-                h = -2.0 * y / (v + math.sqrt(max(v * v - 2.0 * a * y, 0.0)))  # root of the local parabola
-                tau = max(tau + h, 0.0)
-                close = h * h * jerk < 16.0 * EPS * v
-                if close or (i and (abs(h) <= 4.0 * EPS * tau or abs(h * h * h) * (jerk + a * a / v) < EPS * tau * v)):
-                    settled = True
-                    break
+            for i in range(60):
+                root = math.sqrt(max(v * v - 2.0 * a * y, 0.0))
+                h = -2.0 * y / (v + root) if v > 0.0 else math.inf  # to the root of the local parabola
+                if low <= tau + h <= high:
+                    close = h * h * jerk < 16.0 * EPS * v
+                    near = abs(h) <= 4.0 * EPS * tau or abs(h * h * h) * (jerk + a * a / v) < EPS * min(tau, 8.0) * v
+                    if close or (i and near):
+                        tau, settled = tau + h, True
+                        break
+                    tau += h
+                else:  # it would leave the two times between which y passes 0
+                    h = 0.5 * (low + high) - tau
+                    tau += h
+                    if high - low <= 4.0 * EPS * high:
+                        break
                 before = a
                 ds, vs, sa = smooth(par, now, osc, tau)
                 df, fv, fa, slip = elastic(par, mode, z, now, work, over, tau)
                 evaluations += 1
-                y, v, a = y0 + ds + df, max(vs + fv, 1e-300), sa + fa
+                y, v, a = y0 + ds + df, vs + fv, sa + fa
                 bend = (a - before) / h if h != 0.0 else 0.0
+                if y < 0.0:
+                    low = tau
+                else:
+                    high = tau
             if tau > horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             if not settled:
                 h = 0.0  # the last evaluation was made there
-            return CONTACT, tau, v + h * (a + 0.5 * h * bend), evaluations + looks, h, slip
+            speed = v + h * (a + 0.5 * h * bend)
+            return CONTACT, tau, max(speed, 0.0), evaluations + looks, h, slip
         if evaluations + looks >= limit:
             return TIRED, tau, v, evaluations + looks, 0.0, 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def approach(
+    par, mode, z, now, osc, work, over, behind, tau, y, v, a, noise, size, jerk, horizon, slip
+):  # fmt: skip
+    """What becomes of a gap that is within its error of the wall while its rate does not decide.
+
+    CONTACT, with two times between which the gap passes 0: it comes to more than its error. GRAZE, at its summit: it
+    does not. NOTHING: neither before `horizon`. Followed by steps over which the third derivative takes no more than
+    the error. Returns what was found, time, gap, rate and acceleration, the two times, `slip`, and the evaluations.
+    """
+    if v <= 0.0:
+        return GRAZE, tau, y, v, a, behind, tau, slip, 0
+    if y > noise:
+        return CONTACT, tau, y, v, a, behind, tau, slip, 0
+    low = tau if y < 0.0 else behind
+    last, last_v, falls = math.inf, 0.0, False  # the rate is known to be 0 before `last`
+    for i in range(200):
+        if falls:  # between the two rates
+            h = (last - tau) * min(max(v / (v - last_v), 0.1), 0.9)
+        else:
+            h = min((6.0 * noise / jerk) ** (1.0 / 3.0), -v / a if a < 0.0 else 2.0 * (abs(y) + noise) / v)
+        t = min(tau + h, horizon)
+        if not t > tau or (falls and not t < last):  # within the last digit of the time
+            top = falls or -v > 4.0 * EPS * tau * a
+            return (GRAZE if top else CONTACT), tau, y, v, a, low, tau, slip, i
+        ds, vs, sa, first, second = smooth_and_drift(par, now, osc, t)
+        df, fv, fa, slip = elastic(par, mode, z, now, work, over, t)
+        y_t, v_t, a_t, noise = now[GAP] + ds + df, vs + fv, sa + fa, blur(size, t, first, second)
+        if y_t > noise:
+            return CONTACT, t, y_t, v_t, a_t, low, t, slip, i + 1
+        if t >= horizon:
+            return NOTHING, t, y_t, v_t, a_t, low, t, slip, i + 1
+        if v_t <= 0.0:
+            last, last_v, falls = t, v_t, True
+            if (t - tau) * v < 0.1 * noise or y_t < -noise < y:
+                return GRAZE, tau + (t - tau) * (v / (v - v_t)), y, v, a, low, t, slip, i + 1
+        else:
+            if y_t < 0.0:
+                low = t
+            if falls and (last - t) * v_t < 0.1 * noise:
+                return GRAZE, t + (last - t) * (v_t / (v_t - last_v)), y_t, v_t, a_t, low, t, slip, i + 1
+            tau, y, v, a = t, y_t, v_t, a_t
+    return GRAZE, tau, y, v, a, low, tau, slip, 200
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -580,16 +821,6 @@ def away(par, now, u, tau):
         else:
             coming = speed / par[D]
     return u + coming + 2.0 * par[REACH] < 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def touch(tau, y, v, a, noise):
-    """What to call a gap that is within its error of the wall while the rate does not decide; a graze with its time."""
-    if v <= 0.0:
-        return GRAZE, tau
-    if a >= 0.0 or y - 0.5 * v * v / a > 2.0 * noise:
-        return CONTACT, tau
-    return GRAZE, tau - v / a
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -668,9 +899,9 @@ def turn_modes(par, mode, z, work, over, tau, late, slip):
         slip, late = phasors(par, mode, work, over, tau), 0.0
     fade, _ = fading(d, tau)
     for j in range(over):
-        c, s = damped_pair(d, mode[SIGNED, j], mode[OMEGA, j], tau)
-        work[ASIDE_RE, j] = z[0, j] * c + z[1, j] * s
-        work[ASIDE_IM, j] = z[1, j] * c - mode[SIGNED, j] * z[0, j] * s
+        _, h, rate, left = creep(d, mode[SIGNED, j], mode[OMEGA, j], tau)
+        work[ASIDE_RE, j] = z[0, j] * left + z[1, j] * h
+        work[ASIDE_IM, j] = z[1, j] * rate - z[0, j] * (mode[OMEGA, j] * mode[OMEGA, j] * h)
     for j in range(n):
         x = mode[LAMBDA, j] * late - mode[DELTA, j] * slip
         xx = x * x
@@ -726,7 +957,7 @@ def kinetic_energy(par, mode, z, now, work, over):
         rate = work[FORCED, j] - mode[LAMBDA, j] * z[1, j] - 0.5 * d * z[0, j]
         total += rate * rate * mode[OSCILLATES, j]
     for j in range(over):
-        rate = work[FORCED, j] + z[1, j] - 0.5 * d * z[0, j]
+        rate = work[FORCED, j] + z[1, j]
         total += rate * rate
     return 0.5 * now[RIGID_RATE] * now[RIGID_RATE] + 0.25 * total
 
@@ -736,9 +967,9 @@ def turn_over(par, mode, z, now, work, over):
     """The modal velocities times −R, with the forced ones in `work`; returns ½ ∫ u_t² dx before it."""
     d, r, total = par[D], par[R], 0.0
     for j in range(over):
-        rate = work[FORCED, j] + z[1, j] - 0.5 * d * z[0, j]
+        rate = work[FORCED, j] + z[1, j]
         total += rate * rate
-        work[ASIDE_IM, j] = -r * z[1, j] + (1.0 + r) * (0.5 * d * z[0, j] - work[FORCED, j])
+        work[ASIDE_IM, j] = -r * z[1, j] - (1.0 + r) * work[FORCED, j]
     for j in range(mode.shape[1]):
         zr, zi, forced = z[0, j], z[1, j], work[FORCED, j]
         rate = forced - mode[LAMBDA, j] * zi - 0.5 * d * zr
@@ -773,7 +1004,7 @@ def undeformed(par, mode, coupling, z, now, work, over):
     forced_modes(coupling, work, now[COSINE], now[SINE], 1)
     for j in range(mode.shape[1]):
         if j < over:
-            z[1, j] = -work[FORCED, j] + 0.5 * d * z[0, j]
+            z[1, j] = -work[FORCED, j]
         else:
             z[1, j] = (work[FORCED, j] - 0.5 * d * z[0, j]) * mode[INVERSE, j]
     amplitudes(par, mode, z, now, over)
@@ -805,10 +1036,11 @@ def place(par, mode, coupling, values, z, now, count, work, over, u, v, gap, pha
         z[0, j] -= work[FORCED, j] + par[MEAN] * mode[STATICS, j]
     forced_modes(coupling, work, now[COSINE], now[SINE], 1)
     for j in range(mode.shape[1]):
-        z[1, j] += 0.5 * d * z[0, j] - work[FORCED, j]
+        z[1, j] -= work[FORCED, j]
         if j >= over:
-            z[1, j] *= -mode[INVERSE, j]
+            z[1, j] = -mode[INVERSE, j] * (z[1, j] + 0.5 * d * z[0, j])
     now[GAP], now[GAP_RATE], now[RIGID_RATE], now[LAST_FLIGHT] = gap, rate, v[0], -1.0
+    now[RELEASED] = -1.0
     amplitudes(par, mode, z, now, over)
     # undeformed, at rest and on the wall: released at once when the load pulls
     count[MODE] = RESTING if still else (ON_WALL if gap == 0.0 else FLYING)
@@ -824,9 +1056,7 @@ def step_load(par, mode, z, now, count, over, breaks, values):
     for j in range(mode.shape[1]):
         jump = mode[STATICS, j] * (old - new)
         z[0, j] += jump
-        if j < over:
-            z[1, j] += 0.5 * par[D] * jump
-        else:
+        if j >= over:
             z[1, j] -= 0.5 * par[D] * jump * mode[INVERSE, j]
     if breaks[piece] < now[PHASE]:
         count[PERIOD] += 1
@@ -894,7 +1124,7 @@ def chatter_left(par, now, osc, horizon):
     """
     r, d, w = par[R], par[D], -now[GAP_RATE]
     push = now[ACCELERATION] - d * w
-    if r >= 1.0 or push <= 0.0:
+    if r >= 1.0 or r == 0.0 or push <= 0.0:  # without restitution the next impact is the last
         return -1.0
     left = 2.0 * w / ((1.0 - r) * push)
     if left > CHATTER_TIME or 2.0 * left > horizon:
@@ -933,20 +1163,51 @@ def stays(par, har, now, count):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def pull_begins(par, har, now):
+    """Time until a load that is 0 within rounding pulls; −1 when it pushes before, or stays 0 for a whole period."""
+    t, blind, least = 0.0, 1e-9, 64.0 * EPS * par[FORCE]
+    while t < TURN:
+        t += blind
+        blind *= 2.0
+        s, c = sine_cosine(now[PHASE] + t)
+        p, _ = load_at(har, par[MEAN], c, s)
+        if abs(p) > least:
+            return t if p < 0.0 else -1.0
+    return -1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def pull_ahead(par, har, now, releases, values):
     """Time until the load pulls a resting bar off the wall, and the load phase then; −1 and now when it never does.
 
-    `releases`: the phases at which the load begins to pull, ascending; for step loads the begin of those steps.
+    `releases`: the phases at which the load begins to pull, ascending; for step loads the begin of those steps. A bar
+    laid down within rounding after such a phase is released now and not a period later.
     """
     p, _ = load_at(har, par[MEAN], now[COSINE], now[SINE])
-    if p < (0.0 if values.shape[0] else -64.0 * EPS * par[FORCE]):
+    least = 0.0 if values.shape[0] else 64.0 * EPS * par[FORCE]
+    if p < -least:
         return 0.0, now[PHASE]
-    if releases.shape[0] == 0:
-        return -1.0, now[PHASE]
+    wait, phase = -1.0, now[PHASE]
+    if releases.shape[0]:
+        wait, phase = releases[0] - now[PHASE] + TURN, releases[0]
+        for i in range(releases.shape[0]):
+            if releases[i] >= now[PHASE]:
+                wait, phase = releases[i] - now[PHASE], releases[i]
+                break
+    if p <= least and least > 0.0:
+        begins = pull_begins(par, har, now)
+        if begins >= 0.0 and not 0.0 <= wait <= begins:
+            return 0.0, now[PHASE]
+    return wait, phase
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def release_at(phase, releases):
+    """A phase that is one of `releases`, to the last bit; −1 when it is none."""
     for i in range(releases.shape[0]):
-        if releases[i] >= now[PHASE]:
-            return releases[i] - now[PHASE], releases[i]
-    return releases[0] - now[PHASE] + TURN, releases[0]
+        if releases[i] == phase:
+            return phase
+    return -1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -984,19 +1245,29 @@ def first_pull(par, har, now):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def pull_lasts(par, har, now, most):
-    """Time from a release on, `most` at most, until a Fourier series pushes again."""
-    if har.shape[1] == 0:
-        return most
+def pull_lasts(par, har, now, count, breaks, values):
+    """Time from a release on until the load pushes again; inf when it never does.
+
+    Up to then the end of the continuous bar only moves away from the wall: all that arrives there are pulls.
+    """
+    if values.shape[0]:
+        ahead, piece = to_break(now, count, breaks), count[PIECE]
+        for _ in range(values.shape[0]):
+            piece = piece + 1 if piece + 1 < values.shape[0] else 0
+            if values[piece] > 0.0:
+                return ahead
+            following = breaks[piece + 1] if piece + 1 < values.shape[0] else breaks[0] + TURN
+            ahead += following - breaks[piece]
+        return math.inf
     t, least = 0.0, 64.0 * EPS * par[FORCE]
     c, s = now[COSINE], now[SINE]
-    for _ in range(10000):
+    while t < TURN and har.shape[1]:
         p, rate = load_at(har, par[MEAN], c, s)
-        if t >= most or (p > least and t > 0.0):
-            return min(t, most)
+        if p > least and t > 0.0:
+            return t
         t += max(reach(min(p, 0.0), rate, par[BEND]), 1e-6)
         s, c = sine_cosine(now[PHASE] + t)
-    return min(t, most)
+    return math.inf
 
 
 # -- the record -----------------------------------------------------------------------------------------------------
@@ -1085,19 +1356,76 @@ def shortest(past, impacts, periods, seen, scale, tolerance):
     return impacts
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark(now, count, sums):
+    """The last release remembered, to be compared with later ones; at the first impact after it."""
+    now[MARKED], now[LAID] = now[RELEASED], 0.0
+    count[MARK], count[MARK_PERIOD] = count[IMPACTS], count[RELEASE_PERIOD]
+    count[MARK_RELEASES], count[MARK_CHATTERS] = 0, 0
+    if count[VERDICT] != SURE:
+        for i in range(LAST_PERIOD):
+            sums[MARKED_SUMS + i] += sums[i]
+            sums[i] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sure(now, count, sums):
+    """The cycle between two equal releases is one: the sums are those over it."""
+    count[VERDICT], count[CONFIRMED] = SURE, 2
+    for i in range(LAST_PERIOD):
+        sums[MARKED_SUMS + i] = 0.0
+    mark(now, count, sums)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def released_again(now, count, sums):
+    """The search for a cycle among the releases, at the first impact after each: Brent's, as `recurrence`.
+
+    A bar at rest leaves the wall undeformed and without speed, at a phase that is a number of the load: two releases at
+    one phase are the same state, and the motion between them is a cycle. How many load periods it takes is known when
+    rounding has not had a say in it: `verify` decides, unless the main blows are too few for errors to grow.
+    """
+    count[MARK_RELEASES] += 1
+    if count[MARK] > 0 and now[RELEASED] == now[MARKED]:
+        periods = count[RELEASE_PERIOD] - count[MARK_PERIOD]
+        if count[VERDICT] <= TWIN:
+            few = count[VERDICT] == UNSEEN and sums[STRUCK] <= FEW
+            count[VERDICT], count[CONFIRMED], count[FOUND_AT] = ASKED, 0, count[MARK]
+            count[CYCLE_IMPACTS], count[CYCLE_PERIODS] = count[IMPACTS] - count[MARK], periods
+            count[CYCLE_KIND] = 2 if count[MARK_CHATTERS] else 1
+            if few:
+                sure(now, count, sums)
+            return
+        if count[VERDICT] == SURE:
+            if periods == count[CYCLE_PERIODS]:
+                count[CONFIRMED] += 1
+            else:
+                count[VERDICT], count[CONFIRMED], count[CYCLE_IMPACTS] = LOST_CYCLE, 0, 0
+        mark(now, count, sums)
+    elif count[MARK] == 0 or (count[MARK_RELEASES] >= count[MARK_PATIENCE] and count[VERDICT] <= TWIN):
+        count[MARK_PATIENCE] = max(2 * count[MARK_PATIENCE], 1)
+        mark(now, count, sums)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 
     Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
     compared again from there on. Two returns with the same p and n confirm it. Where the bar rests, only the first
-    impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike.
+    impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike. A release at one of
+    the phases where the load begins to pull is compared by that phase alone, see `released_again`.
     """
     since = count[IMPACTS] - count[ANCHOR]
+    if fresh and now[RELEASED] >= 0.0:
+        released_again(now, count, sums)
+        if count[VERDICT] > TWIN:
+            remember(speed, z, now, count, anchor)
+        return
     if count[RESTS] > 0 and not fresh and since < 4 * count[PATIENCE]:
         return
     periods = count[PERIOD] - count[ANCHOR_PERIOD]
-    if count[ANCHOR] > 0 and returned(par, mode, speed, z, now, anchor, tolerance):
+    if count[ANCHOR] > 0 and (fresh or count[RESTS] == 0) and returned(par, mode, speed, z, now, anchor, tolerance):
         ahead = now[PHASE] - anchor[0]
         if ahead < -math.pi:
             periods -= 1
@@ -1120,6 +1448,11 @@ def recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, toler
             count[CYCLE_KIND] = 2 if count[CHATTERS] else (1 if count[RESTS] else 0)
             remember(speed, z, now, count, anchor)
             return
+    if fresh and count[RESTS] == 1 and returned(par, mode, speed, z, now, anchor, SETTLING * tolerance):
+        # nearly as one rest before: what settles from both sides in turn comes back after two rests before it does now
+        count[CONFIRMED], count[CYCLE_IMPACTS] = 0, 0
+        remember(speed, z, now, count, anchor)
+        return
     if count[CONFIRMED] and since > count[CYCLE_IMPACTS]:
         count[CONFIRMED], count[CYCLE_IMPACTS] = 0, 0
     if count[ANCHOR] == 0 or since >= count[PATIENCE]:
@@ -1154,29 +1487,31 @@ def wanders(past, impacts):
 # -- statistics -----------------------------------------------------------------------------------------------------
 
 # sums: numbers of intervals, their sums and sums of squares, between all impacts, between main blows (a completed
-# chatter is one blow, at its first impact), and of the sequence of ever shorter flights now open …
-ALL, ALL_TIME, ALL_SQUARES, MAIN, MAIN_TIME, MAIN_SQUARES, OPEN, OPEN_TIME, OPEN_SQUARES = range(9)
-# … the energy lost, the sums of the striking speeds and of the kinetic energies, the number of impacts …
-TAKEN, SPEEDS, BLOWS, STRUCK = range(9, 13)
-# … when the last impact and the last main blow came, whether that one ended in chatter, and whether there was one
-LAST_PERIOD, LAST_PHASE, MAIN_PERIOD, MAIN_PHASE, CHATTERED, BEGUN = range(13, 19)
-SUMS_KEPT = 19
+# chatter is one blow, at its first impact), and of the sequence of ever shorter flights now open, with the striking
+# speeds and kinetic energies of its impacts but the first …
+ALL, ALL_TIME, ALL_SQUARES, MAIN, MAIN_TIME, MAIN_SQUARES = range(6)
+OPEN, OPEN_TIME, OPEN_SQUARES, OPEN_SPEEDS, OPEN_BLOWS = range(6, 11)
+OPENED = 5
+# … the energy lost; of the main blows the sums of striking speeds and of kinetic energies, and their number …
+TAKEN, SPEEDS, BLOWS, STRUCK = range(11, 15)
+# … when the last impact and the last main blow came, whether that one ended in chatter, and whether there was one …
+LAST_PERIOD, LAST_PHASE, MAIN_PERIOD, MAIN_PHASE, CHATTERED, BEGUN = range(15, 21)
+# … and what the sums came to before the release that later ones are compared with: from there on they begin at 0
+MARKED_SUMS = 21
+SUMS_KEPT = MARKED_SUMS + LAST_PERIOD
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear(sums):
     """The sums begun anew, now: at the first return of a cycle, and when the impacts to be discarded are over."""
     for i in range(LAST_PERIOD):
-        sums[i] = 0.0
+        sums[i] = sums[MARKED_SUMS + i] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def tally(speed, lost, now, count, sums):
     """An impact entered into the sums."""
     sums[TAKEN] += lost
-    sums[SPEEDS] += speed
-    sums[BLOWS] += now[KINETIC_ENERGY]
-    sums[STRUCK] += 1.0
     begun = sums[BEGUN] > 0.0
     gone = (count[PERIOD] - sums[LAST_PERIOD]) * TURN + (now[PHASE] - sums[LAST_PHASE])
     if begun:
@@ -1187,6 +1522,8 @@ def tally(speed, lost, now, count, sums):
         sums[OPEN] += 1.0
         sums[OPEN_TIME] += gone
         sums[OPEN_SQUARES] += gone * gone
+        sums[OPEN_SPEEDS] += speed
+        sums[OPEN_BLOWS] += now[KINETIC_ENERGY]
     else:
         if begun:
             close_run(sums)
@@ -1196,6 +1533,9 @@ def tally(speed, lost, now, count, sums):
             sums[MAIN_TIME] += gone
             sums[MAIN_SQUARES] += gone * gone
         sums[MAIN_PERIOD], sums[MAIN_PHASE], sums[CHATTERED] = count[PERIOD], now[PHASE], 0.0
+        sums[SPEEDS] += speed
+        sums[BLOWS] += now[KINETIC_ENERGY]
+        sums[STRUCK] += 1.0
     sums[LAST_PERIOD], sums[LAST_PHASE], sums[BEGUN] = count[PERIOD], now[PHASE], 1.0
 
 
@@ -1204,6 +1544,10 @@ def close_run(sums):
     """The open sequence was no chatter: its impacts are main blows."""
     for i in range(3):
         sums[MAIN + i] += sums[OPEN + i]
+    sums[SPEEDS] += sums[OPEN_SPEEDS]
+    sums[BLOWS] += sums[OPEN_BLOWS]
+    sums[STRUCK] += sums[OPEN]
+    for i in range(OPENED):
         sums[OPEN + i] = 0.0
 
 
@@ -1214,14 +1558,19 @@ def close_run(sums):
 def set_down(par, mode, coupling, z, now, count, sums, work, over, wait, numbers, wholes, states):
     """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
     lost = all_energy(par, mode, coupling, z, now, work, over)
+    chatter = par[R] > 0.0 and (count[RUN] > 1 or wait > 0.0)  # without restitution there are finitely many impacts
     if wait > 0.0:
         turn_clock(now, count, wait)
     undeformed(par, mode, coupling, z, now, work, over)
     sums[TAKEN] += lost
     count[MODE] = RESTING
-    if count[RUN] > 1 or wait > 0.0:
-        sums[CHATTERED], sums[OPEN], sums[OPEN_TIME], sums[OPEN_SQUARES] = 1.0, 0.0, 0.0, 0.0
+    now[LAID] += now[PHASE]
+    if chatter:
+        sums[CHATTERED] = 1.0
+        for i in range(OPENED):
+            sums[OPEN + i] = 0.0
         count[CHATTERS] += 1
+        count[MARK_CHATTERS] += 1
         record(CHATTER, 0.0, lost, z, now, count, numbers, wholes, states)
         lost = 0.0
     count[RESTS] += 1
@@ -1258,8 +1607,13 @@ def fly(
             undeformed(par, mode, coupling, z, now, work, over)
             count[MODE], count[RUN] = ON_WALL, 0
             count[WORK] += 1
-            now[HOLD] = pull_lasts(par, har, now, par[WAVE]) if mode.shape[1] else first_pull(par, har, now)
+            if mode.shape[1]:
+                now[HOLD] = max(pull_lasts(par, har, now, count, breaks, values), par[WAVE])
+            else:
+                now[HOLD] = first_pull(par, har, now)
             now[LAST_FLIGHT], now[SINCE] = -1.0, 0.0
+            now[RELEASED] = release_at(phase, releases)
+            count[RELEASE_PERIOD] = count[PERIOD]
             record(RELEASE, 0.0, 0.0, z, now, count, numbers, wholes, states)
             continue
         ahead = to_break(now, count, breaks)
@@ -1306,14 +1660,18 @@ def fly(
                 step_load(par, mode, z, now, count, over, breaks, values)
                 now[SINCE] += ahead
                 count[MODE] = FLYING
-                if now[HOLD] > 0.0:  # just released: not out of the wall's reach before the load may push again
-                    now[HOLD] = max(now[HOLD] - ahead, 0.0) if par[MEAN] < 0.0 else 0.0
+                if now[HOLD] > 0.0:  # just released: not out of the wall's reach before the load pushes again
+                    now[HOLD] = now[HOLD] - ahead if now[HOLD] - ahead > 1e-12 else 0.0
                     if now[HOLD] == 0.0 and now[GAP] >= 0.0:
                         now[GAP], count[MODE] = 0.0, ON_WALL
                 if count[PIECE] == 0 and gone(par, mode, now, breaks, values):
                     return BY_TIME if left < math.inf else DEPARTED
                 continue
-            if mode.shape[1]:
+            if found == GRAZE:  # the bar goes on from where it is, not from the wall
+                ds, _, _ = smooth(par, now, osc, tau)
+                df, _, _, _ = elastic(par, mode, z, now, work, over, tau)
+                now[GAP] += ds + df
+            if mode.shape[1] or found == GRAZE:
                 rest = drifted(par, now, tau)
                 turn_modes(par, mode, z, work, over, tau, late, slip)
                 turn_clock(now, count, tau)
@@ -1328,17 +1686,43 @@ def fly(
         count[MODE] = GRAZED if found == GRAZE else ON_WALL
         if found == GRAZE:
             amplitudes(par, mode, z, now, over)
-            now[GAP], now[GAP_RATE] = 0.0, 0.0
+            now[GAP_RATE] = 0.0
             count[PILE] = count[PILE] + 1 if tau < 4.0 * EPS else 0
             if count[PILE] > 100:
                 now[HOLD], count[PILE] = 1e-8, 0
             record(GRAZING, 0.0, 0.0, z, now, count, numbers, wholes, states)
             continue
         now[GAP_RATE] = speed
+        if count[RUN] == 1 and now[SINCE] < par[PUSHING]:  # here, as `strike` would count references to the arrays
+            now[PUSHES] = push_left(har, par[MEAN], breaks, values, releases, now)
         strike(par, mode, coupling, z, now, count, anchor, past, sums, tolerance, skip, work, over,
                numbers, wholes, states)  # fmt: skip
+        if count[VERDICT] == ASKED:
+            return TO_VERIFY
         if until_cycle and count[CONFIRMED] >= 2:
             return PERIODIC
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def push_left(har, mean, breaks, values, releases, now):
+    """Time from the impact before this one until the load begins to pull; −1 when it pulled then already."""
+    begin = now[PHASE] - now[SINCE]
+    left = math.inf
+    for i in range(releases.shape[0]):
+        ahead = releases[i] - begin
+        left = min(left, ahead - TURN * math.floor(ahead / TURN))
+    if left < now[SINCE]:
+        return left
+    if values.shape[0]:
+        begin -= TURN * math.floor(begin / TURN)
+        piece = values.shape[0] - 1
+        for i in range(values.shape[0]):
+            if breaks[i] <= begin:
+                piece = i
+        return left if values[piece] >= 0.0 else -1.0
+    s, c = sine_cosine(begin)
+    p, _ = load_at(har, mean, c, s)
+    return left if p >= 0.0 else -1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -1353,19 +1737,71 @@ def strike(
     if fresh:
         count[RUN], now[LAST_FLIGHT] = 1, math.inf
     else:
-        count[RUN] = count[RUN] + 1 if now[SINCE] < now[LAST_FLIGHT] else 1
+        if now[SINCE] < now[LAST_FLIGHT] and now[SINCE] < par[PUSHING]:
+            now[PUSHES] -= now[SINCE]
+            unfelt = mode.shape[1] > 0 and now[SINCE] < par[WAVE]  # a pull during the flight is not yet at the wall
+            count[RUN] = count[RUN] + 1 if now[PUSHES] >= 0.0 or unfelt else 1
+        else:
+            count[RUN] = 1
         now[LAST_FLIGHT] = now[SINCE]
     count[PILE] = count[PILE] + 1 if now[SINCE] < 4.0 * EPS else 0
     now[SINCE] = 0.0
     count[IMPACTS] += 1
     tally(speed, lost, now, count, sums)
     if count[IMPACTS] == skip and count[CONFIRMED] == 0:
-        clear(sums)
+        if count[MARK] == 0:
+            clear(sums)
+        for j in range(LAST_PERIOD):
+            sums[MARKED_SUMS + j] = -sums[j]  # those of the cycle that may have begun are kept
     i = (count[IMPACTS] - 1) & (past.shape[1] - 1)
     past[0, i], past[1, i], past[2, i] = now[PHASE], speed, count[PERIOD]
     record(IMPACT, speed, lost, z, now, count, numbers, wholes, states)
     if tolerance > 0.0:
         recurrence(par, mode, speed, fresh, z, now, count, anchor, past, sums, tolerance)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def verify(
+    par, mode, har, coupling, breaks, values, releases, over, now, count, sums, until_cycle, tolerance,
+    z, twin_now, twin_count, anchor, past, twin_sums, osc, work, none, nothing,
+):  # fmt: skip
+    """Whether the cycle between two equal releases is sure: its twin, with R and d changed by `NUDGE`, is the same.
+
+    The twin begins with the same release; it must take as many load periods, and be laid down at the same phases to
+    `LOOSE`. An error that grows by less than `LOOSE`/`NUDGE` from release to rest leaves of rounding a thousandth of
+    that. `none` and `nothing` are empty records, the other arrays those of the twin. Returns how the motion ends with
+    it: `PERIODIC`, `UNRESOLVED`, or `BY_WORK` when it is to go on.
+    """
+    d, r, mean = par[D], par[R], par[MEAN]
+    par[D], par[R] = d + NUDGE, r * (1.0 - NUDGE)  # both slow the bar down
+    for i in range(NUMBERS):
+        twin_now[i] = 0.0
+    for i in range(COUNTS):
+        twin_count[i] = 0
+    for i in range(anchor.shape[0]):
+        anchor[i] = 0.0
+    for i in range(SUMS_KEPT):
+        twin_sums[i] = 0.0
+    set_clock(par, twin_now, twin_count, breaks, values, now[MARKED])
+    twin_now[LAST_FLIGHT], twin_count[MODE], twin_count[VERDICT] = -1.0, RESTING, TWIN
+    code = fly(
+        par, mode, har, coupling, breaks, values, releases, over, z, twin_now, twin_count, anchor, past, twin_sums,
+        math.inf, 0.0, 2 * count[CYCLE_IMPACTS] + 256, False, tolerance, 0, 2 * count[WORK] + SLICE,
+        none, nothing, none, osc, work,
+    )  # fmt: skip
+    par[D], par[R], par[MEAN] = d, r, mean
+    apart = abs(twin_now[LAID] - now[LAID])
+    apart = min(apart % TURN, TURN - apart % TURN)
+    same = twin_count[CYCLE_PERIODS] == count[CYCLE_PERIODS] and twin_count[CYCLE_KIND] == count[CYCLE_KIND]
+    if code == TO_VERIFY and same and apart < LOOSE:
+        sure(now, count, sums)
+        return PERIODIC if until_cycle and count[CONFIRMED] >= 2 else BY_WORK
+    count[VERDICT], count[CYCLE_IMPACTS], count[CYCLE_PERIODS] = LOST_CYCLE, 0, 0
+    if until_cycle:  # the means are those between the two releases
+        for i in range(LAST_PERIOD):
+            sums[MARKED_SUMS + i] = 0.0
+    mark(now, count, sums)
+    return UNRESOLVED if until_cycle else BY_WORK
 
 
 # -- many motions ---------------------------------------------------------------------------------------------------
@@ -1394,6 +1830,8 @@ def conclude(now, count, past, sums, code, numbers, wholes):
     settled = count[CONFIRMED] >= 2
     if not (settled and count[CYCLE_KIND] == 2) and sums[CHATTERED] == 0.0:
         close_run(sums)
+    for i in range(LAST_PERIOD):
+        sums[i] += sums[MARKED_SUMS + i]
     mean, std = spread(sums[ALL], sums[ALL_TIME], sums[ALL_SQUARES])
     main, main_std = spread(sums[MAIN], sums[MAIN_TIME], sums[MAIN_SQUARES])
     numbers[ENDED_AT] = count[PERIOD] * TURN + now[PHASE]
@@ -1407,7 +1845,7 @@ def conclude(now, count, past, sums, code, numbers, wholes):
     wholes[PER_CYCLE] = count[CYCLE_IMPACTS] if settled else 0
     wholes[PERIODS] = count[CYCLE_PERIODS] if settled else 0
     wholes[SORT] = count[CYCLE_KIND] if settled else 0
-    wholes[WANDERING] = 1 if wanders(past, count[IMPACTS]) else 0
+    wholes[WANDERING] = 1 if count[VERDICT] == LOST_CYCLE or wanders(past, count[IMPACTS]) else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -1416,11 +1854,13 @@ def fly_many(
     displacement, velocity, gaps, periods, phases, pieces, ends, end_phases,
     most_impacts, until_cycle, tolerance, skip, budget, first, last, stopped,
     z, now, count, anchor, past, sums, osc, work, none, nothing,
+    twin_z, twin_now, twin_count, twin_anchor, twin_past, twin_sums,
     numbers, wholes, tail,
 ):  # fmt: skip
     """Members `first` … `last` − 1, one after the other; `stopped` is looked at between them.
 
-    `none` and `nothing` are empty records. `tail`: phases, speeds and load periods of the last impacts of each.
+    `none` and `nothing` are empty records, the `twin_` arrays for `verify`. `tail`: phases, speeds and load periods of
+    the last impacts of each.
     """
     for i in range(first, last):
         if stopped[0]:
@@ -1440,6 +1880,11 @@ def fly_many(
                 ends[i], end_phases[i], most_impacts, until_cycle, tolerance, skip, min(count[WORK] + SLICE, budget),
                 none, nothing, none, osc, work,
             )  # fmt: skip
+            if code == TO_VERIFY:
+                code = verify(
+                    par, mode, har, coupling, breaks, values, releases, over, now, count, sums, until_cycle, tolerance,
+                    twin_z, twin_now, twin_count, twin_anchor, twin_past, twin_sums, osc, work, none, nothing,
+                )  # fmt: skip
         if stopped[0] and code == BY_WORK:
             return i
         conclude(now, count, past, sums, code, numbers[i], wholes[i])

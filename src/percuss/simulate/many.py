@@ -1,4 +1,4 @@
-"""Many motions on all cores: each member by itself, whatever the number of threads and their order."""
+"""Many motions on all cores: each member by itself, regardless of the number of threads and their order."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import count, instance
+from percuss.model.checks import callback, count, instance, several
+from percuss.notebook import watched
 from percuss.simulate import kernels as kn
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
@@ -21,7 +22,7 @@ from percuss.simulate.running import run
 from percuss.simulate.snapshot import clocks
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
-from percuss.simulate.stop import MAX_MODES, OUTCOMES, Stop
+from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
 from percuss.simulate.tables import Tables, tables_of
 from percuss.simulate.trajectory import Trajectory
 
@@ -30,6 +31,7 @@ __all__ = ["cores", "simulate_many"]
 Keep = int | Literal["statistics", "everything"]
 
 _BUDGET = 1 << 30  # modes times evaluations of one member, besides those for its impacts
+_SYSTEMS = "a System, or a list of them"
 _CANCELLED = OUTCOMES.index("cancelled")
 
 
@@ -42,6 +44,7 @@ def simulate_many(
     keep: Keep = "statistics",
     discard: int | None = None,
     threads: int | None = None,
+    work: int | None = None,
     progress: Callable[[EnsembleProgress], object] | None = None,
 ) -> Ensemble:
     """Follow many motions, on all cores.
@@ -63,6 +66,9 @@ def simulate_many(
         Impacts that the statistics leave out when no periodic motion is found: half of the stop rule's by default.
     threads
         How many; by default as many as cores.
+    work
+        Evaluations of its motion after which a member ends as ``work``, whatever the computer; by default more than any
+        motion needs but that of a bar that hovers before the wall. Does not go with ``keep="everything"``.
     progress
         Called now and then with an `EnsembleProgress`; when it returns something true the members not yet done end as
         ``cancelled``.
@@ -82,9 +88,11 @@ def simulate_many(
     >>> max(many.shares, key=many.shares.get)
     'chatter/1'
     """
-    job = _Job(systems, starts, modes, Stop() if stop is None else instance("stop", stop, Stop), keep, discard)
+    callback("progress", progress)
+    job = _Job(systems, starts, modes, Stop() if stop is None else instance("stop", stop, Stop), keep, discard, work)
     workers = cores() if threads is None else count("threads", threads, least=1, most=1024)
-    job.work_off(workers, progress)
+    with watched(progress) as watch:
+        job.work_off(workers, watch)
     return job.result()
 
 
@@ -107,14 +115,20 @@ class _Job:
         stop: Stop,
         keep: Keep,
         discard: int | None,
+        work: int | None,
     ) -> None:
         self.modes = count("modes", modes, least=0, most=MAX_MODES)
         self.stop, self.whole = stop, keep == "everything"
         self.last = 0 if isinstance(keep, str) else count("keep", keep, least=0, most=10**7)
         if isinstance(keep, str) and keep not in ("statistics", "everything"):
             raise ParameterError("keep", keep, 'a number of impacts, "statistics" or "everything"')
-        self.skip = stop.most_impacts // 2 if discard is None else count("discard", discard, least=0)
-        self.systems = [systems] if isinstance(systems, System) else list(systems)
+        self.skip = stop.most_impacts // 2 if discard is None else count("discard", discard, least=0, most=MOST_IMPACTS)
+        if work is not None and self.whole:
+            raise ParameterError("work", work, "None: whole motions end by their stop rule")
+        ample = _BUDGET // (self.modes + 30) + 1000 * min(stop.most_impacts, 10**7)
+        self.budget = ample if work is None else count("work", work, least=1, most=10**12)
+        listed_systems = (systems,) if isinstance(systems, System) else several("systems", systems, _SYSTEMS)
+        self.systems = list(listed_systems)
         for system in self.systems:
             instance("systems", system, System)
         single = [starts] if isinstance(starts, Start) else starts
@@ -204,13 +218,12 @@ class _Job:
         load = system.load
         pieces = load.piece(self.phases[first:last]) if load.is_piecewise else np.zeros(last - first)
         desk = self._desk(tables)
-        budget = _BUDGET // (self.modes + 30) + 1000 * min(self.stop.most_impacts, 10**7)
         window = slice(first, last)
         kn.fly_many(  # type: ignore[call-arg]  # numba's dispatchers take whatever the function takes
             tables.par.copy(), tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases,
             tables.over, self.displacement[window], self.velocity[window], self.gaps[window], self.periods[window],
             self.phases[window], pieces.astype(np.int64), self.ends[window], self.end_phases[window],
-            self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, budget, 0, last - first,
+            self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget, 0, last - first,
             self.stopped, *desk, self.numbers[window], self.wholes[window], self.tail[window],
         )  # fmt: skip
 
@@ -219,17 +232,21 @@ class _Job:
         n, k = self.modes, tables.har.shape[1]
         if getattr(self.local, "harmonics", None) != k:
             self.local.harmonics = k
-            self.local.desk = (
+            state: tuple[npt.NDArray[np.generic], ...] = (
                 np.zeros((2, n)),
                 np.zeros(kn.NUMBERS),
                 np.zeros(kn.COUNTS, dtype=np.int64),
                 np.zeros(3 + 2 * n),
                 np.zeros((3, max(kn.WINDOW, 1 << max(self.last - 1, 0).bit_length()))),
                 np.zeros(kn.SUMS_KEPT),
+            )
+            self.local.desk = (
+                *state,
                 np.zeros((2, k)),
                 np.zeros((kn.WORK_ROWS, n)),
                 np.zeros((0, kn.EVENT_NUMBERS)),
                 np.zeros((0, kn.EVENT_COUNTS), dtype=np.int64),
+                *(np.zeros_like(array) for array in state),
             )
         desk: tuple[npt.NDArray[np.generic], ...] = self.local.desk
         return desk
@@ -248,7 +265,7 @@ class _Job:
     def result(self) -> Ensemble:
         """The columns."""
         w, x = self.wholes, self.numbers
-        codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(7)] + [_CANCELLED], dtype=np.int8)
+        codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
         kept = self.last > 0
         return Ensemble(
             modes=self.modes,

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss._version import __version__
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import HistoryError, MissingExtraError, PercussError
 from percuss.model import Bar, Load, System
+from percuss.model.checks import count
+from percuss.model.checks import path as checked_path
+from percuss.model.vetting import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
-from percuss.simulate.stop import Stop
+from percuss.simulate.soundness import sound
+from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.summary import Cycle
 from percuss.simulate.trajectory import Trajectory
+from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -25,7 +32,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ensemble_dataset", "read", "to_dataset", "write"]
 
-_FORMAT = "percuss trajectory 1"
+_FORMAT = "percuss trajectory 2"
+_OLDER = ("percuss trajectory 1",)
+_REMEDY = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
 _UNITS = {
     "time": "rad",
     "phase": "rad",
@@ -37,14 +46,14 @@ _UNITS = {
 }
 _MEANING = {
     "code": f"kind of the event: {', '.join(f'{i} {kind}' for i, kind in enumerate(KINDS))}",
-    "period": "load periods gone by",
+    "period": "load periods elapsed",
     "phase": "phase of the load",
     "time": "2 pi period + phase",
     "impact_velocity": "velocity of the striking end before the event",
     "rebound_velocity": "velocity of the striking end after the event",
     "energy_lost": "energy that the event takes from the bar",
     "kinetic_energy": "blow energy: kinetic energy just before an impact",
-    "resolved": "of a chatter: impacts recorded singly before it",
+    "resolved": "of a chatter: its impacts recorded singly, the main blow first",
     "piece": "number of the step of a piecewise constant load",
 }
 
@@ -90,7 +99,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
             ),
         },
     )
-    return dataset
+    return dataset.assign_attrs(sha256=_digest(dataset))
 
 
 def ensemble_dataset(ensemble: Ensemble) -> xarray.Dataset:
@@ -108,47 +117,72 @@ def ensemble_dataset(ensemble: Ensemble) -> xarray.Dataset:
 
 
 def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
-    """Write the file beside its place and move it there when it is whole."""
-    dataset = to_dataset(motion)
-    _need("h5netcdf")
-    target = os.path.realpath(path)  # a link stays a link
-    if os.path.exists(target) and not os.path.isfile(target):
-        raise PercussError(f"{os.fspath(path)}: not a regular file", "give the name of a file")
-    part = f"{target}.part"
-    try:
-        dataset.to_netcdf(part, engine="h5netcdf")
-        os.replace(part, target)
-    except OSError as error:
-        raise PercussError(f"{target}: cannot be written: {error.strerror or error}") from None
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
+    """Write the file: whole, or not at all."""
+    write_dataset(to_dataset(motion), checked_path("path", path))
 
 
 def read(path: str | os.PathLike[str]) -> Trajectory:
     """See `Trajectory.load`."""
-    package, name = _xarray(), os.fspath(path)
+    name = checked_path("path", path)
+    package = _xarray()
     _need("h5netcdf")
     try:
-        with package.open_dataset(name, engine="h5netcdf") as dataset:
+        _vetted(name)
+        # as it is written: what a file says of scales and dates would be done to numbers that are none
+        with package.open_dataset(name, engine="h5netcdf", decode_cf=False) as dataset:
             dataset.load()
-    except (OSError, ValueError) as error:
-        remedy = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
-        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a NetCDF 4 file"
-        raise PercussError(f"{name}: {reason}", remedy) from None
+    except FileNotFoundError:
+        raise PercussError(f"{name}: no such file", _REMEDY) from None
+    except HistoryError as error:
+        raise PercussError(f"{name}: {error.message}", _REMEDY) from None
+    except Exception:  # a damaged file raises whatever it happens to hit
+        raise PercussError(f"{name}: not a NetCDF 4 file, or a damaged one", _REMEDY) from None
     if dataset.attrs.get("format") != _FORMAT:
-        found = dataset.attrs.get("format", "no percuss file")
+        found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
+        if found in _OLDER:
+            written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
+            reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
+            raise PercussError(reason, "simulate the motion again from its start and save it again")
         raise PercussError(f"{name}: {found}", f"this version reads '{_FORMAT}'")
     try:
-        return _from_dataset(dataset)
-    except (KeyError, TypeError, ValueError) as error:
-        raise PercussError(f"{name}: the file is damaged: {error}", "write it again") from None
+        if dataset.attrs["sha256"] == _digest(dataset):
+            return sound(_from_dataset(dataset))
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        raise _damaged(name, str(error)[:200]) from None
+    raise _damaged(name, "its numbers are not the ones that were written")
+
+
+def _vetted(name: str) -> None:
+    """Refuse a file of which a few bytes stand for many numbers, or that would have others read."""
+    import h5py
+
+    vetted_hdf5(Path(name), most=os.path.getsize(name) // 4 + 2**25)
+    with h5py.File(name, "r") as content:
+        links = [content.get(key, getlink=True) for key in content]
+    if not all(isinstance(link, h5py.HardLink) for link in links):
+        raise HistoryError("refers to another file")
+
+
+def _damaged(name: str, what: str) -> PercussError:
+    return PercussError(f"{name}: the file is damaged: {what}", "use a copy of it, or simulate again")
+
+
+def _digest(dataset: xarray.Dataset) -> str:
+    """SHA-256 of all numbers, their names, types and shapes, and of what is said about them."""
+    found = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        values = np.ascontiguousarray(dataset[name].values)
+        found.update(f"{name} {values.dtype.newbyteorder('<').str} {values.shape}\n".encode())
+        found.update(values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes())
+    for name in ("format", "label", "outcome", "system", "description"):
+        found.update(f"{name} {dataset.attrs[name]}\n".encode())
+    return found.hexdigest()
 
 
 def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     about = json.loads(dataset.attrs["description"])
     system = _system_from(json.loads(dataset.attrs["system"]))
-    modes = int(about["modes"])
+    modes = count("modes", about["modes"], least=0, most=MAX_MODES)
     start = dataset["start_state"].values
     engine = {str(name)[7:]: data.values for name, data in dataset.data_vars.items() if str(name).startswith("engine_")}
     return Trajectory(

@@ -8,19 +8,21 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model import System
-from percuss.model.checks import count, instance
+from percuss.model.checks import callback, count, instance
+from percuss.notebook import watched
 from percuss.simulate import kernels as kn
 from percuss.simulate.engine import Progress, Stretch, follow
 from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor
-from percuss.simulate.snapshot import Snapshot, begin
+from percuss.simulate.restored import restored
+from percuss.simulate.snapshot import begin
 from percuss.simulate.start import Start
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.tables import prepared
 from percuss.simulate.trajectory import Trajectory
 
-__all__ = ["cycle_of", "go_on", "run"]
+__all__ = ["cycle_of", "go_on", "run", "unresolved"]
 
 _ARRAYS = ("z", "now", "count", "cycle", "past", "sums")
 
@@ -66,6 +68,7 @@ def run(
     instance("system", system, System)
     start = Start.rigid() if start is None else instance("start", start, Start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
+    callback("progress", progress)
     spectrum, tables = prepared(system, count("modes", modes, least=0, most=MAX_MODES))
     snapshot = begin(spectrum, tables, start)
     anchor = Anchor(
@@ -75,7 +78,8 @@ def run(
         float(snapshot.now[kn.RIGID_RATE]),
         snapshot.z.copy(),
     )
-    stretch = follow(tables, snapshot, stop, start.time, progress)
+    with watched(progress) as watch:
+        stretch = follow(tables, snapshot, stop, start.time, watch)
     return _trajectory(
         system, spectrum.modes, stretch, anchor, int(snapshot.count[kn.MODE]) == kn.RESTING, stop, start.time
     )
@@ -83,8 +87,9 @@ def run(
 
 def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
     """A motion followed further."""
-    snapshot = Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in _ARRAYS})
-    stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, progress)
+    snapshot = restored(motion)
+    with watched(progress) as watch:
+        stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, watch)
     whole = Stretch(
         Events.of_all([motion.events, stretch.events]),
         np.concatenate([motion.states, stretch.states]),
@@ -103,12 +108,17 @@ def cycle_of(count: npt.NDArray[np.int64]) -> Cycle | None:
     return Cycle(first - 1, impacts, periods, kind)
 
 
+def unresolved(count: npt.NDArray[np.generic]) -> bool:
+    """Whether the engine's whole numbers tell of equal releases with a number of load periods that is lost."""
+    return bool(count[kn.VERDICT] == kn.LOST_CYCLE)
+
+
 def _trajectory(
     system: System, modes: int, stretch: Stretch, start: Anchor, resting: bool, stop: Stop, begin_time: float
 ) -> Trajectory:
     state = stretch.snapshot
     cycle = cycle_of(state.count)
-    wandering = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
+    wanders = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
     end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
     return Trajectory(
         system=system,
@@ -119,7 +129,7 @@ def _trajectory(
         resting=resting,
         snapshot={name: getattr(state, name) for name in _ARRAYS},
         outcome=stretch.outcome,
-        label=label_of(stretch.outcome, cycle, wandering),
+        label=label_of(stretch.outcome, cycle, wanders or unresolved(state.count)),
         cycle=cycle,
         stop=stop,
         begin_time=begin_time,

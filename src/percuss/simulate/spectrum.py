@@ -155,8 +155,14 @@ class Spectrum:
         """Amplitudes z of the free motion, shape (2, N), from u_n and u_n', n = 0 … N, each of shape (N+1,)."""
         shape, rate = self.forced(phase, mean)
         q = self.sign * displacement[1:] - shape
-        g = self.sign * velocity[1:] - rate + 0.5 * self.system.d * q
-        return np.stack([q, np.where(np.arange(self.modes) < self.over, g, -g / self.lam)])
+        w = self.sign * velocity[1:] - rate
+        oscillates = np.arange(self.modes) >= self.over
+        return np.stack([q, np.where(oscillates, -(w + 0.5 * self.system.d * q) / self.lam, w)])
+
+    def free_rate(self, z: Array) -> Array:
+        """q_n'(0) of the free motion from its amplitudes z, shape (…, 2, N): the overdamped modes keep it as it is."""
+        oscillating = -self.lam * z[..., 1, :] - 0.5 * self.system.d * z[..., 0, :]
+        return np.asarray(np.where(np.arange(self.modes) < self.over, z[..., 1, :], oscillating))
 
     def modal(
         self, z: Array, gap: npt.ArrayLike, rigid_rate: npt.ArrayLike, phase: npt.ArrayLike, mean: npt.ArrayLike
@@ -171,8 +177,7 @@ class Spectrum:
             u(1), u_0', the load phase and the constant part of the load, shape (…).
         """
         shape, rate = self.forced(phase, mean)
-        g = np.where(np.arange(self.modes) < self.over, z[..., 1, :], -self.lam * z[..., 1, :])
-        q, w = z[..., 0, :] + shape, g - 0.5 * self.system.d * z[..., 0, :] + rate
+        q, w = z[..., 0, :] + shape, self.free_rate(z) + rate
         first = np.asarray(gap) - q.sum(axis=-1)
         displacement = np.concatenate([first[..., None], q / self.sign], axis=-1)
         return displacement, np.concatenate([np.asarray(rigid_rate)[..., None], w / self.sign], axis=-1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, count, finite
+from percuss.model.checks import Array, count, finite, having, numbers
 
 __all__ = ["Start"]
 
@@ -92,6 +93,10 @@ class Start:
             if max(map(abs, values)) > MOST:
                 raise ParameterError(name, max(values, key=abs), f"numbers of at most {MOST:g}")
             object.__setattr__(self, name, values)
+        if self.source is not None:
+            having("source", self.source, ("modal_state", "phase"), "a steady motion, or None")
+        if self.profile is not None and not (isinstance(self.profile, tuple) and len(self.profile) == 2):
+            raise ParameterError("profile", self.profile, "displacement and velocity along the bar: see Start.field")
         if self.gap is not None:
             object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
 
@@ -133,7 +138,7 @@ class Start:
             Load phase in radians.
         """
         profile = (_sampled("displacement", displacement), _sampled("velocity", velocity))
-        end = float(np.asarray(_values(profile[0], np.array([1.0])), dtype=float)[0])
+        end, _ = (float(_values(part, np.array([1.0]))[0]) for part in profile)  # a wrong velocity is told of here, too
         return cls(time=time, gap=finite("displacement(1)", end), profile=profile)
 
     @classmethod
@@ -142,8 +147,7 @@ class Start:
 
         A perturbation of displacement moves the striking end off the wall: it must not move it beyond.
         """
-        if not hasattr(orbit, "modal_state"):
-            raise ParameterError("orbit", orbit, "a steady motion, such as one of steady_states(system).orbits")
+        having("orbit", orbit, ("modal_state",), "a steady motion, such as one of steady_states(system).orbits")
         du, dv = _numbers("displacement", displacement), _numbers("velocity", velocity)
         return cls(du, dv, float(orbit.phase), source=orbit)
 
@@ -170,12 +174,12 @@ class Start:
         ParameterError
             When the start has more modes than `modes`, or the striking end stands beyond the wall.
         """
-        size = count("modes", modes, least=0) + 1
+        size = count("modes", modes, least=0, most=1 << 20) + 1
         u, v = np.zeros(size), np.zeros(size)
         for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
             if self.gap is None and len(given) > size and any(given[size:]):
                 raise ParameterError(
-                    f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "take more modes"
+                    f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "use more modes"
                 )
             into[: min(len(given), size)] = given[:size]
         sign = np.where(np.arange(1, size) % 2, -2.0, 2.0)
@@ -209,11 +213,10 @@ class Start:
 
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:
-    try:
-        array = np.asarray(values, dtype=float).reshape(-1)
-    except (TypeError, ValueError):
-        raise ParameterError(name, values, "finite numbers") from None
-    if not array.size or not np.all(np.isfinite(array)):
+    if isinstance(values, tuple) and len(values) == 1 and type(values[0]) is float and math.isfinite(values[0]):
+        return values  # of an undeformed bar
+    array = numbers(name, values, "one or more finite numbers").reshape(-1)
+    if not array.size:
         raise ParameterError(name, values, "one or more finite numbers")
     return tuple(array.tolist())
 
@@ -245,7 +248,11 @@ def _sampled(name: str, profile: Profile) -> Profile:
 
 def _values(profile: Profile, x: Array) -> Array:
     if callable(profile):
-        return np.broadcast_to(np.asarray(profile(x), dtype=float), x.shape)
+        accepted = "finite values on 0 ≤ x ≤ 1, as many as x or one"
+        found = numbers("displacement or velocity", profile(x), accepted)
+        if found.shape not in ((), (1,), x.shape):
+            raise ParameterError("displacement or velocity", f"shape {found.shape}", accepted)
+        return np.broadcast_to(found, x.shape)
     samples = np.asarray(profile, dtype=float)
     return np.asarray(np.interp(x, np.linspace(0.0, 1.0, samples.size), samples))
 

@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, count
+from percuss.model.checks import Array, choice, count, instance, numbers, several
+from percuss.shown import Shown
 from percuss.simulate.start import DEFAULT_RANDOM_MODES, MOST, Start
+from percuss.simulate.stop import MAX_MODES
 
 __all__ = ["DISTRIBUTIONS", "Starts"]
 
@@ -19,10 +21,11 @@ DISTRIBUTIONS = ("rigid", "still", "ringing")
 """The named distributions of random starts."""
 
 _TURN = 2.0 * np.pi
+_MOST_STARTS = 10**9
 
 
 @dataclass(frozen=True)
-class Starts:
+class Starts(Shown):
     """Starts of many motions. Make one with `rigid`, `of` or `random`.
 
     Parameters
@@ -47,9 +50,13 @@ class Starts:
 
     def __post_init__(self) -> None:
         for name, dimensions in (("displacement", 2), ("velocity", 2), ("gap", 1), ("time", 1)):
-            values = np.ascontiguousarray(getattr(self, name), dtype=float)
-            if values.ndim != dimensions or len(values) != len(self.displacement):
-                accepted = f"an array of {len(self.displacement)} rows, {dimensions}-dimensional"
+            given = getattr(self, name)
+            if not (isinstance(given, np.ndarray) and given.dtype == float):
+                given = numbers(name, given, f"finite numbers of at most {MOST:g}")
+            values = np.array(given, order="C")
+            rows = self.displacement.shape[0] if name != "displacement" else values.shape[0] if values.ndim else 1
+            if values.ndim != dimensions or values.shape[0] != rows:
+                accepted = f"an array of {rows} rows, {dimensions}-dimensional"
                 raise ParameterError(name, f"shape {values.shape}", accepted)
             if not np.all(np.abs(values) <= MOST):
                 raise ParameterError(name, values, f"finite numbers of at most {MOST:g}")
@@ -65,21 +72,25 @@ class Starts:
     @classmethod
     def rigid(cls, position: npt.ArrayLike = -1.0, velocity: npt.ArrayLike = 0.0, time: npt.ArrayLike = 0.0) -> Starts:
         """Undeformed bars at `position` ≤ 0 with one velocity; the three are broadcast against each other."""
+        given = numbers("position", position), numbers("velocity", velocity), numbers("time", time)
         try:
-            columns = np.broadcast_arrays(*(np.asarray(values, dtype=float) for values in (position, velocity, time)))
-        except (TypeError, ValueError):
+            columns = np.broadcast_arrays(*given)
+        except ValueError:
             raise ParameterError("position", position, "numbers, and shapes that go with velocity and time") from None
+        if not columns[0].size:
+            raise ParameterError("position", position, "one or more starts")
         u, v, t = (column.reshape(-1) for column in columns)
         return cls(u[:, None], v[:, None], u, t)
 
     @classmethod
     def of(cls, starts: Sequence[Start], modes: int) -> Starts:
         """Single starts joined, for simulations with `modes` modes."""
-        states = [start.state(modes) for start in starts]
+        listed = several("starts", starts, "one or more starts")
+        states = [instance("starts", start, Start).state(modes) for start in listed]
         if not states:
             raise ParameterError("starts", starts, "one or more starts")
         u, v, gap = (np.array([state[i] for state in states]) for i in range(3))
-        return cls(u, v, gap, np.array([start.time for start in starts]))
+        return cls(u, v, gap, np.array([start.time for start in listed]))
 
     @classmethod
     def random(
@@ -112,9 +123,9 @@ class Starts:
         seed
             Of numpy's default generator.
         """
-        n, number = count("modes", modes, least=0), count("size", size, least=1)
-        if distribution not in DISTRIBUTIONS:
-            raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}")
+        instance("system", system, System)
+        n, number = count("modes", modes, least=0, most=MAX_MODES), count("size", size, least=1, most=_MOST_STARTS)
+        choice("distribution", distribution, *DISTRIBUTIONS)
         draw = np.random.default_rng(count("seed", seed, least=0))
         scale = float(np.abs(system.load.coefficients).sum())
         gap = draw.uniform(-5.0 * scale, 0.0, number)

@@ -1,11 +1,11 @@
-"""When a motion is followed no further, and what its end is called."""
+"""When to stop following a motion, and what its end is called."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from percuss.errors import ParameterError
-from percuss.model.checks import count, finite
+from percuss.model.checks import count, finite, flag
 
 __all__ = ["DEFAULT_IMPACTS", "MAX_MODES", "OUTCOMES", "Stop"]
 
@@ -17,14 +17,15 @@ MAX_MODES = 4096
 
 MOST_IMPACTS = 10**9
 
-OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled")
+OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled", "unresolved")
 """How a simulation ends.
 
 ``impacts``, ``time``: the number or the time asked for is reached. ``rest``: the bar lies on the wall for good.
 ``periodic``: a periodic motion is found. ``departed``: the bar has left for good, which is proved. ``work``: one flight
-needs more evaluations than any sensible one (a bar that hovers before the wall); what came before is whole. ``memory``:
+needs far more evaluations than normal, e.g. a bar that hovers before the wall; what came before is whole. ``memory``:
 the record has reached 1 GB; `Trajectory.continued` goes on, `simulate_many` keeps less.
-``cancelled``: the caller said so.
+``cancelled``: the caller said so. ``unresolved``: the bar was released twice in the same state, but rounding has a say
+in how many load periods lie between.
 """
 
 
@@ -66,6 +67,7 @@ class Stop:
             set_(self, "impacts", DEFAULT_IMPACTS if self.time is None else 10**6)
         else:
             set_(self, "impacts", count("impacts", self.impacts, least=0, most=MOST_IMPACTS))
+        set_(self, "periodic", flag("periodic", self.periodic))
         tolerance = finite("tolerance", self.tolerance)
         if not 1e-13 <= tolerance <= 0.1:
             raise ParameterError("tolerance", self.tolerance, "a number from 1e-13 to 0.1")

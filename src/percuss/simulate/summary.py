@@ -1,4 +1,4 @@
-"""What a motion amounts to: its label, its transient, its blow rate, and what that means in SI units."""
+"""A motion in short: its label, its transient, its blow rate, and what that means in SI units."""
 
 from __future__ import annotations
 
@@ -8,16 +8,18 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array
+from percuss.shown import Shown
 from percuss.simulate.events import CHATTER, IMPACT, Events
 
 __all__ = ["Cycle", "SISummary", "Summary", "label_of", "main_blows", "summary_of"]
 
 _TURN = 2.0 * np.pi
 _FEW = 20  # impacts too few to throw half of them away
+_SHOWN = 12  # most main blows of a cycle that are told one by one
 
 
 @dataclass(frozen=True)
-class Cycle:
+class Cycle(Shown):
     """A periodic motion that was found.
 
     Attributes
@@ -37,7 +39,7 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class SISummary:
+class SISummary(Shown):
     """The figures of a summary in the units of its field; each name ends in its unit. None where nothing strikes."""
 
     blow_rate_Hz: float | None
@@ -46,10 +48,13 @@ class SISummary:
     blow_energy_J: float | None
     delivered_energy_J: float | None
     delivered_power_kW: float | None
+    cycle_velocities_m_s: tuple[float, ...] | None
+    cycle_energies_J: tuple[float, ...] | None
+    delivered_energy_per_period_J: float | None
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(Shown):
     """Means over the settled part of a motion; dimensionless.
 
     Attributes
@@ -67,9 +72,12 @@ class Summary:
     main_interval_mean, main_interval_std
         The same between main blows.
     impact_velocity
-        Mean striking speed.
+        Mean striking speed of the main blows.
     blow_energy
-        Mean kinetic energy just before an impact, all modes.
+        Mean kinetic energy just before a main blow, all modes.
+    cycle_velocities, cycle_energies
+        Striking speed and blow energy of each main blow of one cycle, in order of time; None when no periodic motion
+        was found, or one with more than 12 main blows.
     energy_lost_per_period
         Taken by impacts, chatter and rest, per load period; None with fewer than two impacts.
     si
@@ -87,6 +95,8 @@ class Summary:
     main_interval_std: float | None
     impact_velocity: float | None
     blow_energy: float | None
+    cycle_velocities: tuple[float, ...] | None
+    cycle_energies: tuple[float, ...] | None
     energy_lost_per_period: float | None
     si: SISummary | None
 
@@ -101,7 +111,7 @@ def label_of(outcome: str, cycle: Cycle | None, wanders: bool) -> str:
     cycle
         The periodic motion, when one was found.
     wanders
-        Whether the last impacts do not come near any of the ones before.
+        Whether the last impacts do not come near any of the ones before, or the period hangs on rounding.
     """
     if outcome in ("rest", "departed"):
         return outcome
@@ -111,7 +121,11 @@ def label_of(outcome: str, cycle: Cycle | None, wanders: bool) -> str:
 
 
 def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of the impacts are main blows: all but those that follow the first one of a completed chatter."""
+    """Which of the impacts are main blows: all but the bounces of a completed chatter.
+
+    Those are the impacts in front of its end, in an unbroken row, whose flight is shorter than the one before it while
+    the load has not pulled, or shorter than a wave through the bar takes. The blow that they follow is the main one.
+    """
     struck = np.flatnonzero(events.code == IMPACT)
     main = np.ones(struck.size, dtype=bool)
     for at in np.flatnonzero(events.code == CHATTER):
@@ -129,23 +143,38 @@ def summary_of(system: System, events: Events, cycle: Cycle | None, over: bool =
     n = len(struck)
     first, last = (0, max(n - 1, 0)) if over else _settled(events, struck, cycle)
     part = struck[first : last + 1]
-    inside = part[1:] if len(part) > 1 else part
     main = main_blows(events)[first : last + 1]
     if cycle is not None:
         main[:1] = main[-1:] = True
+    blows = part[1:][main[1:]] if np.any(main[1:]) else part[main]
     mean, std = _spread(part.period[:0] if over else part.period, part.phase)
     main_mean, main_std = _spread(part.period[:0] if over else part.period[main], part.phase[main])
     taken = None
     if mean:
-        during = (events.time > part.time[0]) & (events.time <= part.time[-1])
-        taken = float(events.energy_lost[during].sum()) / (mean * (len(part) - 1)) * _TURN
-    speed = float(inside.impact_velocity.mean()) if len(part) else None
-    blow = float(inside.kinetic_energy.mean()) if len(part) else None
+        at = np.flatnonzero(events.code == IMPACT)[[first, last]]  # not by time: rest may come with the impact
+        taken = float(events.energy_lost[at[0] + 1 : at[1] + 1].sum()) / (mean * (len(part) - 1)) * _TURN
+    speed = float(blows.impact_velocity.mean()) if len(blows) else None
+    blow = float(blows.kinetic_energy.mean()) if len(blows) else None
     rate, main_rate = (None if not m else _TURN / m for m in (mean, main_mean))
+    speeds, energies = _each(part[main], cycle)
     return Summary(
-        n, first, last, rate, main_rate, mean, std, main_mean, main_std, speed, blow, taken,
-        _si(system, rate, main_rate, speed, blow, taken),
+        n, first, last, rate, main_rate, mean, std, main_mean, main_std, speed, blow, speeds, energies, taken,
+        _si(system, rate, main_rate, speed, blow, taken, speeds, energies),
     )  # fmt: skip
+
+
+Each = tuple[float, ...] | None
+
+
+def _each(blows: Events, cycle: Cycle | None) -> tuple[Each, Each]:
+    """Speeds and energies of the main blows of the last whole cycle; `blows` ends with the first one of the next."""
+    if cycle is None or not len(blows):
+        return None, None
+    ahead = blows.time[-1] - blows.time
+    one = blows[(ahead > 1e-6) & (ahead < cycle.periods * _TURN + 1e-6)]
+    if not 0 < len(one) <= _SHOWN:
+        return None, None
+    return tuple(one.impact_velocity.tolist()), tuple(one.kinetic_energy.tolist())
 
 
 def _settled(events: Events, struck: Events, cycle: Cycle | None) -> tuple[int, int]:
@@ -177,6 +206,8 @@ def _si(
     speed: float | None,
     blow: float | None,
     taken: float | None,
+    speeds: Each,
+    energies: Each,
 ) -> SISummary | None:
     if system.frequency is None:
         return None
@@ -185,6 +216,9 @@ def _si(
     def times(value: float | None, factor: float) -> float | None:
         return None if value is None else value * factor
 
+    def each(values: Each, factor: float) -> Each:
+        return None if values is None else tuple(value * factor for value in values)
+
     return SISummary(
         blow_rate_Hz=times(rate, f),
         main_blow_rate_Hz=times(main_rate, f),
@@ -192,4 +226,7 @@ def _si(
         blow_energy_J=times(blow, energy),
         delivered_energy_J=times(blow, energy * (1.0 - system.restitution**2)),
         delivered_power_kW=times(taken, 1e-3 * energy * f),
+        cycle_velocities_m_s=each(speeds, system.speed_scale),
+        cycle_energies_J=each(energies, energy),
+        delivered_energy_per_period_J=times(taken, energy),
     )

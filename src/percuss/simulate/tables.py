@@ -69,7 +69,7 @@ def tables_of(system: System, modes: int) -> Tables:
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
     shared = _without_mean(system.s, system.d, harmonics, modes)
     par = shared.par.copy()
-    par[kn.R], par[kn.MEAN] = system.restitution, load.mean
+    par[kn.R], par[kn.MEAN], par[kn.PUSHING] = system.restitution, load.mean, _longest_push(load)
     if load.is_piecewise:
         steps = np.array(load.values)
         par[kn.FORCE] = float(np.abs(load.values).max())
@@ -105,8 +105,22 @@ def _without_mean(s: float, d: float, harmonics: tuple[complex, ...], modes: int
     if modes:
         par[kn.WAVE], par[kn.RIPPLE] = (1.0 + 0.5 / modes) / s, 0.5 / (modes * s)
     response = spectrum.response
+    par[kn.SWAY] = float(np.sum(k * np.abs(spectrum.rigid)))
+    par[kn.SWING] = par[kn.SWAY] + float(np.sum(k[:, None] * np.abs(response)))
     coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
     return Tables(par, mode, har, coupling, np.empty(0), np.empty(0), np.empty(0), spectrum.over)
+
+
+_SAMPLES = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
+
+
+@lru_cache(maxsize=1024)
+def _longest_push(load: Load) -> float:
+    """A bound, from above, of the time for which the load does not pull; inf when no sample of it does."""
+    pulls = np.flatnonzero(load.value(_SAMPLES) < 0.0)
+    if not pulls.size:
+        return np.inf
+    return float(np.diff(pulls, append=pulls[0] + _SAMPLES.size).max() * _SAMPLES[1])
 
 
 @lru_cache(maxsize=1024)

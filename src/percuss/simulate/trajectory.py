@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, array
+from percuss.model.checks import Array, array, callback, choice, instance
+from percuss.shown import Shown
 from percuss.simulate.events import CHATTER, IMPACT, RELEASE, REST, Events
 from percuss.simulate.flight import Anchor, Modes, modal_motion
 from percuss.simulate.spectrum import Spectrum
@@ -33,7 +34,7 @@ _TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
-class EnergyBalance:
+class EnergyBalance(Shown):
     """Energy between two instants; dimensionless.
 
     Attributes
@@ -58,7 +59,7 @@ class EnergyBalance:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Shown):
     """A simulated motion; made by `run`, and by `Trajectory.load` from a file.
 
     All quantities are dimensionless (theory §1): lengths in bar lengths, times in radians of the load's fundamental.
@@ -74,13 +75,13 @@ class Trajectory:
         The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
         `displacement` and `velocity` for u_n and u_n'.
     outcome
-        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work``, ``memory`` or
-        ``cancelled``; see `percuss.simulate.OUTCOMES`.
+        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work``, ``memory``,
+        ``cancelled`` or ``unresolved``; see `percuss.simulate.OUTCOMES`.
     label
         What motion it is at the end: ``z=p/n`` (p impacts in n load periods, no rest), ``chatter/n`` (a cycle of n
         load periods with complete chatter and rest), ``rest/n`` (with rest, but finitely many impacts), ``rest`` (for
         good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
-        of phase and speed), ``undecided``.
+        of phase and speed; or `period_unresolved`), ``undecided``.
     cycle
         The periodic motion, or None when none was found.
     stop
@@ -114,6 +115,13 @@ class Trajectory:
     def main_blows(self) -> npt.NDArray[np.bool_]:
         """Which impacts are main blows: a completed chatter counts once. Shape (impacts,)."""
         return main_blows(self.events)
+
+    @property
+    def period_unresolved(self) -> bool:
+        """Whether the motion repeats, as it was released twice in the same state, in a time that hangs on rounding."""
+        from percuss.simulate.running import unresolved
+
+        return self.cycle is None and unresolved(self.snapshot["count"])
 
     @cached_property
     def summary(self) -> Summary:
@@ -177,8 +185,7 @@ class Trajectory:
         ParameterError
             For times outside the simulated ones.
         """
-        if side not in ("left", "right"):
-            raise ParameterError("side", side, "'left' or 'right'")
+        choice("side", side, "left", "right")
         times = array("t", t, -np.inf, np.inf)
         if times.size and (times.min() < self.begin_time or times.max() > self.end_time):
             accepted = f"times from {self.begin_time:.6g} to {self.end_time:.6g}"
@@ -230,7 +237,8 @@ class Trajectory:
     def gap(self, t: npt.ArrayLike) -> Array:
         """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),).
 
-        For the time of one wave after a release the ripple of a finite number of modes may show above 0.
+        After a release, for the time of one wave and as long as the load pulls, the ripple of a finite number of modes
+        may show above 0.
         """
         return np.asarray(self.position(1.0, t)[0])
 
@@ -279,7 +287,10 @@ class Trajectory:
         """
         from percuss.simulate.running import go_on
 
-        if stop is None:
+        callback("progress", progress)
+        if stop is not None:
+            instance("stop", stop, Stop)
+        else:
             stop = replace(self.stop, impacts=2 * max(self.impacts, 1), time=None, periodic=False)
         return go_on(self, stop, progress)
 
@@ -304,7 +315,7 @@ class Trajectory:
         Raises
         ------
         PercussError
-            When the file cannot be read or is no trajectory.
+            When the file cannot be read or is not a trajectory.
         """
         from percuss.simulate.netcdf import read
 

@@ -1,0 +1,22 @@
+"""Whether the simulator can be used at once, or would be compiled first."""
+
+from __future__ import annotations
+
+__all__ = ["compiled"]
+
+
+def compiled() -> bool:
+    """Whether numba's cache holds the kernels for this processor, so that using them takes a moment and not a minute.
+
+    False too where that cannot be told, such as with numba's compiler switched off.
+    """
+    from numba.core.registry import cpu_target
+
+    from percuss.simulate import kernels as kn
+
+    try:  # what numba calls its own; a test sees to it that this still answers
+        index = kn.fly_many._cache._cache_file._load_index()  # type: ignore[attr-defined]
+        machine = cpu_target.target_context.codegen().magic_tuple()
+        return any(key[1] == machine for key in index)
+    except Exception:
+        return False
