@@ -1,7 +1,9 @@
 """Closed-form steady motions: all phases, the orbit and its fields, admissibility, energy, rest, SI figures."""
 
 from percuss.steady.admissible import Violation
+from percuss.steady.drag import Drag, drag_of, greatest_drag
 from percuss.steady.energy import Energy
+from percuss.steady.full_rebound import grows
 from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
@@ -11,6 +13,7 @@ from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states
 
 __all__ = [
+    "Drag",
     "Energy",
     "Field",
     "ModalState",
@@ -20,6 +23,9 @@ __all__ = [
     "SIReport",
     "SteadyStates",
     "Violation",
+    "drag_of",
+    "greatest_drag",
+    "grows",
     "level",
     "rest_on_wall",
     "si_report",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from percuss.model.checks import Array
+from percuss.shown import Shown
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import mode_frequencies
 from percuss.steady.truncation import ringing
@@ -19,7 +20,7 @@ from percuss.steady.truncation import ringing
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
 
-__all__ = ["Contactless", "Violation", "flight_check"]
+__all__ = ["Contactless", "Violation", "a_passage", "flight_check", "start_acceleration", "stays_off", "tops"]
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
 _DEPTH = 1e-9  # relative accuracy of the greatest depth
@@ -29,7 +30,7 @@ _MOST_WORK = 20_000_000  # modes × times
 
 
 @dataclass(frozen=True)
-class Violation:
+class Violation(Shown):
     """A passage through the wall between two impacts.
 
     Parameters
@@ -53,7 +54,7 @@ class _Bounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Contactless:
-    """The answer to "does the bar stay off the wall between the impacts?".
+    """The answer to "does the bar stay off the wall between impacts?".
 
     Parameters
     ----------
@@ -73,19 +74,40 @@ def flight_check(motion: Motion) -> Contactless:
     A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
     the modes left out may make, up to 1e-6 of the stroke; the answer is then not proven.
     """
-    answer = _search(motion)
+    first, proven, _ = _search(motion, np.inf)
+    if not np.isfinite(first):
+        return Contactless(None, proven)
+    answer = Contactless(Violation(0.0 if motion.rebound_velocity > 0.0 else first, _depth(motion)), proven)
     doubt = min(motion.error_bound, _MOST_DOUBT) * motion.rigid_stroke if motion.requested_modes is None else 0.0
-    if answer.violation is not None and answer.violation.depth <= doubt:
-        return Contactless(None, False)
-    return answer
+    return Contactless(None, False) if answer.violation is not None and answer.violation.depth <= doubt else answer
 
 
-def _search(motion: Motion) -> Contactless:
+def stays_off(motion: Motion) -> bool:
+    """Whether `flight_check` finds no passage: where one is deeper than any doubt, its time and depth are spared."""
+    first, _, deep = _search(motion, _MOST_DOUBT * motion.rigid_stroke)
+    return not deep and (not np.isfinite(first) or flight_check(motion).violation is None)
+
+
+def a_passage(motion: Motion) -> float:
+    """A time at which the bar is seen beyond the wall, inf for none; not always the first one."""
+    return _search(motion, 0.0).first
+
+
+class _Found(NamedTuple):
+    """Where the bar is first seen beyond the wall (inf: nowhere), whether that is proved, whether it was `enough`."""
+
+    first: float
+    proven: bool
+    deep: bool
+
+
+def _search(motion: Motion, enough: float) -> _Found:
+    """The first passage; the search ends at any place that is farther beyond the wall than `enough`."""
     few, touch = motion.truncation.few, _TOUCH * motion.rigid_stroke
     period, full = motion.period, _bounds(motion, motion.modes)
     start, stop = _safe_ends(motion, full)
     if start is None:
-        return _violated(motion, 0.0, True)
+        return _Found(0.0, True, False)
     rest, rest_speed = _left_out(motion, few)
     acceleration = _bounds(motion, few).acceleration
     cells = 64 * motion.periods
@@ -103,19 +125,14 @@ def _search(motion: Motion) -> Contactless:
         through = y - margin > touch
         if through.any():
             first = min(first, float(centres[through].min()))
+            if float((y - margin).max()) > enough:
+                return _Found(first, False, True)
         curvature = full.acceleration if exact else acceleration
         safe = y + np.abs(speed) * half + 0.5 * curvature * half**2 + margin < 0.0
         left = centres[~safe & (centres - half < first)]
         half *= 0.5
         centres = np.sort(np.concatenate([left - half, left + half]))
-    proven = not centres.size or half <= _NARROWEST * period
-    return _violated(motion, first, proven) if np.isfinite(first) else Contactless(None, proven)
-
-
-def _violated(motion: Motion, first: float, proven: bool) -> Contactless:
-    """The violation that starts at `first`; at 0 when the rebound already goes into the wall."""
-    time = 0.0 if motion.rebound_velocity > 0.0 else first
-    return Contactless(Violation(time, _depth(motion)), proven)
+    return _Found(float(first), bool(not centres.size or half <= _NARROWEST * period), False)
 
 
 def _depth(motion: Motion) -> float:
@@ -138,13 +155,39 @@ def _depth(motion: Motion) -> float:
     return float(motion.end_motion(np.array([when]), motion.modes)[0][0]) if when > 0.0 else best
 
 
+def tops(motion: Motion, low: float, high: float) -> tuple[Array, float]:
+    """The cells of time between two times in which y may be greatest: their centres, and half their width.
+
+    By branch and bound, ever more modes the narrower the cells: in the end all of a second look, and cells in which y
+    bends by less than the modes after them could add, or by a millionth of the stroke.
+    """
+    most = motion.truncation.some
+    modes, cells = motion.truncation.few, 64 * motion.periods
+    half = 0.5 * (high - low) / cells
+    centres: Array = np.asarray(low + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    while True:
+        acceleration, rest = _bounds(motion, modes).acceleration, 2.0 * _left_out(motion, modes)[0]
+        bend = max(rest if modes < most else 0.0, _MOST_DOUBT * motion.rigid_stroke)
+        while True:
+            y, speed = motion.end_motion(centres, modes)
+            reach = y + np.abs(speed) * half + 0.5 * acceleration * half**2
+            centres = centres[reach + 2.0 * rest >= float(y.max())]
+            if 0.5 * acceleration * half**2 < bend or half < _NARROWEST * motion.period:
+                break
+            half *= 0.5
+            centres = np.sort(np.concatenate([centres - half, centres + half]))
+        if modes >= most:
+            return centres, half
+        modes = min(4 * modes, most)
+
+
 def _safe_ends(motion: Motion, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
     speed = motion.impact_velocity
     rebound = motion.system.restitution * speed
     start = _quotient(2.0 * rebound, bounds.acceleration)
     if motion.system.restitution == 0.0:  # it starts from rest: its acceleration decides
-        begin = _start_acceleration(motion)
+        begin = start_acceleration(motion)
         if begin >= 0.0:
             return None, motion.period
         start = max(start, min(_quotient(-3.0 * begin, bounds.jerk), _next_break(motion)))
@@ -159,7 +202,7 @@ def _quotient(speed: float, rate: float) -> float:
     return speed / rate if rate > 0.0 else np.inf
 
 
-def _start_acceleration(motion: Motion) -> float:
+def start_acceleration(motion: Motion) -> float:
     """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
     force = float(motion.system.load.value(motion.phase))
     signs = 2.0 * np.cos(np.pi * np.arange(1, motion.modes + 1))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.model.checks import Array, ComplexArray
+from percuss.shown import Shown
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import dissipated, mode_frequencies, phi1, phi2
 from percuss.steady.piecewise import PiecewiseResponse
@@ -24,7 +25,7 @@ __all__ = ["Energy", "energy_balance"]
 
 
 @dataclass(frozen=True)
-class Energy:
+class Energy(Shown):
     """Energy over one impact period, dimensionless.
 
     Parameters

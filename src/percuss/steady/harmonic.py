@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.errors import ResonanceError
+from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.oscillator import mode_frequencies
+from percuss.steady.resonance import refuse_resonance
 
 __all__ = ["Field", "HarmonicResponse", "mode_shapes", "static_shape"]
 
 _SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
-_RESONANT = 64.0 * np.finfo(float).eps
+_AT_ONCE = 1 << 20  # harmonics × times
 _KEPT_GAINS = 1 << 14  # numbers, modes × harmonics, of the tables that are kept
 
 
@@ -66,8 +67,7 @@ class HarmonicResponse:
         self.q: ComplexArray = _wave_numbers(system.s, system.d, self.k)
         self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
         self._end: dict[int | None, tuple[ComplexArray, ComplexArray]] = {}
-        if system.d == 0.0:
-            _refuse_resonance(system.load.harmonics, self.q.real)
+        refuse_resonance(system)
 
     # -- rigid part --
 
@@ -133,7 +133,11 @@ class HarmonicResponse:
 
     def end_motion(self, theta: Array, modes: int | None = None) -> tuple[Array, Array]:
         """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
-        both = (np.exp(1j * np.outer(theta, self.k)) @ self._at_end(modes)[0]).real
+        both, size = np.empty((theta.size, 2)), max(1, _AT_ONCE // self.k.size)
+        for i in range(0, theta.size, size):  # else a thousand harmonics at all times would fill the memory
+            look()
+            waves = np.exp(1j * np.outer(theta[i : i + size], self.k))
+            both[i : i + size] = (waves @ self._at_end(modes)[0]).real
         return both[:, 0], both[:, 1]
 
     def end_velocity(self, theta: float, modes: int | None = None) -> float:
@@ -240,11 +244,3 @@ def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
     for j in range(9, 0, -1):
         total = -square / (2 * j * (2 * j + 1)) * (1.0 + total)
     return total
-
-
-def _refuse_resonance(harmonics: np.typing.NDArray[np.int64], q: Array) -> None:
-    n = np.rint(q / math.pi)
-    off = np.abs(q - n * math.pi)
-    bad = np.flatnonzero((n >= 1.0) & (off <= _RESONANT * q))
-    if bad.size:
-        raise ResonanceError(int(harmonics[bad[0]]), int(n[bad[0]]))

@@ -16,7 +16,7 @@ from percuss.steady.oscillator import flights
 
 __all__ = ["ModalState", "modal_state", "resolvent_bound"]
 
-_TINY = 16.0 * np.finfo(float).eps
+_TURNED = 4.0 * np.finfo(float).eps  # error of the angle λT, relative: nearer to whole turns is resonance itself
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     still = loss**2 + 2.0 * step.versine  # det(I − Φ)
     divisor = loss * (1.0 + r * step.half) + (1.0 - r) * step.versine - (1.0 + r) * half_d_b  # det(I − DΦ)
     one_minus_a = loss + step.versine - half_d_b
-    singular = divisor <= _TINY * np.maximum(1.0, _TINY * (omega * period) ** 2)
+    singular = divisor <= 2.0 * (1.0 - r) * (_TURNED * omega * period) ** 2  # only without damping
     safe = np.where(singular, 1.0, divisor)
     push = -(1.0 + r) * f_velocity
     # an undamped mode in exact resonance with the impacts only fixes its velocity

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, non_negative, numbers, positive
 
-__all__ = ["langevin", "level", "level_factor"]
+__all__ = ["langevin", "level", "level_at", "level_factor"]
 
 _SERIES = (1 / 3, -1 / 45, 2 / 945, -1 / 4725, 2 / 93555, -1382 / 638512875, 4 / 18243225, -3617 / 162820783125)
 _SMALL = 0.2  # the series with 8 terms is right to 1e-17 relative below this
@@ -36,4 +37,17 @@ def level_factor(damping: npt.ArrayLike, restitution: npt.ArrayLike) -> Array:
 
 def level(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: float) -> Array:
     """c(d, R) of B77 (14) for mean load p_0 and impact period T (all dimensionless); broadcasts over p_0 and R."""
+    mean, restitution = numbers("mean", mean), numbers("restitution", restitution, "numbers from 0 to 1")
+    if not np.all((restitution >= 0.0) & (restitution <= 1.0)):
+        raise ParameterError("restitution", restitution, "numbers from 0 to 1")
+    try:
+        return level_at(mean, non_negative("d", d), restitution, positive("period", period))
+    except ValueError as error:
+        if isinstance(error, ParameterError):
+            raise
+        raise ParameterError("mean", f"shape {mean.shape}", "numbers in a shape that fits the restitution's") from None
+
+
+def level_at(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: float) -> Array:
+    """`level` of numbers that have been looked at."""
     return np.asarray(mean, dtype=float) * period * level_factor(d * period, restitution)  # B77 (14)

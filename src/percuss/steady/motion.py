@@ -9,19 +9,22 @@ from functools import cached_property, lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, array
+from percuss.shown import Shown
 from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes
 from percuss.steady.impact_state import ModalState, modal_state
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
 from percuss.steady.phases import Response, forced_response
+from percuss.steady.piecewise import PiecewiseResponse
 from percuss.steady.truncation import Truncation, truncation
 
 __all__ = ["Motion"]
 
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(Shown):
     """What an `Orbit` is before anything is asked of it: the sums over the modes; see there for the parameters."""
 
     system: System
@@ -66,6 +69,18 @@ class Motion:
             known = modal_state(self.system, self.period, (f[:, 0], velocity[:, 0]))
             self.__dict__["_longest"] = known
         return known.first(modes)
+
+    @property
+    def continuum(self) -> tuple[float, float] | None:
+        """First and last of the phases (rad) that are all impact phases, where v_f stays at the level; or None.
+
+        That is so under a load of steps where one step just keeps up v_f. Every phase between has its motion.
+        """
+        if not (self.fold and isinstance(self.response, PiecewiseResponse)):
+            return None
+        piece = int(self.response.locate(np.array([self.phase]))[0][0])
+        start = float(self.response.starts[piece])
+        return (start, start + float(self.response.lengths[piece])) if self.response.flat[piece] else None
 
     # -- speeds and energies --
 
@@ -197,15 +212,21 @@ class Motion:
 
     def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
         """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
-        both, cut = np.append(0.0, t), self.requested_modes is not None
+        look()
+        forced, forced_velocity = self._forced_end(t, modes)
+        drift, drift_velocity = self._drift(t)
+        rows = self._end_rows[:, :modes]
+        z, z_velocity = self._free_sum(t, rows)
+        known: dict[int, float] = self.__dict__.setdefault("_starts", {})
+        if modes not in known:
+            known[modes] = float(self._forced_end(np.zeros(1), modes)[0][0] + rows[0] @ self.state.z[:modes])
+        return forced + drift + z[0] - known[modes], forced_velocity + drift_velocity + z_velocity[0]
+
+    def _forced_end(self, t: Array, modes: int) -> tuple[Array, Array]:
+        cut = self.requested_modes is not None
         if isinstance(self.response, HarmonicResponse):
-            forced, forced_velocity = self.response.end_motion(self.phase + both, modes if cut else None)
-        else:
-            forced, forced_velocity = self.response.end_motion(self.phase + both, modes, cut=cut)
-        drift, drift_velocity = self._drift(both)
-        z, z_velocity = self._free_sum(both, self._end_rows[:, :modes])
-        y = forced + drift + z[0]
-        return y[1:] - y[0], (forced_velocity + drift_velocity + z_velocity[0])[1:]
+            return self.response.end_motion(self.phase + t, modes if cut else None)
+        return self.response.end_motion(self.phase + t, modes, cut=cut)
 
     @cached_property
     def _end_rows(self) -> Array:

@@ -9,11 +9,14 @@ import numpy as np
 
 from percuss.model.checks import Array, count
 from percuss.steady.admissible import Contactless, Violation, flight_check
+from percuss.steady.drag import drag_warnings
 from percuss.steady.energy import Energy, energy_balance
 from percuss.steady.motion import Motion
 from percuss.steady.warnings import resonance_warnings
 
 __all__ = ["Orbit"]
+
+_MOST_IMPACTS = 10**7
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ class Orbit(Motion):
         """The first `impacts` impacts from load time φ on: one row each of absolute time (rad of the load), load phase,
         striking speed and rebound velocity of the striking end; shape (impacts, 4), dimensionless.
         """
-        n = np.arange(count("impacts", impacts))
+        n = np.arange(count("impacts", impacts, most=_MOST_IMPACTS))
         row = [self.phase, self.phase, self.impact_velocity, self.rebound_velocity]
         return np.asarray(np.tile(row, (n.size, 1)) + np.outer(n, [self.period, 0.0, 0.0, 0.0]))
 
@@ -77,8 +80,8 @@ class Orbit(Motion):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Near-resonances of the load or the impacts with elastic modes, and a tolerance that was not reached."""
-        return resonance_warnings(self, self.stroke, self.proven)
+        """A strong drag, near-resonances of the load or the impacts with elastic modes, a tolerance not reached."""
+        return (*drag_warnings(self), *resonance_warnings(self, self.stroke, self.proven))
 
     @cached_property
     def stroke(self) -> float:
@@ -123,5 +126,5 @@ class Orbit(Motion):
         where = "admissible" if self.admissible else "not admissible"
         return (
             f"Orbit z=1/{self.periods}: phase {self.phase:.6f} rad, striking speed {self.impact_velocity:.6g}, "
-            f"{where}, {self.modes} modes (error {self.error_bound:.1e} of the stroke)"
+            f"{where}, {self.modes} mode{'s' if self.modes != 1 else ''} (error {self.error_bound:.1e} of the stroke)"
         )

@@ -5,17 +5,22 @@ Everything broadcasts over modes and times; overdamped and critically damped mod
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array
+from percuss.halting import look
+from percuss.model.checks import Array, ComplexArray
 
 __all__ = ["Propagator", "dissipated", "flights", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
 
 _CHUNK = 1 << 20  # modes × times handled at once
+_EVEN = 48  # times at one distance from which on products of exponentials are quicker than exponentials
+_TURNS = 4.0 * math.pi  # times since a step of the load are as exact as the phases, up to here, that they come from
+_MUCH = 1 << 13  # modes × times from which on it is worth while to look whether they are
 _SMALL = 0.1  # below this the differences in phi2 would lose digits and the series takes over
 
 
@@ -130,10 +135,8 @@ def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows:
     exponent = -0.5 * d + 1j * rate
     phasor = z[ringing] - 1j * (v[ringing] + 0.5 * d * z[ringing]) / rate
     weights = np.concatenate([rows[:, ringing] * phasor, rows[:, ringing] * (phasor * exponent)])
-    both = np.empty((weights.shape[0], t.size))
-    width = max(1, _CHUNK // max(1, rate.size))
-    for i in range(0, t.size, width):
-        both[:, i : i + width] = (weights @ np.exp(np.outer(exponent, t[i : i + width]))).real
+    much = rate.size * t.size >= _MUCH
+    both = _even_sum(weights, exponent, t) if much and _is_even(t) else _plain_sum(weights, exponent, t)
     total, speed = both[: rows.shape[0]], both[rows.shape[0] :]
     if not ringing.all():
         step = propagator(omega[~ringing, None], d, t[None, :])
@@ -141,6 +144,46 @@ def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows:
         total += rows[:, ~ringing] @ (step.a * slow + step.b * slow_v)
         speed += rows[:, ~ringing] @ (step.c * slow + step.e * slow_v)
     return total, speed
+
+
+def _plain_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
+    """Re Σ_n w_in exp(e_n t), time by time; shape (ni, nt)."""
+    both = np.empty((weights.shape[0], t.size))
+    width = max(1, _CHUNK // max(1, exponent.size))
+    for i in range(0, t.size, width):
+        look()
+        both[:, i : i + width] = (weights @ np.exp(np.outer(exponent, t[i : i + width]))).real
+    return both
+
+
+def _is_even(t: Array) -> bool:
+    """Whether so many times follow each other at one distance that `_even_sum` is worth while."""
+    if t.size < _EVEN:
+        return False
+    step = (t[-1] - t[0]) / (t.size - 1)
+    off = np.abs(t - (t[0] + step * np.arange(t.size))).max()
+    return bool(off <= 4.0 * np.finfo(float).eps * max(abs(float(t[0])), abs(float(t[-1])), _TURNS))
+
+
+def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
+    """As `_plain_sum` for times at one distance: exp(e(t_a + τ_b)) = exp(e t_a) exp(e τ_b), summed as a matrix product.
+
+    That takes √nt exponentials of each mode in place of nt; what is left is a twentieth of their time.
+    """
+    fine = math.isqrt(t.size - 1) + 1
+    coarse = -(-t.size // fine)
+    step = (t[-1] - t[0]) / (t.size - 1)
+    near = np.exp(np.outer(exponent, step * np.arange(fine)))
+    both = np.zeros((weights.shape[0], coarse * fine))
+    width = max(1, _CHUNK // (weights.shape[0] * coarse))
+    for i in range(0, exponent.size, width):
+        look()
+        part = slice(i, i + width)
+        far = np.exp(np.outer(t[0] + step * fine * np.arange(coarse), exponent[part]))
+        turned = (weights[:, None, part] * far).reshape(-1, far.shape[1])
+        # Re of a product, as real products: half the work of the complex one
+        both += (turned.real @ near[part].real - turned.imag @ near[part].imag).reshape(both.shape)
+    return both[:, : t.size]
 
 
 def dissipated(omega: Array, d: float, start: tuple[Array, Array], t: Array) -> Array:

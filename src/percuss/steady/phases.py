@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady.harmonic import HarmonicResponse
@@ -89,8 +91,36 @@ class Arcs:
         """Differences of v_f below this are rounding."""
         return 32.0 * _EPS * self.response.rigid_bounds()[0]
 
+    @cached_property
+    def turning(self) -> npt.NDArray[np.bool_]:
+        """At which ends v_f turns round, so that two motions meet there; shape (n + 1,).
+
+        All critical points count. At a break of a load of steps v_f has a kink, and may go on in its direction.
+        """
+        if not isinstance(self.response, PiecewiseResponse):
+            return np.ones(self.ends.shape, dtype=bool)
+        rise = np.where(self.response.flat, 0.0, np.sign(np.diff(self.velocities)))
+        turning = np.roll(rise, 1) * rise < 0.0
+        return np.append(turning, turning[0])
+
+    def plateaus(self, level: float) -> npt.NDArray[np.intp]:
+        """The arcs on which v_f stays at a level: every phase of theirs is a root."""
+        if not isinstance(self.response, PiecewiseResponse):
+            return np.empty(0, dtype=np.intp)
+        return np.flatnonzero(self.response.flat & (np.abs(self.velocities[:-1] - level) <= self.tolerance))
+
+    def folded(self, phase: Array, level: Array) -> npt.NDArray[np.bool_]:
+        """Whether two motions meet in a root: the level touches an end of its arc, where v_f turns round."""
+        arc = (np.searchsorted(self.ends[:-1], phase, side="right") - 1) % (self.ends.size - 1)
+        folded = np.zeros(np.shape(phase), dtype=bool)
+        for end in (arc, arc + 1):
+            folded |= self.turning[end] & (np.abs(self.velocities[end] - level) <= self.tolerance)
+        return folded
+
     def roots(self, level: float) -> tuple[Array, Array]:
         """All phases in [0, 2π) with v_f = level, increasing, and whether each is a tangency (fold).
+
+        Of a plateau at the level the middle, as a fold.
 
         Returns
         -------
@@ -99,12 +129,17 @@ class Arcs:
         """
         off = self.velocities - level
         touching = np.abs(off) <= self.tolerance
-        folds = self.ends[:-1][touching[:-1]]
+        knots, folded = self.ends[:-1][touching[:-1]], self.turning[:-1][touching[:-1]]
+        flat = self.plateaus(level)
+        if flat.size:  # the breaks that bound it belong to it
+            beside = np.isin(np.flatnonzero(touching[:-1]), np.concatenate([flat, (flat + 1) % (self.ends.size - 1)]))
+            middles = 0.5 * (self.ends[flat] + self.ends[flat + 1])
+            knots, folded = np.append(knots[~beside], middles), np.append(folded[~beside], np.ones(flat.size, bool))
         crossed = ((off[:-1] < 0.0) != (off[1:] < 0.0)) & ~touching[:-1] & ~touching[1:]
         index = np.flatnonzero(crossed)
         simple = self.invert(index, np.full(index.size, level)) if index.size > _FEW else self._one_by_one(index, level)
-        phases = on_circle(np.concatenate([simple, folds]))
-        tangent = np.concatenate([np.zeros(simple.size, bool), np.ones(folds.size, bool)])
+        phases = on_circle(np.concatenate([simple, knots]))
+        tangent = np.concatenate([np.zeros(simple.size, bool), folded])
         order = np.argsort(phases)
         return phases[order], tangent[order]
 
@@ -112,7 +147,7 @@ class Arcs:
         """As `invert`, for one level."""
         return float(self._one_by_one(np.array([arc]), level)[0])
 
-    def _one_by_one(self, arc: np.typing.NDArray[np.intp], level: float) -> Array:
+    def _one_by_one(self, arc: npt.NDArray[np.intp], level: float) -> Array:
         """As `invert`, for one level on a few arcs: in plain numbers, which takes a quarter of the time of arrays."""
         r = self.response
         if isinstance(r, PiecewiseResponse) or r.k.size == 1 or r.k[-1] > _FEW:
@@ -121,7 +156,7 @@ class Arcs:
         ends = [(float(self.ends[i]), float(self.ends[i + 1])) for i in arc.tolist()]
         return np.array([_one_phase(waves, start, stop, level) for start, stop in ends], dtype=float)
 
-    def invert(self, arc: np.typing.NDArray[np.intp], level: Array) -> Array:
+    def invert(self, arc: npt.NDArray[np.intp], level: Array) -> Array:
         """The phase on arc number `arc` where v_f equals `level`, which must lie between its ends; broadcasts."""
         r = self.response
         if isinstance(r, PiecewiseResponse):
@@ -138,6 +173,7 @@ class Arcs:
         waves = r.k.tobytes(), r.rigid_factor.tobytes()
         low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
         for number in np.unique(arc):
+            look()
             here, ends = arc == number, self.ends[number : number + 2]
             low[here], high[here], start[here] = _bracketed(level[here], *_nodes(*waves, *ends.tolist()))
         return polished(low, high, _waves(*waves), level, start)

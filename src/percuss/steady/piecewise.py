@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes, static_shape
+from percuss.steady.harmonic import Field, mode_shapes, static_shape
 from percuss.steady.oscillator import free_sum, mode_frequencies, phi1, phi2, propagator
+from percuss.steady.resonance import refuse_resonance
 
 __all__ = ["PiecewiseResponse"]
 
 TURN = 2.0 * math.pi
+_WHOLE = 64.0 * np.finfo(float).eps
 
 
 class PiecewiseResponse:
@@ -24,12 +28,13 @@ class PiecewiseResponse:
     """
 
     def __init__(self, system: System) -> None:
-        HarmonicResponse(system)  # refuses an exact resonance
+        refuse_resonance(system)
         self.system = system
         self.starts = np.asarray(system.load.breaks)
         self.values = np.asarray(system.load.values)
         self.lengths = np.diff(np.append(self.starts, self.starts[0] + TURN))
         self.pull = self.values - system.load.mean
+        self._knots = (np.empty((self.starts.size, 0)), np.empty((self.starts.size, 0)))
         self._rigid_knots()
 
     def _rigid_knots(self) -> None:
@@ -92,6 +97,12 @@ class PiecewiseResponse:
         """Bounds of |v_f| and of the alternating force; v_f is monotone between the breaks."""
         return float(np.abs(self.knot_velocity).max()), float(np.abs(self.pull).max())
 
+    @cached_property
+    def flat(self) -> np.typing.NDArray[np.bool_]:
+        """On which pieces v_f does not change but for rounding; shape (pieces,)."""
+        rate = np.abs(self.pull - self.system.d * self.knot_velocity)
+        return np.asarray(rate * self.lengths <= 32.0 * np.finfo(float).eps * self.rigid_bounds()[0])
+
     def force(self, theta: Array) -> Array:
         """p(θ) with its mean, right-sided at a jump."""
         return self.system.load.value(theta)
@@ -101,8 +112,14 @@ class PiecewiseResponse:
     def knots(self, modes: int) -> tuple[Array, Array]:
         """Departure from the static displacement, and velocity, of each elastic mode at the start of each piece.
 
-        Shapes (pieces, modes).
+        Shapes (pieces, modes). Those of the most modes asked for are kept: every look at a motion needs them.
         """
+        u, v = self._knots if self._knots[0].shape[1] >= modes else self._computed_knots(modes)
+        if u.shape[1] > self._knots[0].shape[1]:
+            self._knots = u, v
+        return u[:, :modes], v[:, :modes]
+
+    def _computed_knots(self, modes: int) -> tuple[Array, Array]:
         omega = mode_frequencies(self.system.s, modes)
         static = self.values[:, None] / omega**2
         steps = [propagator(omega, self.system.d, length) for length in self.lengths]
@@ -117,14 +134,33 @@ class PiecewiseResponse:
         # (I − Φ)⁻¹, with det(I − Φ) = (1 − h)² + 2 h(1 − cos λT), h = exp(−dT/2)
         loss = -np.expm1(-0.5 * self.system.d * TURN)
         det = loss**2 + 2.0 * whole.versine
-        u = ((1.0 - whole.e) * shift_u + whole.b * shift_v) / det
-        v = (whole.c * shift_u + (1.0 - whole.a) * shift_v) / det
+        turning = self._turning(omega)  # whole swings in a turn that the load does not drive: any state comes back
+        det = np.where(turning, 1.0, det)
+        u = np.where(turning, 0.0, ((1.0 - whole.e) * shift_u + whole.b * shift_v) / det)
+        v = np.where(turning, 0.0, (whole.c * shift_u + (1.0 - whole.a) * shift_v) / det)
         us, vs = [], []
         for step, jump in zip(steps, jumps, strict=True):
             us.append(u)
             vs.append(v)
             u, v = step.a * u + step.b * v + jump, step.c * u + step.e * v
-        return np.array(us), np.array(vs)
+        knot_u, knot_v = np.array(us), np.array(vs)
+        if turning.any():
+            own_u, own_v = self._own_swing(omega[turning], knot_u[:, turning], knot_v[:, turning])
+            knot_u[:, turning] -= own_u
+            knot_v[:, turning] -= own_v
+        return knot_u, knot_v
+
+    def _turning(self, omega: Array) -> np.typing.NDArray[np.bool_]:
+        return np.asarray((self.system.d == 0.0) & (np.abs(omega - np.rint(omega)) <= _WHOLE * omega))
+
+    def _own_swing(self, omega: Array, knot_u: Array, knot_v: Array) -> tuple[Array, Array]:
+        """What undriven modes swing at their own frequency, at the knots: not a part of the motion that is forced."""
+        start = knot_u - 1j * knot_v / omega  # the departure of a piece is Re start·exp(iωt) from its begin
+        length, back = self.lengths[:, None], np.exp(-1j * self.starts[:, None] * omega)
+        other = np.conj(start) * -np.expm1(-2j * omega * length) / (2j * omega)
+        swing = (back * (start * length + other)).sum(axis=0) / TURN
+        here = swing / back
+        return np.asarray(here.real), np.asarray((1j * omega * here).real)
 
     def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
         """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
@@ -146,8 +182,9 @@ class PiecewiseResponse:
         ring, speed = np.empty((rows.shape[0], theta.size)), np.empty((rows.shape[0], theta.size))
         piece, since = self.locate(theta)
         omega = mode_frequencies(self.system.s, modes)
-        for i, start in enumerate(zip(*self.knots(modes), strict=True)):
-            here = piece == i
+        knots_u, knots_v = self.knots(modes)
+        for here in _visits(piece):
+            start = knots_u[piece[here][0]], knots_v[piece[here][0]]
             ring[:, here], speed[:, here] = free_sum(omega, self.system.d, start, since[here], rows)
         half = x.size
         return Field(ring[:half] + np.outer(rise, force), speed[:half], ring[half:] + np.outer(bend, force))
@@ -159,3 +196,13 @@ class PiecewiseResponse:
             elastic.displacement[0] + self.rigid_displacement(theta),
             elastic.velocity[0] + self.rigid_velocity(theta),
         )
+
+
+def _visits(piece: np.typing.NDArray[np.intp]) -> list[slice] | list[np.typing.NDArray[np.bool_]]:
+    """The places of each piece: visit by visit, in which times at one distance stay so, unless these are very many."""
+    changes = np.flatnonzero(np.diff(piece)) + 1
+    numbers = np.unique(piece)
+    if changes.size + 1 > 2 * numbers.size + 2:
+        return [piece == i for i in numbers]
+    ends = [0, *changes.tolist(), piece.size] if piece.size else []
+    return [slice(a, b) for a, b in pairwise(ends)]

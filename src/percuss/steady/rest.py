@@ -9,6 +9,9 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import ComplexArray, instance
+from percuss.shown import Shown
+from percuss.steady.resonance import resonance_of_steps
+from percuss.steady.step_waves import least_contact_force
 from percuss.steady.trigonometric import on_circle, trigonometric_roots
 
 __all__ = ["Rest", "rest_on_wall"]
@@ -18,19 +21,19 @@ _EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Rest:
+class Rest(Shown):
     """The bar at rest on the wall.
 
     Parameters
     ----------
     possible
-        Whether its contact force never pulls.
+        The verdict, by the contact force with the waves in the bar: whether it never pulls.
     least_contact_force
-        Least value over the load period, dimensionless; −inf when the resting bar is driven in resonance.
+        Its least value over the load period, dimensionless; −inf when the resting bar is driven in resonance.
     phase
         Load phase of the least contact force, or None.
     quasi_static
-        The least value of p(t) itself: the limit s → ∞.
+        The least value of p(t) itself, the contact force without waves: the limit s → ∞ under a smooth load.
     """
 
     possible: bool
@@ -38,28 +41,46 @@ class Rest:
     phase: float | None
     quasi_static: float
 
+    @property
+    def lifted_by_waves(self) -> bool:
+        """Whether waves alone lift the end off, for moments of a wave's way through the bar: the load never pulls."""
+        return not self.possible and self.quasi_static >= 0.0
+
+    @property
+    def held_by_waves(self) -> bool:
+        """Whether waves alone hold the end at the wall while the load pulls: a simulation, without them, lets go."""
+        return self.possible and self.quasi_static < 0.0
+
     def __str__(self) -> str:
         word = "possible" if self.possible else "not possible"
-        return f"Rest: {word}, least contact force {self.least_contact_force:.6g}"
+        return (
+            f"Rest: {word}, least contact force {self.least_contact_force:.6g} (quasi-static {self.quasi_static:.6g})"
+        )
 
 
 def rest_on_wall(system: System) -> Rest:
     """Is u(1, t) ≡ 0 a steady state, and how hard does the bar press?
 
-    The contact force is p_0 + Re Σ p_k exp(ikt)/cos q_k. For a piecewise load the sum runs over the harmonics kept.
+    The verdict goes by the contact force with every wave resolved, f = p_0 + Re Σ p_k exp(ikt)/cos q_k. A jump of the
+    load doubles in it and comes back with every echo, so that steps can lift off a bar that the load itself never
+    pulls: `quasi_static` tells. Steps are taken exactly, whatever harmonics are kept beside them (theory §4); where
+    hardly anything damps them the force may be told a jump or two too low, never a resonance overlooked. A simulation
+    takes the load itself as the contact force of a bar at rest.
 
     Examples
     --------
     >>> from percuss import Load, System
     >>> rest_on_wall(System(s=20.0, d=0.0, restitution=0.5, load=Load.harmonic(1.5, 1.0))).possible
     True
+    >>> print(rest_on_wall(System(50.0, 0.02, 0.3, Load.steps([0.0, 3.14], [1.0, 0.3]))))
+    Rest: not possible, least contact force -1.91723 (quasi-static 0.3)
     """
     load = instance("system", system, System).load
+    if load.is_piecewise:
+        return _under_steps(system)
     k = load.harmonics.astype(float)
     p: ComplexArray = load.coefficients[load.harmonics]
     quasi_static, _ = _least(k, p, load.mean)
-    if load.is_piecewise:
-        quasi_static = min(load.values)
     q = np.sqrt(k * (k - 1j * system.d)) / system.s
     sink = np.abs(q.imag)
     wave = np.exp(-1j * q.real - sink)  # exp(−iq), as Im q ≤ 0
@@ -67,6 +88,16 @@ def rest_on_wall(system: System) -> Rest:
         return Rest(False, -math.inf, None, quasi_static)
     transfer = 2.0 * wave / (wave**2 + 1.0)
     least, phase = _least(k, p * transfer, load.mean)
+    return Rest(least >= 0.0, least, phase, quasi_static)
+
+
+def _under_steps(system: System) -> Rest:
+    load, quasi_static = system.load, min(system.load.values)
+    if not load.jumps:
+        return Rest(quasi_static >= 0.0, quasi_static, None, quasi_static)
+    if system.d == 0.0 and resonance_of_steps(system, 0.5) is not None:
+        return Rest(False, -math.inf, None, quasi_static)
+    least, phase = least_contact_force(load, system.s, system.d)
     return Rest(least >= 0.0, least, phase, quasi_static)
 
 

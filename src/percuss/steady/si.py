@@ -9,17 +9,22 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.checks import instance
+from percuss.shown import Shown
 from percuss.steady.orbit import Orbit
 
 __all__ = ["SIReport", "si_report"]
 
+_NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
+
 
 @dataclass(frozen=True)
-class SIReport:
+class SIReport(Shown):
     """An orbit's figures in the units of its field; each name ends in its unit.
 
     The striking speed is that of the striking end; momentum and mean force belong to the mean motion of the bar, for
-    which they are exact. Stress is that of first contact with R read as an impedance ratio.
+    which they are exact. Stress is that of first contact with R read as an impedance ratio; None for a motion whose end
+    would be leaving the wall at the impact. Efficiency is None when the load puts nothing in. The drag is that of the
+    damping on the whole bar, per velocity, and at the striking speed of the rigid motion.
     """
 
     impact_velocity_m_s: float
@@ -32,11 +37,13 @@ class SIReport:
     input_power_kW: float
     efficiency: float | None
     stroke_mm: float
-    peak_stress_MPa: float
-    receiving_stress_MPa: float
+    peak_stress_MPa: float | None
+    receiving_stress_MPa: float | None
     contact_time_us: float
     mean_force_kN: float
     momentum_N_s: float
+    drag_N_s_m: float
+    drag_force_kN: float
 
 
 def si_report(orbit: Orbit) -> SIReport:
@@ -68,7 +75,7 @@ def si_report(orbit: Orbit) -> SIReport:
     energy, rate = system.energy_scale * orbit.blow_energy, system.frequency / orbit.periods
     put_in = system.energy_scale * orbit.energy.input
     delivered = (1.0 - r**2) * energy
-    wave = bar.density * bar.wave_speed * speed / 2.0
+    wave = 1e-6 * bar.density * bar.wave_speed * speed / 2.0 if speed > 0.0 else None
     return SIReport(
         impact_velocity_m_s=speed,
         rigid_velocity_m_s=rigid,
@@ -78,18 +85,20 @@ def si_report(orbit: Orbit) -> SIReport:
         blow_rate_per_min=60.0 * rate,
         percussive_power_kW=1e-3 * energy * rate,
         input_power_kW=1e-3 * put_in * rate,
-        efficiency=_ratio(delivered, put_in),
+        efficiency=_ratio(delivered, put_in, energy),
         stroke_mm=1e3 * system.length_scale * orbit.stroke,
-        peak_stress_MPa=1e-6 * wave * (1.0 + r),
-        receiving_stress_MPa=1e-6 * wave * (1.0 - r),
+        peak_stress_MPa=None if wave is None else wave * (1.0 + r),
+        receiving_stress_MPa=None if wave is None else wave * (1.0 - r),
         contact_time_us=1e6 * bar.contact_duration,
         mean_force_kN=1e-3 * bar.mass * rigid * (1.0 + r) * rate,
         momentum_N_s=bar.mass * rigid,
+        drag_N_s_m=bar.damping * bar.length,
+        drag_force_kN=1e-3 * bar.damping * bar.length * rigid,
     )
 
 
-def _ratio(delivered: float, put_in: float) -> float | None:
-    """Efficiency; None where nothing is put in and nothing taken (R = 1 without damping)."""
-    if put_in <= np.finfo(float).eps * max(abs(delivered), 1.0) or not math.isfinite(put_in):
+def _ratio(delivered: float, put_in: float, blow: float) -> float | None:
+    """Efficiency; None where nothing is put in and nothing taken (R = 1 without damping), beside the blow's energy."""
+    if put_in <= _NOTHING * blow or not math.isfinite(put_in):
         return None
     return delivered / put_in

@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from percuss.errors import LoadError
 from percuss.model import System
-from percuss.model.checks import Array, count, instance, positive
-from percuss.steady.level import level, level_factor
+from percuss.model.checks import Array, count, instance, numbers, positive
+from percuss.shown import Shown
+from percuss.steady.full_rebound import grows
+from percuss.steady.level import level_at, level_factor
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import Arcs, forced_response
 
@@ -41,7 +43,7 @@ class Nearest:
 
 
 @dataclass(frozen=True)
-class SteadyStates:
+class SteadyStates(Shown):
     """The steady motions with one impact every `periods` load periods.
 
     Parameters
@@ -53,11 +55,12 @@ class SteadyStates:
     level_max
         max v_f: motions exist while level ≤ level_max.
     orbits
-        Every root of B77 (14) in order of phase, physically possible or not.
+        Every root of B77 (14) in order of phase, physically possible or not, but for those that `note` tells of.
     nearest
         Where motions would exist, when there are none.
     note
-        Why there is no orbit although the level is met, or "".
+        What else must be known, or "": roots of B77 (14) that are no motion of this bar (with R = 1 and no damping its
+        ringing may grow), and a continuum of motions, for which one orbit stands.
     """
 
     system: System
@@ -75,7 +78,7 @@ class SteadyStates:
 
     def rigid_velocity(self, phase: npt.ArrayLike) -> Array:
         """v_f at the given load phases (rad): the curve that meets the level at the roots."""
-        return forced_response(self.system).rigid_velocity(np.asarray(phase, dtype=float))
+        return forced_response(self.system).rigid_velocity(numbers("phase", phase))
 
     def __str__(self) -> str:
         head = f"z=1/{self.periods}: level {self.level:.6g}, max {self.level_max:.6g}, {len(self.orbits)} orbits"
@@ -132,25 +135,42 @@ def steady_states(
     check_pushes(system)
     arcs = Arcs.of(forced_response(system))
     period = 2.0 * math.pi * m
-    target = float(level(system.load.mean, system.d, system.restitution, period))
+    target = float(level_at(system.load.mean, system.d, system.restitution, period))
     phases, folds = arcs.roots(target)
+    rings_on = system.d == 0.0 and system.restitution == 1.0
+    kept = ~grows(system, phases, m, modes=n) if rings_on else np.ones(phases.shape, dtype=bool)
     orbits = tuple(
-        Orbit(system, m, float(phase), bool(fold), n, wanted) for phase, fold in zip(phases, folds, strict=True)
+        Orbit(system, m, float(phase), bool(fold), n, wanted)
+        for phase, fold in zip(phases[kept], folds[kept], strict=True)
     )
-    found = SteadyStates(system, m, target, arcs.highest, orbits)
-    if not orbits:
-        return SteadyStates(system, m, target, arcs.highest, (), _nearest(system, period, arcs.highest))
-    if system.restitution == 1.0 and system.d == 0.0 and any(_gains(orbit) for orbit in orbits):
-        note = (
-            "with R = 1 and no damping nothing takes the energy that this load puts into the elastic modes: "
-            "the rigid motion exists, but the bar's ringing grows without bound"
-        )
-        return SteadyStates(system, m, target, arcs.highest, (), None, note)
-    return found
+    nearest = None if phases.size else _nearest(system, period, arcs.highest)
+    note = "; ".join(text for text in (_grow_note(phases[~kept]), _continuum_note(orbits)) if text)
+    return SteadyStates(system, m, target, arcs.highest, orbits, nearest, note)
+
+
+def _continuum_note(orbits: tuple[Orbit, ...]) -> str:
+    """What is said of the motions that stand for a continuum of them."""
+    return "; ".join(
+        f"every impact phase from {orbit.continuum[0]:.6g} to {orbit.continuum[1]:.6g} rad has its steady motion, as "
+        f"v_f stays at the level there: the orbit in the middle, {orbit.phase:.6g} rad, stands for this continuum"
+        for orbit in orbits
+        if orbit.continuum is not None
+    )
+
+
+def _grow_note(phases: Array) -> str:
+    """What is said of the phases at which an undamped bar that rebounds fully would strike."""
+    if not phases.size:
+        return ""
+    where = ", ".join(f"{phase:.6g}" for phase in phases)
+    return (
+        "with R = 1 and no damping nothing takes the energy that this load puts into the elastic modes: the rigid "
+        f"motion exists (impact phase {where} rad), but the bar's ringing grows without bound"
+    )
 
 
 def check_pushes(system: System) -> None:
-    """LoadError when the system can have no steady impacts."""
+    """Raise LoadError when the system cannot have steady impacts."""
     if system.load.is_constant:
         raise LoadError(
             "the load is constant: there is no load period, hence no steady motion to find",
@@ -159,7 +179,7 @@ def check_pushes(system: System) -> None:
     if system.load.mean <= 0.0:
         raise LoadError(
             f"the load does not push: its mean is p_0 = {system.load.mean:.6g}, and must be greater than 0",
-            "turn the sign of the force (positive is toward the wall) or add a feed force",
+            "reverse the sign of the force (positive is toward the wall) or add a feed force",
         )
 
 
@@ -171,11 +191,3 @@ def _nearest(system: System, period: float, highest: float) -> Nearest:
     ratio = 2.0 * (highest / (system.load.mean * period) - least)  # (1 − R)/(1 + R)
     restitution = (1.0 - ratio) / (1.0 + ratio) if ratio >= 0.0 else None
     return Nearest(load_factor, mean, restitution)
-
-
-def _gains(orbit: Orbit) -> bool:
-    """Whether the elastic modes are driven at the impact of an undamped bar that rebounds fully."""
-    state = orbit.modal_state(32)
-    load = orbit.system.load
-    scale = float(np.sum(np.abs(load.coefficients[1:]) * np.arange(1, load.coefficients.size)))
-    return bool(np.any(np.abs(state.forced_velocity) * state.omega**2 > 1e-9 * scale))

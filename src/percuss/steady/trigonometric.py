@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from percuss.halting import look
 from percuss.model.checks import Array, ComplexArray
 
 __all__ = ["TURN", "Curve", "Terms", "harmonic_sums", "on_circle", "polished", "polished_one", "trigonometric_roots"]
@@ -50,6 +51,7 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
     cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
     brackets: list[np.typing.NDArray[np.int64]] = []  # in units of the finest grid
     for level in range(_LEVELS + 1):
+        look()
         half = math.pi / count
         g, slope = value(np.asarray(half * (2.0 * cells + 1.0), dtype=float))
         empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
@@ -112,6 +114,7 @@ def polished(low: Array, high: Array, value: Curve, level: Array, start: Array |
     below = value(low)[0] < level
     active = np.arange(low.size)
     for _ in range(100):
+        look()
         here = theta[active]
         g, slope = value(here)
         g = g - level[active]

@@ -1,18 +1,21 @@
-"""How many elastic modes the sums need, and what the ones left out can amount to."""
+"""How many elastic modes the sums need, and how much the omitted ones can contribute."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.halting import look
 from percuss.model.checks import Array
+from percuss.shown import Shown
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.impact_state import ModalState, resolvent_bound
 from percuss.steady.oscillator import mode_frequencies
+from percuss.steady.small_divisors import cubic_sum
 
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
@@ -23,12 +26,12 @@ _PROBES = (256, 2048, 16384, 65536)
 _LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
 _MOST_MODES = 16384
 _PIECEWISE_MODES = 512  # the ringing after a jump falls off like 1/n²: more modes hardly help
-_VAGUE = 1e-9  # share of the stroke above which the rigorous bound (it grows like 1/d) may give way to the one seen
+_VAGUE = 1e-9  # share of the stroke above which the plain bound, which grows like 1/d, gives way to the sharper one
 _FEW, _SOME = 1e-3, 1e-7  # shares of the stroke that a first and a second look at the motion may leave out
 
 
 @dataclass(frozen=True)
-class Truncation:
+class Truncation(Shown):
     """The modes kept and the modes left out of a motion's sums.
 
     Parameters
@@ -45,19 +48,19 @@ class Truncation:
         Bound of the position that the modes left out add at the striking end, where it is known already.
     """
 
-    motion: Motion
+    motion: Motion = field(repr=False)
     modes: int
     few: int
     some: int
-    state: ModalState
+    state: ModalState = field(repr=False)
     lost: float | None = None
 
     @cached_property
     def error_bound(self) -> float:
         """Bound of the position error at the striking end relative to the stroke of the rigid motion.
 
-        Rigorous when it is at most about 1e-9, d > 0 and the load is smooth. With hardly any damping, or with a load
-        that jumps, modes beyond the probe are bounded by the way those inside it fall off.
+        A bound when the load is smooth, without damping for the first 10¹⁸ modes. With a load that jumps it is an
+        estimate: modes beyond the probe are taken to fall off like those inside it.
         """
         motion, lost = self.motion, self.lost
         if lost is None:  # a requested number of modes: the forced part is cut as well
@@ -74,6 +77,7 @@ def truncation(motion: Motion) -> Truncation:
     scale = motion.rigid_stroke
     largest = _largest_probe(motion)
     for probe in [p for p in _PROBES if p < largest] + [largest]:
+        look()
         left_out = _left_out(motion, probe)
         if left_out[-1] <= 0.5 * motion.tolerance * scale:
             break
@@ -139,8 +143,14 @@ def _beyond(motion: Motion, amplitude: Array) -> float:
     numbers = np.arange(1, n + 1)[top]
     if not isinstance(motion.response, HarmonicResponse):
         return 2.0 * float(np.max(amplitude[top] * numbers**2)) / n
-    base = math.pi * motion.system.s
-    load = motion.response.modal_velocity_bound(motion.phase, base * n)
-    bound = load * resolvent_bound(motion.system, motion.period, base * n) / (base**3 * n**2)
-    seen = 2.0 * float(np.max(amplitude[top] * numbers**2)) / n  # small divisors grow no faster than they did
-    return bound if bound <= _VAGUE * motion.rigid_stroke else min(bound, seen)
+    system, periods = motion.system, motion.periods
+    base, r = math.pi * system.s, system.restitution
+    each = motion.response.modal_velocity_bound(motion.phase, base * n) / base**3  # |f_n'|/ω_n ≤ each/n³
+    if r == 1.0 and system.d == 0.0:
+        return each / n**2  # nothing rings but −f_n'
+    damped = resolvent_bound(system, motion.period, base * n)
+    if each * damped / n**2 <= _VAGUE * motion.rigid_stroke or r == 1.0:
+        return each * damped / n**2
+    # hardly damped: by how near the modes come to resonance with the impacts
+    full = (1.0 + r) / (1.0 - r)
+    return 2.0 * each * full * cubic_sum(system.s, periods, n, damped / full, system.d**2 * periods / (8.0 * base * n))

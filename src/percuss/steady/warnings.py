@@ -42,7 +42,8 @@ def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
         (
             float(share[i]),
             f"load harmonic k = {k[i]} lies {100 * (k[i] / omega[i] - 1):+.2g} % from elastic mode n = "
-            f"{int(nearest[i])}: its motion is amplified {gain[i]:.3g} times, to {100 * share[i]:.2g} % of the stroke",
+            f"{int(nearest[i])}: the mode's motion is amplified {gain[i]:.3g} times, "
+            f"to {100 * share[i]:.2g} % of the stroke",
         )
         for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
     ]
@@ -65,6 +66,6 @@ def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]
     ]
     stuck = np.flatnonzero(state.divisor == 0.0)
     if stuck.size and system.restitution < 1.0:
-        text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is open"
+        text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is undetermined"
         found.append((np.inf, text))
     return found

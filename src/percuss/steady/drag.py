@@ -1,0 +1,115 @@
+"""What the damping does to the motion of the bar as a whole: a drag.
+
+The viscous damping d is spread along the bar (B77 3). It lets the elastic modes ring down, and it brakes the rigid
+motion with the force c·v: c is d in the units of here, and D·L in N·s/m. A damping that is guessed for the ringing can
+be a drag that no machine has.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from percuss.errors import ResonanceError
+from percuss.model import System
+from percuss.model.checks import count, instance
+from percuss.steady.level import level
+from percuss.steady.phases import Arcs, forced_response
+
+if TYPE_CHECKING:
+    from percuss.steady.motion import Motion
+    from percuss.steady.orbit import Orbit
+
+__all__ = ["NOTICEABLE", "Drag", "drag_of", "drag_warnings", "greatest_drag"]
+
+NOTICEABLE = 0.2
+"""Part of the mean push from which on the drag at the striking speed is warned of."""
+
+_HALVINGS = 30
+
+
+@dataclass(frozen=True)
+class Drag:
+    """The drag on the rigid motion; dimensionless.
+
+    Attributes
+    ----------
+    force
+        At the striking speed of the rigid motion: d·w_0.
+    of_mean
+        The same as a fraction of the mean push p_0.
+    of_input
+        What all the damping takes, as a fraction of what the load puts in; None when it puts nothing in.
+    """
+
+    force: float
+    of_mean: float
+    of_input: float | None
+
+
+def drag_of(orbit: Orbit) -> Drag:
+    """The drag on a steady motion.
+
+    Raises
+    ------
+    ParameterError
+        For anything that is no orbit.
+
+    Examples
+    --------
+    >>> from percuss import Load, System, steady_states
+    >>> system = System(s=20.0, d=0.05, restitution=0.6, load=Load.harmonic(0.6, 1.0))
+    >>> drag = drag_of(steady_states(system).orbits[1])
+    >>> print(f"{drag.of_mean:.3f} of the mean push, {drag.of_input:.2f} of the input")
+    0.196 of the mean push, 0.32 of the input
+    """
+    from percuss.steady.orbit import Orbit  # which has its warnings from here
+
+    instance("orbit", orbit, Orbit)
+    energy, force = orbit.energy, orbit.system.d * orbit.rigid_velocity
+    put_in = energy.input if energy.input > 0.0 else None
+    return Drag(force, force / orbit.system.load.mean, None if put_in is None else energy.damping / put_in)
+
+
+def drag_warnings(motion: Motion) -> tuple[str, ...]:
+    """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
+    share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
+    if share <= NOTICEABLE:
+        return ()
+    return (
+        f"at the striking speed the damping drags the whole bar with {100.0 * share:.3g} % of the mean push; unless "
+        "the machine really has such a drag, take less damping",
+    )
+
+
+def greatest_drag(system: System, periods: int) -> float | None:
+    """The greatest d, below that of the system, with which a steady motion exists, all else kept; None without one.
+
+    Raises
+    ------
+    LoadError
+        When the load does not push or is constant.
+    ParameterError
+        For anything that is no system, and periods out of range.
+    """
+    from percuss.steady.states import MAX_PERIODS, check_pushes
+
+    check_pushes(instance("system", system, System))
+    period = 2.0 * math.pi * count("periods", periods, most=MAX_PERIODS)
+
+    def exists(d: float) -> bool:
+        lighter = replace(system, d=d)
+        try:
+            highest = Arcs.of(forced_response(lighter)).highest
+        except ResonanceError:
+            return False
+        return float(level(lighter.load.mean, d, lighter.restitution, period)) <= highest
+
+    low, high = 1e-9 * system.d, system.d
+    if not low > 0.0 or not exists(low):
+        return None
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if exists(middle) else (low, middle)
+    return low
