@@ -26,7 +26,7 @@ STRONG, STALLED = range(2)
 STATE_ROWS = 2
 
 EPS = 2.0**-52
-TINY = 16.0 * EPS  # as in percuss.steady.impact_state
+TURNED = 4.0 * EPS  # as in percuss.steady.impact_state
 TRACE = 1e-11  # error of the sums of the roots and of their squares, relative
 TIE = 1e-13  # moduli this near are one, as in percuss.stability.multipliers
 OUT = 1e150  # where a pole or a root is put that is not to count
@@ -50,9 +50,9 @@ def jumps(r, mean, pull, forced, forced_rate, bar, span, work):
     for n in range(1, bar.shape[1]):
         omega, b, versine = bar[OMEGA, n], bar[B, n], bar[VERSINE, n]
         divisor = loss * (1.0 + r * half) + (1.0 - r) * versine - (1.0 + r) * 0.5 * d * b  # det(I − DΦ)
-        slack = TINY * omega * period
+        slack = TURNED * omega * period
         z, w = 0.0, 0.0
-        if divisor > TINY * max(1.0, slack * slack / TINY):
+        if divisor > 2.0 * (1.0 - r) * slack * slack:
             z = -(1.0 + r) * forced_rate[n - 1] * b / divisor
             w = forced_rate[n - 1] * (loss * loss + 2.0 * versine) / divisor
         work[JUMP, n] = (1.0 + r) * w

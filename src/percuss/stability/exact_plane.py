@@ -11,14 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
+from percuss.halting import look
+from percuss.kernel_cache import ensure_cache
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
+from percuss.shown import Shown
 from percuss.stability.multipliers import floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.steady import Orbit
+from percuss.steady.full_rebound import grows
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import flights, mode_frequencies, phi1
+from percuss.steady.oscillator import flights, phi1
 from percuss.steady.phases import Arcs, Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
@@ -37,12 +41,13 @@ failed their check.
 
 NEUTRAL, TURNING = 1e-10, 1e-6  # as in percuss.stability.verdict
 MAX_PLANE_MODES = 1024  # the cost of a cell grows like N²
-_CHUNK = 4096  # orbits handled at once
+_CHUNK = 4096  # orbits handled at once ...
+_WORK = 1 << 16  # ... fewer of many modes: between two portions it can be told to stop
 _NO_MOTION, _DONE, _GROWS, _UNSOLVED = range(len(OUTCOMES))
 
 
 @dataclass(frozen=True)
-class ExactPlane:
+class ExactPlane(Shown):
     """The largest multiplier of every root of a `Plane`; the arrays have the shape of its phases.
 
     Attributes
@@ -158,7 +163,7 @@ class _Job:
     def __init__(self, system: System, periods: int, modes: int, plane: Plane, r: Array, factor: Array) -> None:
         self.system, self.periods, self.modes, self.plane = system, periods, modes, plane
         self.where = np.flatnonzero(~np.isnan(plane.phase))  # of the flat phases
-        self.branch, cell = np.divmod(self.where, max(r.size, 1))
+        cell = self.where % max(r.size, 1)
         unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
         self.phase = plane.phase.reshape(-1)[self.where]
         self.r, self.mean = r.reshape(-1)[cell], factor.reshape(-1)[cell] * unit
@@ -173,14 +178,17 @@ class _Job:
 
     def work_off(self, workers: int) -> None:
         """All roots on the threads, each portion by itself."""
-        portions = [slice(i, i + _CHUNK) for i in range(0, self.where.size, _CHUNK)]
+        size = min(_CHUNK, max(1, _WORK // (self.modes + 1)))
+        portions = [slice(i, i + size) for i in range(0, self.where.size, size)]
         if workers == 1 or len(portions) < 2:
             for portion in portions:
+                look()
                 self._portion(portion)
             return
         with ThreadPoolExecutor(max_workers=min(workers, len(portions)), thread_name_prefix="percuss") as pool:
             try:
-                list(pool.map(self._portion, portions))
+                for _ in pool.map(self._portion, portions):
+                    look()
             except BaseException:
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
@@ -196,6 +204,7 @@ class _Job:
             self.multiplier[jumped[worse]], self.mode[jumped[worse]] = other[worse], mode[worse]
 
     def _largest(self, index: npt.NDArray[np.intp], side: Side) -> tuple[ComplexArray, npt.NDArray[np.int16]]:
+        ensure_cache()
         from percuss.stability import exact_kernels as kn  # only here is the compiler needed
 
         modal = self.response.modal_apart if isinstance(self.response, HarmonicResponse) else self.response.modal
@@ -222,23 +231,19 @@ class _Job:
         return complex(found.values[0]), found.dominant_mode
 
     def _fold(self) -> npt.NDArray[np.bool_]:
-        """Where the level touches an end of its arc within rounding."""
-        arcs = Arcs.of(forced_response(self.system))
-        ends = np.stack([arcs.velocities[self.branch], arcs.velocities[self.branch + 1]])
-        return np.asarray((np.abs(ends - self.level) <= arcs.tolerance).any(axis=0))
+        """Where two motions meet."""
+        return Arcs.of(forced_response(self.system)).folded(self.phase, self.level)
 
     def _grows(self) -> npt.NDArray[np.bool_]:
-        """Where an undamped bar that rebounds fully is driven in its elastic modes at the impact."""
-        driven = np.zeros(self.where.size, dtype=bool)
-        full = np.flatnonzero(self.r == 1.0) if self.system.d == 0.0 and self.modes else np.empty(0, dtype=np.intp)
-        load = self.system.load
-        scale = float(np.sum(np.abs(load.coefficients[1:]) * np.arange(1, load.coefficients.size)))
-        for i in range(0, full.size, _CHUNK):
-            index = full[i : i + _CHUNK]
-            rate = self.response.modal(self.modes, self.phase[index])[1]
-            square = mode_frequencies(self.system.s, self.modes)[:, None] ** 2
-            driven[index] = np.any(np.abs(rate) * square > 1e-9 * scale, axis=0)
-        return driven
+        """Where an undamped bar that rebounds fully would gain energy in its elastic modes at every impact."""
+        found = np.zeros(self.where.size, dtype=bool)
+        if self.system.d == 0.0:
+            for i in range(0, self.where.size, _CHUNK):
+                part = slice(i, i + _CHUNK)
+                found[part] = grows(
+                    self.system, self.phase[part], self.periods, modes=self.modes, restitution=self.r[part]
+                )
+        return found
 
     def result(self) -> ExactPlane:
         """The answers put where their roots are."""

@@ -11,12 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from percuss.model.checks import Array
+from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.steady import Orbit
 from percuss.steady.oscillator import mode_frequencies, phi1, propagator
 
 __all__ = ["LinearMap", "linear_map"]
+
+_CHUNK = 256  # multipliers whose participation is worked out together
+
+
+MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields are bounded to
 
 
 @dataclass(frozen=True)
@@ -98,6 +103,32 @@ class LinearMap:
         residues = np.stack([numerator(large) / gap, -numerator(small) / gap])
         return np.stack([large, small]).reshape(-1), residues.reshape(-1)
 
+    def participation(self, multipliers: ComplexArray) -> ComplexArray:
+        """How much the rigid motion takes part in each multiplier: l_0·r_0 with l·r = 1; shape as `multipliers`.
+
+        With B = DΦ the eigenvectors are r = (B − μ)⁻¹g and l = (B − μ)⁻ᵀf, so that l_n·r_n is the n-th part of
+        fᵀ(B − μ)⁻²g, the derivative of the secular function.
+        """
+        found = np.empty(multipliers.size, dtype=complex)
+        for i in range(0, multipliers.size, _CHUNK):
+            each = self._parts(multipliers[i : i + _CHUNK, None])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found[i : i + _CHUNK] = each[:, 0] / each.sum(axis=1)
+        return np.where(np.isfinite(found), found, 0.0)
+
+    def _parts(self, mu: ComplexArray) -> ComplexArray:
+        """f_nᵀ(B_n − μ)⁻²g_n, relative to the greatest of each row; shape (multipliers, N + 1)."""
+        r = self.restitution
+        first, last = self.a - mu, -r * self.e - mu
+        determinant = first * last + r * self.b * self.c
+        # (B − μ)⁻¹ = adj/det, twice; at a pole of one block all else is nothing beside it
+        u, v = last * self.g - self.b * self.g_velocity, r * self.c * self.g + first * self.g_velocity
+        u, v = last * u - self.b * v, r * self.c * u + first * v
+        size = np.abs(determinant)
+        least = size.min(axis=1, keepdims=True)
+        ratio = np.where(size > 0.0, least, 1.0) / np.where(size > 0.0, determinant, 1.0)
+        return np.asarray(self.sign * (self.a * u + self.b * v) * ratio**2)
+
     def shares(self, multiplier: complex) -> Array:
         """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1."""
         r = self.restitution
@@ -117,6 +148,9 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     The orbit is that of the bar with so many modes: its forced part is cut there as well. Where the load jumps at the
     impact, `side` chooses its value.
     """
+    instance("orbit", orbit, Orbit)
+    modes = count("modes", modes, least=0, most=MAX_MODES)
+    choice("side", side, "left", "right")
     system, period = orbit.system, orbit.period
     r, d = system.restitution, system.d
     state = orbit.modal_state(modes)

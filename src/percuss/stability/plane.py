@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.halting import look
 from percuss.model import System
-from percuss.model.checks import Array, count, instance
+from percuss.model.checks import Array, count, instance, numbers
+from percuss.shown import Shown
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import level
+from percuss.steady.level import level_at
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
@@ -24,7 +26,7 @@ _CHUNK = 1 << 15  # cells handled at once: their arrays stay in the cache
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Shown):
     """Roots and reduced stability over an array of systems.
 
     The first axis numbers the branches: the monotone arcs of v_f, in order of phase, each holding at most one root.
@@ -99,14 +101,13 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     """
     instance("system", system, System)
     m = count("periods", periods, most=MAX_PERIODS)
+    rows, columns = numbers("restitution", restitution, "numbers from 0 to 1"), numbers("load_factor", load_factor)
     try:
-        r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
-    except (TypeError, ValueError):
+        r, factor = np.broadcast_arrays(rows, columns)
+    except ValueError:
         raise ParameterError("load_factor", load_factor, "numbers in a shape that fits the restitution's") from None
     if not (np.all(r >= 0.0) and np.all(r <= 1.0)):
         raise ParameterError("restitution", restitution, "numbers from 0 to 1")
-    if not np.all(np.isfinite(factor)):
-        raise ParameterError("load_factor", load_factor, "finite numbers")
     if system.load.is_constant:
         raise ParameterError("load", str(system.load), "a load with an alternating part")
     arcs, elastic = Arcs.of(forced_response(system)), HarmonicResponse(system)
@@ -138,13 +139,14 @@ def _fill(
 ) -> None:
     """Fill one chunk: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
     period = 2.0 * math.pi * periods
-    target[:] = level(mean, system.d, r, period)
+    target[:] = level_at(mean, system.d, r, period)
     end = elastic.end_shape()
     for branch in range(arcs.ends.size - 1):
         low, high = sorted((arcs.velocities[branch], arcs.velocities[branch + 1]))
         index = np.flatnonzero((target > low) & (target <= high) & (mean > 0.0))
         if not index.size:
             continue
+        look()
         phase = arcs.invert(np.full(index.size, branch), target[index])
         k = elastic.k
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from percuss.halting import look
 from percuss.model.checks import Array, ComplexArray
 
 __all__ = ["cauchy_sums", "secular_roots"]
@@ -66,6 +67,7 @@ def _iterate(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
     best, stalled = np.full(n, np.inf), np.zeros(n, dtype=int)
     weights = np.stack([residues, np.ones(n)], axis=1)
     for _ in range(_SWEEPS):
+        look()
         here = z[active]
         own, strength = poles[active], residues[active]
         sums, slopes = cauchy_sums(here, poles.astype(complex), weights)

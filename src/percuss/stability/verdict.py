@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.model.checks import instance
+from percuss.shown import Shown
 from percuss.stability.multipliers import Multipliers, floquet_multipliers
 from percuss.stability.reduced import Reduced, reduced_criterion
 from percuss.stability.waveform import Waveform, waveform_criterion
@@ -20,7 +21,7 @@ _FOLD = 1e-6
 
 
 @dataclass(frozen=True)
-class Stability:
+class Stability(Shown):
     """Whether small disturbances of an orbit die out.
 
     Parameters
@@ -30,7 +31,8 @@ class Stability:
     reason
         In words: what grows, or what dies out last.
     margin
-        1 minus the largest modulus: positive when stable. Per impact, dimensionless.
+        1 minus the largest modulus: positive when stable. Per impact, dimensionless. The lesser of `margin_rhythm` and
+        `margin_ringing`.
     reduced, multipliers, waveform
         The three criteria, from B77's to the exact one to the designer's.
     disagreement
@@ -44,6 +46,17 @@ class Stability:
     multipliers: Multipliers
     waveform: Waveform
     disagreement: str | None = None
+
+    @property
+    def margin_rhythm(self) -> float:
+        """1 minus the largest modulus of the rigid motion's multipliers: how fast the blows find their rhythm again."""
+        return 1.0 - self.multipliers.rhythm
+
+    @property
+    def margin_ringing(self) -> float | None:
+        """1 minus the largest modulus of all others: how fast the elastic modes ring down; None without modes."""
+        ringing = self.multipliers.ringing
+        return None if ringing is None else 1.0 - ringing
 
     def __str__(self) -> str:
         first = "stable" if self.stable else "unstable"
@@ -68,7 +81,7 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     >>> for orbit in steady_states(system).orbits:
     ...     print(stability_of(orbit).reason)
     unstable, beyond the fold: multiplier 3.180
-    stable: elastic mode 3 dies out last, by 0.9848 per impact
+    stable: elastic mode 3 dies out slowest, by a factor of 0.9848 per impact
     """
     instance("orbit", orbit, Orbit)
     n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
@@ -83,7 +96,7 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
         words = {True: "stable", False: "unstable"}
         disagreement = (
             f"B77's reduced criterion says {words[reduced.stable]} (largest modulus {max(reduced.moduli):.6f}), the "
-            f"exact multipliers of {n} modes say {words[stable]} (largest modulus {multipliers.largest:.6f})"
+            f"exact multipliers (modes up to {n}) say {words[stable]} (largest modulus {multipliers.largest:.6f})"
         )
     reason = _reason(orbit, multipliers, reduced, stable)
     return Stability(stable, reason, margin, reduced, multipliers, waveform_criterion(orbit), disagreement)
@@ -93,17 +106,31 @@ def _reason(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bo
     first = complex(multipliers.values[0])
     modulus, mode = multipliers.largest, multipliers.dominant_mode
     what = "the rigid motion" if mode == 0 else f"elastic mode {mode}"
+    if orbit.continuum is not None:
+        start, stop = orbit.continuum
+        grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"
+        also = "" if modulus <= 1.0 + _NEUTRAL else grows
+        return (
+            f"one of a continuum: every impact phase from {start:.6g} to {stop:.6g} rad is steady (multiplier 1){also}"
+        )
+    if orbit.fold and reduced.other_side is not None:
+        before, after = (floquet_multipliers(orbit, multipliers.modes, side=side).largest for side in ("left", "right"))
+        return (
+            "two motions meet here at a jump of the load, and neither need have the multiplier 1: the largest modulus "
+            f"is {before:.4g} just before the jump and {after:.4g} just after it"
+        )
     if orbit.fold:
         return "fold: two motions meet here, the multiplier is 1"
     if stable:
-        return f"stable: {what} dies out last, by {modulus:.4f} per impact"
+        return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per impact"
     if abs(1.0 - modulus) <= _NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
     if mode != 0 and reduced.stable:  # what B77's criterion cannot see
-        return f"elastic mode {mode} grows, by {modulus:.6f} per impact"
+        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact"
     if abs(first.imag) > _FOLD * modulus:
         turn = abs(float(np.angle(first)))
-        return f"unstable, a spiral: the rigid motion grows by {modulus:.4f} per impact, turning {turn:.3f} rad"
+        grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"
+        return f"unstable, a spiral: {grows}"
     if first.real > 0.0:
         return f"unstable, beyond the fold: multiplier {first.real:.3f}"
     return f"flip (period doubling): multiplier {first.real:.3f}"

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from percuss.model.checks import instance
+from percuss.shown import Shown
 from percuss.steady import Orbit
 
 __all__ = ["Waveform", "waveform_criterion"]
 
 
 @dataclass(frozen=True)
-class Waveform:
+class Waveform(Shown):
     """Stable when lower < p(φ)/p_0 < upper, for a rigid bar without damping and any periodic load.
 
     Parameters
@@ -61,6 +63,7 @@ class Waveform:
 
 def waveform_criterion(orbit: Orbit) -> Waveform:
     """The criterion −[(1 − R)/(1 + R)]² < p(φ)/p_0 < 1 for an orbit."""
+    instance("orbit", orbit, Orbit)
     load, r = orbit.system.load, orbit.system.restitution
     lower, upper = -(((1.0 - r) / (1.0 + r)) ** 2), 1.0
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
