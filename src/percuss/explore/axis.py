@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 
@@ -10,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.checks import Array, count
+from percuss.model.checks import Array, count, finite, numbers
+from percuss.model.checks import text as checked_text
+from percuss.shown import Shown
 
 __all__ = ["MAX_VALUES", "Axis"]
 
@@ -22,7 +23,7 @@ _FORM = "FROM:TO:NUMBER, FROM:TO:NUMBER:log or a list A,B,C, with or without a u
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class Axis(Shown):
     """A parameter and its values.
 
     Parameters
@@ -53,10 +54,9 @@ class Axis:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        try:
-            values = np.array(self.values, dtype=float)
-        except (TypeError, ValueError):
-            raise ParameterError(self.name, self.values, "numbers") from None
+        checked_text("name", self.name, "the name of a parameter")
+        checked_text("unit", self.unit, "a unit such as Hz, or an empty text")
+        values = np.array(numbers(self.name, self.values, "finite numbers", nan=True))
         if values.ndim != 1 or not 1 <= values.size <= MAX_VALUES:
             raise ParameterError(self.name, f"{values.shape} values", f"a list of 1 to {MAX_VALUES} values")
         if not np.all(np.isfinite(values)):
@@ -70,7 +70,7 @@ class Axis:
     @classmethod
     def linear(cls, name: str, first: float, last: float, number: int, unit: str = "") -> Axis:
         """`number` values from `first` to `last`, both included, at equal distances."""
-        n = _number(name, number, first, last)
+        n, first, last = _number(name, number, first, last)
         return cls(name, np.linspace(first, last, n), unit)
 
     @classmethod
@@ -82,7 +82,7 @@ class Axis:
         ParameterError
             When an end is not greater than 0.
         """
-        n = _number(name, number, first, last)
+        n, first, last = _number(name, number, first, last)
         if not (first > 0.0 and last > 0.0):
             raise ParameterError(name, f"{first:g}:{last:g}:{n}:log", "ends greater than 0 for equal ratios")
         return cls(name, np.geomspace(first, last, n), unit)
@@ -96,7 +96,7 @@ class Axis:
         ParameterError
             When the text has none of these forms.
         """
-        name, equal, rest = text.partition("=")
+        name, equal, rest = checked_text("axis", text, f"NAME={_FORM}").partition("=")
         name = name.strip()
         if not (name and equal and rest.strip()):
             raise ParameterError("axis", text, f"NAME={_FORM}", "for example restitution=0:0.9:200")
@@ -122,17 +122,18 @@ class Axis:
         return self.name, self.values, {"units": self.unit or "1"}
 
 
-def _number(name: str, number: int, first: float, last: float) -> int:
+def _number(name: str, number: int, first: float, last: float) -> tuple[int, float, float]:
+    """How many values, and the two ends, looked at."""
+    checked_text("name", name, "the name of a parameter")
     n = count(name, number, least=1, most=MAX_VALUES)
-    if not (math.isfinite(first) and math.isfinite(last)):
-        raise ParameterError(name, f"{first}:{last}", "finite ends")
+    first, last = finite(name, first, "finite ends"), finite(name, last, "finite ends")
     if first > last:
-        raise ParameterError(name, f"{first:g}:{last:g}", "a range whose first end is the smaller", "swap the two ends")
+        raise ParameterError(name, f"{first:g}:{last:g}", "a range with the smaller end first", "swap the two ends")
     if first == last and n > 1:
         raise ParameterError(
             name, f"{first:g}:{last:g}:{n}", "two different ends", f"or the one value: {name}={first:g}"
         )
-    return n
+    return n, first, last
 
 
 def _with_unit(name: str, texts: list[str]) -> tuple[list[float], str]:

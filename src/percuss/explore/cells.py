@@ -23,6 +23,8 @@ __all__ = ["Asked", "cell_columns", "failure", "label_text"]
 NEUTRAL = 1e-10
 """Margins this small are neither stable nor unstable: rounding would decide."""
 
+_NOTHING = 1e-12  # of the blow's energy: with R = 1 and no damping nothing is put in but rounding
+
 OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL_OUTCOMES))
 
 
@@ -35,7 +37,11 @@ class Asked:
     names
         Of the quantities.
     modes
-        N, the elastic modes of the multipliers and of the simulation.
+        N, the elastic modes of the multipliers.
+    cut
+        N of the steady motions themselves; None for those of the continuous bar.
+    simulated
+        N of the simulation.
     stop, impacts, discard
         Of the simulation; impacts of a Lyapunov exponent and those before them.
     si
@@ -44,6 +50,8 @@ class Asked:
 
     names: tuple[str, ...]
     modes: int
+    cut: int | None
+    simulated: int
     stop: Stop
     impacts: int = 2000
     discard: int = 500
@@ -119,7 +127,7 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
         out["exists"][i] = False
     if "orbits" in out:
         out["orbits"][i] = 0
-    orbits = steady_states(system, periods).orbits
+    orbits = steady_states(system, periods, modes=asked.cut).orbits
     if "exists" in out:
         out["exists"][i] = bool(orbits)
     if "orbits" in out:
@@ -145,6 +153,10 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     if exact:
         found["stable"] = any(v.stable for v in verdicts)
         found["margin"] = verdicts[best].margin
+        for name in ("margin_rhythm", "margin_ringing"):
+            if name in out:
+                value = getattr(verdicts[best], name)
+                found[name] = np.nan if value is None else value
         found["reason"] = _reason(orbits[best], verdicts[best])
     for name, value in found.items():
         if name in out:
@@ -170,6 +182,15 @@ def _of_orbit(out: Columns, i: int, orbit: Orbit, si: bool) -> None:
         out["blow_energy"][i] = orbit.blow_energy * (system.energy_scale if si else 1.0)
     if "power" in out:
         out["power"][i] = orbit.blow_energy / orbit.period * (system.power_scale if si else 1.0)
+    if "stroke" in out:
+        out["stroke"][i] = orbit.stroke * (system.length_scale if si else 1.0)
+    if "stress" in out and orbit.impact_velocity > 0.0:
+        young = system.bar.youngs_modulus if si and system.bar is not None else 1.0
+        out["stress"][i] = 0.5 * young * (1.0 + system.restitution) * orbit.impact_velocity / system.s  # theory §10
+    if "delivered" in out:
+        out["delivered"][i] = orbit.delivered_energy * (system.energy_scale if si else 1.0)
+    if "efficiency" in out and orbit.energy.input > _NOTHING * orbit.blow_energy:
+        out["efficiency"][i] = orbit.delivered_energy / orbit.energy.input
 
 
 def _reason(orbit: Orbit, verdict: Stability) -> int:
@@ -204,7 +225,7 @@ def simulated_columns(
     there = [
         i
         for i, system in enumerate(systems)
-        if system is not None and starts[i] is not None and not _resonant(out, i, system, asked.modes)
+        if system is not None and starts[i] is not None and not _resonant(out, i, system, asked.simulated)
     ]
     for first in range(0, len(there), _PORTION):
         if stopped():
@@ -234,7 +255,7 @@ def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
 def _simulated(out: Columns, rows: list[int], systems: list[System], starts: list[Start], asked: Asked) -> None:
     from percuss.simulate import simulate_many
 
-    many = simulate_many(systems, starts, modes=asked.modes, stop=asked.stop, threads=1)
+    many = simulate_many(systems, starts, modes=asked.simulated, stop=asked.stop, threads=1)
     found = {
         "label_outcome": many.code,
         "label_impacts": many.cycle_impacts,
@@ -254,7 +275,9 @@ def _simulated(out: Columns, rows: list[int], systems: list[System], starts: lis
 def _lyapunov(out: Columns, rows: list[int], systems: list[System], starts: list[Start], asked: Asked) -> None:
     from percuss.explore.lyapunov import lyapunov_many
 
-    found = lyapunov_many(systems, starts, modes=asked.modes, impacts=asked.impacts, discard=asked.discard, threads=1)
+    found = lyapunov_many(
+        systems, starts, modes=asked.simulated, impacts=asked.impacts, discard=asked.discard, threads=1
+    )
     out["lyapunov"][rows] = found.exponent
 
 

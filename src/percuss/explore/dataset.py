@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.errors import MissingExtraError
 from percuss.explore.cells import label_text
+from percuss.explore.quantities import CYCLE_KINDS
+from percuss.simulate import OUTCOMES
 
 if TYPE_CHECKING:
     import xarray
@@ -13,6 +15,9 @@ if TYPE_CHECKING:
     from percuss.explore.sweeps import Sweep
 
 __all__ = ["map_dataset"]
+
+_LABEL_WORDS = {"label_outcome": OUTCOMES, "label_kind": CYCLE_KINDS}
+"""Of the numbers that a label is kept in."""
 
 
 def map_dataset(found: Sweep) -> xarray.Dataset:
@@ -32,7 +37,7 @@ def map_dataset(found: Sweep) -> xarray.Dataset:
     for name, column in found.columns.items():
         extra = ["orbit"] if column.shape else []
         attributes = {"units": column.unit or "1", "long_name": column.meaning}
-        words = found.words.get(name)
+        words = found.words.get(name) or _LABEL_WORDS.get(name)
         if words is not None:
             attributes["words"] = ", ".join(words)
         variables[name] = ([*names, *extra], found.arrays[name], attributes)

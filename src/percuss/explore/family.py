@@ -11,9 +11,9 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Bar, Load, System
-from percuss.model.checks import finite, instance
+from percuss.model.checks import finite, having, instance, mapping
 
-__all__ = ["PARAMETERS", "Family", "SystemFamily", "describe_system", "system_from", "vary"]
+__all__ = ["PARAMETERS", "Family", "SystemFamily", "describe_system", "family_of", "system_from", "vary"]
 
 
 class Family(Protocol):
@@ -60,7 +60,7 @@ class SystemFamily:
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a parameter that a dimensionless system does not have."""
-        for name, unit in names.items():
+        for name, unit in mapping("names", names, "parameters and their units").items():
             if name not in PARAMETERS:
                 known = ", ".join(PARAMETERS)
                 raise ParameterError("parameter", name, f"one of {known}", "quantities with units need a case in SI")
@@ -72,6 +72,14 @@ class SystemFamily:
     def describe(self) -> dict[str, Any]:
         """The system in plain numbers."""
         return {"system": describe_system(self.base)}
+
+
+def family_of(what: System | Family) -> Family:
+    """The family of a system, or the family that is given."""
+    if isinstance(what, System):
+        return SystemFamily(what)
+    having("system", what, ("system", "check", "describe"), "a System, or a family of them such as a CaseFamily")
+    return what
 
 
 def refuse_twice(sets: Mapping[str, str]) -> None:
@@ -90,6 +98,7 @@ def refuse_twice(sets: Mapping[str, str]) -> None:
 
 
 _SETS = {"load_factor": "mean"}
+_VALUES = "values of parameters by name, such as {'restitution': 0.5}"
 
 
 def describe_system(system: System) -> dict[str, Any]:
@@ -185,14 +194,13 @@ def vary(system: System, values: Mapping[str, float]) -> System:
     ParameterError
         For a parameter that is unknown, out of range, or that the system does not have.
     """
-    unknown = values.keys() - PARAMETERS.keys()
+    instance("system", system, System)
+    unknown = mapping("values", values, _VALUES).keys() - PARAMETERS.keys()
     if unknown:
         raise ParameterError("parameter", sorted(unknown)[0], f"one of {', '.join(PARAMETERS)}")
     for name in _ORDER:
         if name in values:
-            if not math.isfinite(values[name]):
-                raise ParameterError(name, values[name], "a finite number")
-            system = PARAMETERS[name].put(system, values[name])
+            system = PARAMETERS[name].put(system, finite(name, values[name]))
     return system
 
 

@@ -54,8 +54,9 @@ class Column:
 class Job(Protocol):
     """Independent items, computed in any order and in any portions, each always the same to the last bit.
 
-    A job travels to other processes and machines, so it must be picklable; what is dear to make is made where it is
-    needed and kept there.
+    A job travels to other processes and machines, so it must be picklable; what is expensive to build is made where it
+    is needed and kept there. One that has an attribute `rough_seconds`, what it takes by rule of thumb, is carried out
+    in one process when that is little; the number must not depend on the machine.
     """
 
     @property

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
 from percuss.model import System
-from percuss.model.checks import Array, count, instance
+from percuss.model.checks import Array, count, instance, several
+from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
 from percuss.simulate.many import cores
 
@@ -33,8 +34,8 @@ _TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
-class Lyapunov:
-    """How fast two motions that begin near each other part, or come together.
+class Lyapunov(Shown):
+    """How fast two motions that start near each other separate or converge.
 
     Attributes
     ----------
@@ -71,7 +72,7 @@ class Lyapunov:
 
 
 @dataclass(frozen=True)
-class LyapunovMany:
+class LyapunovMany(Shown):
     """The exponents of many motions, one row each; `code` is the number in `LYAPUNOV_OUTCOMES`. See `Lyapunov`."""
 
     exponent: Array
@@ -168,12 +169,16 @@ def lyapunov_many(
         For numbers out of range, or of systems and starts that do not go together.
     """
     used, before = _numbers(impacts, discard)
-    whole = [systems] if isinstance(systems, System) else list(systems)
+    whole = (
+        [systems] if isinstance(systems, System) else list(several("systems", systems, "a System, or a list of them"))
+    )
     for system in whole:
         instance("systems", system, System)
     begins: Sequence[Start] | Starts = (
         [Start.rigid()] if starts is None else [starts] if isinstance(starts, Start) else starts
     )
+    if not isinstance(begins, Starts):
+        begins = [instance("starts", one, Start) for one in several("starts", begins, "a Start, Starts, or a list")]
     members = max(len(whole), len(begins))
     if {len(whole), len(begins)} - {1, members} or not whole:
         given = f"{len(whole)} systems and {len(begins)} starts"
@@ -251,7 +256,7 @@ def _growths(motion: Trajectory, first: int) -> Array:
 
     e, spectrum, load, n = motion.events[first:], motion.spectrum, motion.system.load, motion.modes
     z = np.ascontiguousarray(motion.states[first:, 2:]).reshape(len(e), 2, n)
-    slope = np.where(np.arange(n) < spectrum.over, z[:, 1], -spectrum.lam * z[:, 1])
+    slope = np.where(np.arange(n) < spectrum.over, z[:, 1] + 0.5 * spectrum.system.d * z[:, 0], -spectrum.lam * z[:, 1])
     steps = np.asarray(load.values)
     mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
     shape, rate = spectrum.forced(e.phase, mean)

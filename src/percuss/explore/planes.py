@@ -8,15 +8,19 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.cells import NEUTRAL, Asked, empty_columns, failure
+from percuss.explore.cells import NEUTRAL, Asked, cell_columns, empty_columns, failure
 from percuss.explore.family import Family
 from percuss.explore.job import Columns
 from percuss.explore.quantities import BRANCHES, QUANTITIES, needs
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.stability import stability_plane
+from percuss.steady.phases import Arcs, forced_response
 
 __all__ = ["fits_plane", "plane_columns"]
+
+_MOST = 1 << 20
+"""Branches × cells handled at once: a load of a thousand harmonics has two thousand branches."""
 
 _AXES = {"restitution", "load_factor", "m"}
 _NAMES = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
@@ -39,13 +43,36 @@ def plane_columns(asked: Asked, system: System, values: Mapping[str, Array], per
     factor = values.get("load_factor", np.full(periods.size, system.load.load_factor))
     bad = ~((restitution >= 0.0) & (restitution <= 1.0))
     out["outcome"][:] = np.where(bad, 4, np.where(factor > 0.0, 0, 1))
-    for m in np.unique(periods):
-        rows = np.flatnonzero((periods == m) & ~bad)
+    lossless = (restitution == 1.0) & ~bad if system.d == 0.0 else np.zeros_like(bad)
+    _one_by_one(out, np.flatnonzero(lossless), asked, system, factor, periods)
+    for m in np.unique(periods[~lossless]):
+        rows = np.flatnonzero((periods == m) & ~bad & ~lossless)
         try:
-            _fill(out, rows, asked, system, restitution[rows], factor[rows], int(m))
+            size = max(1, _MOST // Arcs.of(forced_response(system)).ends.size)
+            for part in (rows[i : i + size] for i in range(0, rows.size, size)):
+                _fill(out, part, asked, system, restitution[part], factor[part], int(m))
         except (PercussError, ArithmeticError) as error:
             out["outcome"][rows] = failure(error)
     return out
+
+
+def _one_by_one(
+    out: Columns,
+    rows: npt.NDArray[np.intp],
+    asked: Asked,
+    system: System,
+    factor: Array,
+    periods: npt.NDArray[np.int64],
+) -> None:
+    """The cells with R = 1 and d = 0, where only `steady_states` knows whether the bar's ringing grows for ever."""
+    if not rows.size:
+        return
+    full = system.with_restitution(1.0)
+    systems = [full.with_load_factor(value) for value in factor[rows].tolist()]
+    n = rows.size
+    found = cell_columns(asked, systems, [0] * n, periods[rows].tolist(), [None] * n, lambda: False)
+    for name, values in found.items():
+        out[name][rows] = values
 
 
 def _fill(

@@ -1,4 +1,4 @@
-"""What a map can show of each of its cells."""
+"""What a map can show for each of its cells."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from typing import Literal
 
 from percuss.errors import ParameterError
 from percuss.explore.job import Column
+from percuss.model.checks import several
 
 __all__ = [
     "BRANCHES",
     "CELL_OUTCOMES",
+    "CYCLE_KINDS",
     "DEFAULT_QUANTITIES",
     "QUANTITIES",
     "REASONS",
@@ -31,6 +33,9 @@ CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system"
 check. ``no system``: the parameters make none. ``no start``: the simulation has none to begin from, such as a steady
 motion that does not exist there. From ``resonance`` on, what could not be computed holds NaN, −1 or False.
 """
+
+CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
+"""What a periodic motion has in it, by number."""
 
 REASONS = ("stable", "fold", "flip", "spiral", "elastic", "neutral")
 """Why the orbit of a cell is stable or not, by number."""
@@ -68,7 +73,7 @@ _LABEL = {
     "label_impacts": Column("int64", fill=0, meaning="p of the motion label z=p/n; 0 when no cycle was found"),
     "label_periods": Column("int64", fill=0, meaning="n of the motion label z=p/n"),
     "label_kind": Column("int8", fill=0, meaning="cycle without rest (0), with rest (1), with chatter and rest (2)"),
-    "label_wanders": Column("bool", meaning="whether the last impacts come near none of the ones before"),
+    "label_wanders": Column("bool", meaning="whether the last impacts do not come near any earlier ones"),
 }
 
 _BEST = "of the steady motion with the greatest stability margin"
@@ -85,18 +90,33 @@ QUANTITIES: dict[str, Quantity] = {
     "reduced_margin": _single("reduced_margin", "orbits", "1 − largest modulus of the reduced criterion, the greatest"),
     "stable": _single("stable", "exact", "whether one is stable by the exact multipliers", "bool"),
     "margin": _single("margin", "exact", "1 − largest modulus of the exact multipliers, the greatest"),
+    "margin_rhythm": _single(
+        "margin_rhythm", "exact", f"1 − largest modulus of the two multipliers of the rigid motion, {_BEST}", one=True
+    ),
+    "margin_ringing": _single(
+        "margin_ringing",
+        "exact",
+        f"1 − largest modulus of all other multipliers, {_BEST}; NaN without elastic modes",
+        one=True,
+    ),
     "reason": _single("reason", "exact", f"why, {_BEST}: {', '.join(REASONS)}, by number", "int8", one=True),
     "admissible": _single(
-        "admissible", "orbits", f"whether the bar keeps off the wall between impacts, {_BEST}", "bool", one=True
+        "admissible", "orbits", f"whether the bar stays off the wall between impacts, {_BEST}", "bool", one=True
     ),
     "impact_velocity": _single("impact_velocity", "orbits", f"striking speed {_BEST}", unit="m/s", one=True),
     "blow_energy": _single("blow_energy", "orbits", f"kinetic energy before the blow, {_BEST}", unit="J", one=True),
     "power": _single("power", "orbits", f"percussive power, {_BEST}", unit="W", one=True),
+    "stroke": _single("stroke", "orbits", f"range of the striking end's position {_BEST}", unit="m", one=True),
+    "stress": _single(
+        "stress", "orbits", f"peak compression at first contact {_BEST}; dimensionless: over E", unit="Pa", one=True
+    ),
+    "delivered": _single("delivered", "orbits", f"energy that the impact takes, {_BEST}", unit="J", one=True),
+    "efficiency": _single("efficiency", "orbits", f"delivered energy over what the load puts in, {_BEST}", one=True),
     "rest": _single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
     "label": Quantity(_LABEL, "simulation"),
     "blow_rate": _single("blow_rate", "simulation", "impacts per load period"),
     "blow_scatter": _single("blow_scatter", "simulation", "standard deviation of the intervals over their mean"),
-    "main_blow_rate": _single("main_blow_rate", "simulation", "the same, a completed chatter counted once"),
+    "main_blow_rate": _single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
     "main_blow_scatter": _single("main_blow_scatter", "simulation", "scatter of the main blows"),
     "lyapunov": _single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
 }  # fmt: skip
@@ -113,8 +133,9 @@ def checked(names: Sequence[str]) -> tuple[str, ...]:
     ParameterError
         For a quantity that there is not, with the list of those that there are.
     """
+    names = several("quantities", names, f"a list of some of {', '.join(QUANTITIES)}")
     for name in names:
-        if name not in QUANTITIES:
+        if not isinstance(name, str) or name not in QUANTITIES:
             raise ParameterError("quantities", name, f"one of {', '.join(QUANTITIES)}")
     if not names:
         raise ParameterError("quantities", list(names), f"one or more of {', '.join(QUANTITIES)}")

@@ -15,13 +15,15 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
-from percuss.explore.family import Family, SystemFamily
+from percuss.explore.family import Family, family_of
 from percuss.explore.job import ASK_FORMAT, Column, Columns
 from percuss.explore.planes import fits_plane, plane_columns
 from percuss.explore.quantities import DEFAULT_QUANTITIES, QUANTITIES, checked, columns_of, needs
+from percuss.explore.rough import seconds_of_cell, seconds_of_plane_cell
 from percuss.model import System
-from percuss.model.checks import Array, count
-from percuss.steady.states import MAX_PERIODS
+from percuss.model.checks import Array, count, instance, mapping
+from percuss.stability.verdict import DEFAULT_MODES
+from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
@@ -34,7 +36,7 @@ SystemFunction = Callable[[System], float]
 PERIODS = "m"
 """The axis of the load periods per impact: a parameter of the question, not of the system."""
 
-MAX_MODES = 4096
+_MOST_IMPACTS = 10**7
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,10 @@ class SweepJob:
     periods
         m, where it is no axis.
     modes
-        N, of the exact multipliers and of the simulations.
+        N, of the steady motions, their multipliers and the simulations; None for the steady motions of the continuous
+        bar, multipliers of 32 modes, and simulations of `simulated`.
+    simulated
+        N of the simulations.
     start
         Of the simulations; None for that of the family.
     stop
@@ -67,7 +72,8 @@ class SweepJob:
     axes: tuple[Axis, ...]
     quantities: tuple[str, ...]
     periods: int
-    modes: int
+    modes: int | None
+    simulated: int
     start: Start | None
     stop: Stop
     impacts: int
@@ -83,6 +89,23 @@ class SweepJob:
     def size(self) -> int:
         """Number of cells."""
         return prod(self.shape)
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all cells take, by rule of thumb."""
+        groups = needs(self.quantities)
+        if self._is_plane:
+            return self.size * seconds_of_plane_cell(groups, self.multiplier_modes)
+        return self.size * seconds_of_cell(groups, self.multiplier_modes, self.simulated, len(self.functions))
+
+    @property
+    def _is_plane(self) -> bool:
+        return not self.functions and fits_plane(self.family, [axis.name for axis in self.axes], self.quantities)
+
+    @property
+    def multiplier_modes(self) -> int:
+        """N of the exact multipliers."""
+        return DEFAULT_MODES if self.modes is None else self.modes
 
     @cached_property
     def is_si(self) -> bool:
@@ -103,17 +126,23 @@ class SweepJob:
     @property
     def ask(self) -> dict[str, Any]:
         """Axes, quantities, the family and the options."""
+        wanted = needs(self.quantities)
+        simulated = bool(wanted & {"simulation", "lyapunov"})
         ask: dict[str, Any] = {
             "kind": "sweep",
             "percuss": ASK_FORMAT,
             "axes": [axis.to_json_dict() for axis in self.axes],
             "quantities": list(self.quantities),
             "periods": self.periods,
-            "modes": self.modes,
+            "modes": self.multiplier_modes if wanted & {"orbits", "exact"} or not simulated else self.simulated,
             "family": self.family.describe(),
         }
-        if needs(self.quantities) & {"simulation", "lyapunov"}:
-            ask["start"] = None if self.start is None else _described(self.start, self.modes)
+        if self.modes is not None and wanted & {"orbits", "exact"}:
+            ask["cut"] = self.modes
+        if simulated:
+            if ask["modes"] != self.simulated:
+                ask["simulated"] = self.simulated
+            ask["start"] = None if self.start is None else _described(self.start, self.simulated)
             ask["stop"] = {"impacts": self.stop.impacts, "time": self.stop.time, "tolerance": self.stop.tolerance}
             if "lyapunov" in self.quantities:
                 ask["lyapunov"] = {"impacts": self.impacts, "discard": self.discard}
@@ -131,8 +160,17 @@ class SweepJob:
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The columns of the cells `first` … `last` − 1."""
-        asked = Asked(self.quantities, self.modes, self.stop, self.impacts, self.discard, self.is_si)
-        if not self.functions and fits_plane(self.family, [axis.name for axis in self.axes], self.quantities):
+        asked = Asked(
+            self.quantities,
+            self.multiplier_modes,
+            self.modes,
+            self.simulated,
+            self.stop,
+            self.impacts,
+            self.discard,
+            self.is_si,
+        )
+        if self._is_plane:
             return self._by_plane(asked, first, last)
         systems: list[System | None] = []
         starts: list[Start | None] = []
@@ -165,7 +203,7 @@ class SweepJob:
         from percuss.simulate import Start
 
         of_family = getattr(self.family, "start", None)
-        return Start.rigid() if of_family is None else of_family(self._system_values(cell), self.modes)
+        return Start.rigid() if of_family is None else of_family(self._system_values(cell), self.simulated)
 
     def _by_plane(self, asked: Asked, first: int, last: int) -> Columns:
         """All cells at once where only R, the load factor and m differ: the closed form over arrays."""
@@ -180,31 +218,40 @@ def sweep_job(
     *axes: Axis | str,
     quantities: Sequence[str] = DEFAULT_QUANTITIES,
     periods: int = 1,
-    modes: int = 32,
+    modes: int | None = None,
+    simulated: int = DEFAULT_MODES,
     start: Start | None = None,
     stop: Stop | None = None,
     impacts: int = 2000,
     discard: int = 500,
     functions: Mapping[str, SystemFunction] | None = None,
 ) -> SweepJob:
-    """The job of a sweep, checked; see `sweep`."""
-    from percuss.simulate import Stop
+    """The job of a sweep, checked; see `sweep`.
 
-    family = SystemFamily(what) if isinstance(what, System) else what
-    own = _checked_functions(functions or {})
+    Parameters
+    ----------
+    simulated
+        Elastic modes of the simulations, when `modes` does not say it.
+    """
+    from percuss.simulate import Start, Stop
+
+    family = family_of(what)
+    own = _checked_functions({} if functions is None else functions)
     names = checked(quantities) if quantities or not own else ()
     spans = tuple(axis if isinstance(axis, Axis) else Axis.parsed(axis) for axis in axes)
     _check_axes(family, spans)
+    number = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     job = SweepJob(
         family=family,
         axes=spans,
         quantities=names,
         periods=count("periods", periods, most=MAX_PERIODS),
-        modes=count("modes", modes, least=0, most=MAX_MODES),
-        start=start,
-        stop=Stop() if stop is None else stop,
-        impacts=count("impacts", impacts, least=10),
-        discard=count("discard", discard, least=0),
+        modes=number,
+        simulated=count("modes", simulated, least=0, most=MAX_MODES) if number is None else number,
+        start=None if start is None else instance("start", start, Start),
+        stop=Stop() if stop is None else instance("stop", stop, Stop),
+        impacts=count("impacts", impacts, least=10, most=_MOST_IMPACTS),
+        discard=count("discard", discard, least=0, most=_MOST_IMPACTS),
         functions=own,
     )
     _check_some(job)
@@ -239,7 +286,7 @@ def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
 
 
 def _checked_functions(functions: Mapping[str, SystemFunction]) -> tuple[tuple[str, SystemFunction], ...]:
-    for name, function in functions.items():
+    for name, function in mapping("functions", functions, "functions of a system by name").items():
         if name in QUANTITIES or name == "outcome" or not str(name).isidentifier():
             raise ParameterError("functions", name, "a name of one word that no quantity has")
         if not callable(function):

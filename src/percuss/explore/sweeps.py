@@ -17,6 +17,7 @@ from percuss.explore.job import Column, Columns
 from percuss.explore.quantities import CELL_OUTCOMES, DEFAULT_QUANTITIES, REASONS
 from percuss.explore.sweep_job import SweepJob, SystemFunction, sweep_job
 from percuss.model import System
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +29,7 @@ __all__ = ["Sweep", "sweep"]
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class Sweep(Shown):
     """A map: the columns of all cells.
 
     Attributes
@@ -51,6 +52,10 @@ class Sweep:
     columns: Mapping[str, Column]
     ask: dict[str, Any]
 
+    def __str__(self) -> str:
+        over = " × ".join(f"{len(axis)} values of {axis.name}" for axis in self.axes)
+        return f"Sweep: {over}; {', '.join(self.quantities)}"
+
     @classmethod
     def from_archive(cls, archive: Archive) -> Sweep:
         """The map in an archive; cells that are not done hold the fill values of their columns."""
@@ -60,7 +65,7 @@ class Sweep:
 
     @classmethod
     def shaped(cls, job: SweepJob, flat: Columns) -> Sweep:
-        """What a job came to, in the map's shape."""
+        """The result of a job, in the map's shape."""
         return cls._shaped(job.axes, _asked(job.ask), flat, job.columns, job.ask)
 
     @classmethod
@@ -108,7 +113,7 @@ def sweep(
     *axes: Axis | str,
     quantities: Sequence[str] = DEFAULT_QUANTITIES,
     periods: int = 1,
-    modes: int = 32,
+    modes: int | None = None,
     start: Start | None = None,
     stop: Stop | None = None,
     impacts: int = 2000,
@@ -130,15 +135,17 @@ def sweep(
     periods
         m, when it is no axis.
     modes
-        N, the elastic modes of the exact multipliers and of the simulations.
+        N: every quantity is that of the bar of modes 0 … N. None, as elsewhere: the steady motions are those of the
+        continuous bar, the exact multipliers and the simulations take 32 modes.
     start, stop
         Of the simulations. By default each starts at rest one bar length off the wall, or as the case says, and ends
         when its motion is found, after 2000 impacts at the latest.
     impacts, discard
         Of a Lyapunov exponent: the impacts it is taken from, and those that are let pass before.
     functions
-        One's own quantities by name: functions of a system that return a number. For workers they must be importable:
-        functions of a module, not of a script's main part. One that raises a `PercussError` or divides by 0 leaves NaN.
+        One's own quantities by name: functions of a system that return a number. Worker processes import them: from
+        a module, or from the main part of a script whose call stands under a main guard. One that raises a
+        `PercussError` or divides by 0 leaves NaN.
     **running
         How it is carried out: ``workers``, ``archive``, ``resume``, ``pool``, ``progress``; see
         `percuss.explore.carry_out`.

@@ -20,10 +20,10 @@ def free_pair(d, omega, square, tau):
     if square > 0.0:
         lam, fade = math.sqrt(square), math.exp(-0.5 * d * tau)
         angle = lam * tau
-        return fade * math.cos(angle), fade * (math.sin(angle) / lam if angle > 1e-9 else tau)
+        return fade * math.cos(angle), fade * (math.sin(angle) / lam)
     rate = math.sqrt(-square)
     fade, spread = math.exp(-omega * omega / (0.5 * d + rate) * tau), 2.0 * rate * tau
-    reach = -math.expm1(-spread) / (2.0 * rate) if spread > 1e-9 else tau
+    reach = -math.expm1(-spread) / (2.0 * rate) if spread > 1e-300 else tau
     return 0.5 * fade * (1.0 + math.exp(-spread)), fade * reach
 
 

@@ -1,1 +1,1 @@
-"""Jobs carried out: by this process, by others or by a cluster, kept in an archive, interrupted and resumed."""
+"""Running jobs: in this process, in others or on a cluster, kept in an archive, interrupted and resumed."""

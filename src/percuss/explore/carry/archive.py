@@ -3,13 +3,13 @@
 An archive is a zarr v3 group in a folder: one array for each column, cut into chunks of items; the array `done` holds
 1 for every chunk whose data are all there, and is written after them; the attributes hold what was asked for, its
 SHA-256, the versions and when it was written. It is written by the asking process alone. A file appears under its
-name when it is whole, the folder itself under its name when it can be resumed; so that nothing but the chunks under
-way is lost, whenever the process is killed.
+name when it is whole and on the disk, the folder itself under its name when it can be resumed; the items of chunks that
+are not complete are kept in a file beside them, every second. Everything has a check sum: what was changed is not
+believed, and computed again when the archive is resumed.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import shutil
@@ -23,24 +23,32 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ArchiveError
-from percuss.explore.carry.ask import differences, digest
+from percuss.explore.carry.ask import differences, digest, parsed
 from percuss.explore.carry.layout import (
+    BEGIN,
     DONE,
     FORMAT,
+    MEND,
     RESUME,
     about_column,
+    checked,
     clear,
     column_from,
+    damaged,
     group_of,
     lay_out,
     session,
     whole_chunks,
     written,
-    zarr_package,
 )
 from percuss.explore.carry.lock import Lock, is_locked
 from percuss.explore.carry.provenance import versions
+from percuss.explore.carry.store import links_in, zarr_package
+from percuss.explore.carry.underway import Record, Underway
+from percuss.explore.carry.undisturbed import undisturbed
 from percuss.explore.job import Columns, Job
+from percuss.model.checks import path as checked_path
+from percuss.whole_file import PARTS, synced
 
 __all__ = ["FORMAT", "RESULTS", "Archive", "check_free"]
 
@@ -71,6 +79,8 @@ class Archive:
         Every time it was written into: ``started``, ``versions``, ``command``.
     done
         Which chunks are complete, bool of shape (chunks,).
+    damaged
+        The chunks that were found damaged as the archive was resumed: they are computed again.
     """
 
     def __init__(self, path: Path, group: Any, lock: Lock | None) -> None:
@@ -78,8 +88,10 @@ class Archive:
         self._lock = lock
         try:
             about = dict(group.attrs)
-            self.ask: dict[str, Any] = json.loads(about["ask"])
+            self.ask: dict[str, Any] = parsed(about["ask"])
             self.sha256 = str(about["sha256"])
+            if self.sha256 != digest(self.ask):
+                raise ValueError("the question is not the one that was asked")
             self.size, self.chunk = int(about["size"]), int(about["chunk"])
             self.created = str(about["created"])
             self.sessions: list[dict[str, Any]] = list(about["sessions"])
@@ -88,9 +100,14 @@ class Archive:
             with whole_chunks():
                 self._arrays = {name: group[name] for name in [*self.columns, DONE]}
             self._group = group
-            self.done: npt.NDArray[np.bool_] = np.asarray(self._arrays[DONE][:]).astype(bool)
-        except (KeyError, TypeError, ValueError) as error:
-            raise ArchiveError(str(path), f"the archive is damaged: {error!r}", "begin another") from None
+            self._check_arrays()
+            self._underway = Underway(path, self.columns, self.size)
+        except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+            raise damaged(path, repr(error)[:200], BEGIN) from None
+        self.done, unread = self._signs()
+        if unread and lock is None:
+            raise damaged(path, f"whether chunk {unread[0]} is there cannot be read", MEND)
+        self.damaged: tuple[int, ...] = tuple(unread)
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], job: Job, chunk: int, item_seconds: float = 0.0) -> Archive:
@@ -113,6 +130,7 @@ class Archive:
                 if target.exists():  # a rename would take the place of an empty folder, also of one just made
                     raise _exists(target)
                 part.rename(target)
+                synced(target.parent)
             lock.moved(target)
             return cls(target, group_of(target, "r+"), lock)
         except BaseException:
@@ -130,7 +148,7 @@ class Archive:
         ArchiveError
             When it is none, is damaged, or was written by a newer version.
         """
-        folder = Path(os.path.abspath(path))
+        folder = Path(os.path.abspath(checked_path("path", path)))
         return cls(folder, group_of(folder, "r"), None)
 
     @classmethod
@@ -144,15 +162,17 @@ class Archive:
         """
         folder = Path(os.path.abspath(path))
         group_of(folder, "r")
+        links_in(folder)
         with written(folder):
             lock = Lock(folder)
         try:
             archive = cls(folder, group_of(folder, "r+"), lock)
             archive._check_same(job)
             with written(folder):
-                clear(folder.rglob("*.partial"))  # of files that were being written when somebody was killed
+                clear(folder.rglob(PARTS))  # of files that were being written when somebody was killed
+                archive._give_up_damaged()
                 archive.sessions.append(session())
-                archive._group.update_attributes({"sessions": archive.sessions})
+                archive._group.update_attributes(checked({**archive._group.attrs, "sessions": archive.sessions}))
             return archive
         except BaseException:
             lock.release()
@@ -167,11 +187,29 @@ class Archive:
             When the disk is full or cannot be written; what was there stays readable.
         """
         first, last = self.bounds(number)
-        with written(self.path):
+        with written(self.path), undisturbed():
             for name in self.columns:
                 self._arrays[name][first:last] = columns[name]
-            self._arrays[DONE][number : number + 1] = np.ones(1, dtype=np.uint8)
-        self.done[number] = True
+            self._sign(number, 1)
+            self.done[number] = True
+            if self.done.all():
+                self._underway.remove()
+
+    def keep(self, records: list[Record], anew: bool = False) -> None:
+        """Items of chunks that are not complete yet, besides those that are kept already, or `anew` instead of them.
+
+        Raises
+        ------
+        ArchiveError
+            As `write`.
+        """
+        with written(self.path), undisturbed():
+            (self._underway.begin if anew else self._underway.add)(records)
+
+    @property
+    def bytes_underway(self) -> int:
+        """What `keep` has written, some of it of chunks that are complete by now."""
+        return self._underway.bytes
 
     def bounds(self, number: int) -> tuple[int, int]:
         """First item of a chunk, and the one after its last."""
@@ -183,9 +221,17 @@ class Archive:
         return found
 
     @property
+    def known(self) -> npt.NDArray[np.bool_]:
+        """Which items are there, in chunks that are complete and in others; bool of shape (size,)."""
+        found: npt.NDArray[np.bool_] = np.repeat(self.done, self.chunk)[: self.size]
+        for first, last, _ in self._underway.records():
+            found[first:last] = True
+        return found
+
+    @property
     def items_done(self) -> int:
-        """How many items are in the chunks that are done."""
-        return sum(last - first for first, last in map(self.bounds, np.flatnonzero(self.done).tolist()))
+        """How many items are there, in chunks that are complete and in others."""
+        return int(np.count_nonzero(self.known))
 
     @property
     def fraction(self) -> float:
@@ -208,15 +254,25 @@ class Archive:
         return self._lock is not None or is_locked(self.path)
 
     def read(self) -> Columns:
-        """All columns, shape (size, …); what is not done holds the column's fill value."""
+        """All columns, shape (size, …); what is not done holds the column's fill value.
+
+        Raises
+        ------
+        ArchiveError
+            When a chunk that was complete is lost or was changed; with which, and what helps.
+        """
         empty = np.repeat(~self.done, self.chunk)[: self.size]
         found: Columns = {}
-        try:
-            for name, column in self.columns.items():
-                found[name] = np.asarray(self._arrays[name][:])
-                found[name][empty] = column.empty  # of a chunk under way some columns may be there
-        except (OSError, ValueError, RuntimeError) as error:
-            raise ArchiveError(str(self.path), f"the archive is damaged: {error}", "begin another") from None
+        for name, column in self.columns.items():
+            found[name], bad = self._column(name)
+            if bad:
+                first, last = self.bounds(bad[0])
+                raise damaged(self.path, f"chunk {bad[0]} (items {first} to {last - 1}) of the column {name}", MEND)
+            found[name][empty] = column.empty  # of a chunk under way some columns may be there
+        for first, last, columns in self._underway.records():
+            here = empty[first:last]
+            for name, values in columns.items():
+                found[name][first:last][here] = values[here]
         return found
 
     def result(self) -> Any:
@@ -240,18 +296,78 @@ class Archive:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    # -- what lies on the disk --
+
+    def _check_arrays(self) -> None:
+        """What zarr says of the columns is what the attributes say."""
+        if self.size < 0 or self.chunk < 1:
+            raise ValueError(f"{self.size} items in chunks of {self.chunk}")
+        chunks = -(-self.size // self.chunk)
+        wanted = {name: (c.dtype, (self.size, *c.shape), self.chunk) for name, c in self.columns.items()}
+        for name, (dtype, shape, chunk) in {**wanted, DONE: ("uint8", (chunks,), 1)}.items():
+            array = self._arrays[name]
+            if (array.dtype, array.shape) != (np.dtype(dtype), shape) or array.chunks[0] != chunk:
+                raise ValueError(f"the column {name} is of another kind")
+
+    def _signs(self) -> tuple[npt.NDArray[np.bool_], list[int]]:
+        """Which chunks are done, and those of which this cannot be read."""
+        try:
+            return np.asarray(self._arrays[DONE][:]).astype(bool), []
+        except Exception:  # whatever the codecs make of damage
+            found = np.zeros(self._arrays[DONE].shape, dtype=bool)
+            bad = []
+            for number in range(len(found)):
+                try:
+                    found[number] = bool(self._arrays[DONE][number])
+                except Exception:  # as above, of this one
+                    bad.append(number)
+            return found, bad
+
+    def _sign(self, number: int, done: int) -> None:
+        self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
+
+    def _column(self, name: str) -> tuple[npt.NDArray[Any], list[int]]:
+        """A column, and the chunks of it that are done and not there as they were written."""
+        column, array = self.columns[name], self._arrays[name]
+        done = np.flatnonzero(self.done).tolist()
+        # of a file that is not there zarr gives the fill value
+        bad = [number for number in done if array.size and not self._file(name, number).is_file()]
+        try:
+            return np.asarray(array[:]), bad
+        except Exception:  # as above
+            found = np.full(array.shape, column.empty, dtype=array.dtype)
+        for number in done:
+            first, last = self.bounds(number)
+            try:
+                found[first:last] = array[first:last]
+            except Exception:  # as above, of this one
+                bad.append(number)
+        return found, sorted(set(bad))
+
+    def _file(self, name: str, number: int) -> Path:
+        inner = ["0"] * len(self.columns[name].shape)
+        return self.path.joinpath(name, "c", str(number), *inner)
+
+    def _give_up_damaged(self) -> None:
+        """What is damaged does not count as done any more."""
+        bad = {*self.damaged, *(number for name in self.columns for number in self._column(name)[1])}
+        for number in sorted(bad):
+            self._sign(number, 0)
+            self.done[number] = False
+        self.damaged = tuple(sorted(bad))
+
     def _check_same(self, job: Job) -> None:
         begun = self.versions.get("percuss")
         if begun != versions()["percuss"]:
-            what = f"percuss {begun} began it and this is {versions()['percuss']}: the numbers could differ"
-            raise ArchiveError(str(self.path), what, f"go on with percuss {begun}, or begin another archive")
+            what = f"percuss {begun} started it and this is {versions()['percuss']}: the numbers could differ"
+            raise ArchiveError(str(self.path), what, f"continue with percuss {begun}, or start another archive")
         told = differences(self.ask, job.ask)
         kept, wanted = ({name: about_column(one) for name, one in of.columns.items()} for of in (self, job))
         if not told and (self.size != job.size or kept != wanted):
             told = "what is kept of the items"
         if told or self.sha256 != digest(job.ask):
-            remedy = "ask for the same, or give another name"
-            raise ArchiveError(str(self.path), f"the archive is of something else: {told}", remedy)
+            remedy = "ask for the same again, or give another name"
+            raise ArchiveError(str(self.path), f"the archive answers another question: {told}", remedy)
 
 
 def check_free(path: str | os.PathLike[str]) -> None:
@@ -267,7 +383,7 @@ def check_free(path: str | os.PathLike[str]) -> None:
     if target.exists() or target.is_symlink():
         raise _exists(target)
     if not target.parent.is_dir():
-        raise ArchiveError(str(target), f"there is no folder {target.parent}", "make it, or give another name")
+        raise ArchiveError(str(target), f"there is no folder {target.parent}", "create it, or give another name")
     if not os.access(target.parent, os.W_OK):
         raise ArchiveError(str(target), f"the folder {target.parent} cannot be written", "give another name")
     # what killed processes were about to lay out; they had computed nothing yet
@@ -278,6 +394,6 @@ def _exists(target: Path) -> ArchiveError:
     try:
         with Archive.open(target) as archive:
             what = f"the archive exists, {100.0 * archive.fraction:.3g} % done"
-        return ArchiveError(str(target), what, f"go on with it by {RESUME}, or give another name")
+        return ArchiveError(str(target), what, f"continue it with {RESUME}, or give another name")
     except ArchiveError:
-        return ArchiveError(str(target), "exists, and is no archive", "give another name")
+        return ArchiveError(str(target), "exists and is not an archive", "give another name")

@@ -7,7 +7,10 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-__all__ = ["canonical", "differences", "digest"]
+__all__ = ["canonical", "differences", "digest", "parsed"]
+
+_DEEPEST = 60
+"""Tables in tables; what asks go through calls itself for each."""
 
 _SHOWN = 6
 """Differences that a message lists."""
@@ -29,13 +32,43 @@ def digest(ask: dict[str, Any]) -> str:
     return hashlib.sha256(canonical(ask).encode()).hexdigest()
 
 
+def parsed(text: str) -> dict[str, Any]:
+    """The ask of a canonical text.
+
+    Raises
+    ------
+    ValueError
+        When it is none: no table, or tables in tables without end.
+
+    Examples
+    --------
+    >>> parsed('{"s":Infinity}')
+    {'s': inf}
+    """
+    try:
+        found = json.loads(text)
+        deep = _depth(found)
+    except RecursionError:
+        deep = _DEEPEST + 1
+    if deep > _DEEPEST:
+        raise ValueError(f"a question nested more than {_DEEPEST} tables deep")
+    if not isinstance(found, dict):
+        raise ValueError("a question that is not a table")
+    return found
+
+
+def _depth(value: Any) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    return 0 if inner is None else 1 + max(map(_depth, inner), default=0)
+
+
 def differences(old: dict[str, Any], new: dict[str, Any]) -> str:
     """Which parts of two asks differ, in words; empty when none does.
 
     Examples
     --------
     >>> differences({"seed": 1, "system": {"s": 20.0}}, {"seed": 2, "system": {"s": 20.0}})
-    'seed: 1 there, 2 asked for'
+    'seed: 1 in the archive, 2 asked for'
     """
     # through JSON, so that a tuple and a list of the same numbers do not differ
     one, other = json.loads(canonical(old)), json.loads(canonical(new))
@@ -49,16 +82,16 @@ def _parts(name: str, old: Any, new: Any) -> Iterator[str]:
         for key in sorted(old.keys() | new.keys()):
             inner = f"{name}.{key}" if name else key
             if key not in new:
-                yield f"{inner}: {_short(old[key])} there, not asked for"
+                yield f"{inner}: {_short(old[key])} in the archive, not asked for"
             elif key not in old:
-                yield f"{inner}: not there, {_short(new[key])} asked for"
+                yield f"{inner}: not in the archive, {_short(new[key])} asked for"
             else:
                 yield from _parts(inner, old[key], new[key])
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         for i, (one, other) in enumerate(zip(old, new, strict=True)):
             yield from _parts(f"{name}[{_name_of(one, other, i)}]", one, other)
     elif json.dumps(old) != json.dumps(new):  # as text: 1 and true, 0.0 and −0.0 differ, NaN and NaN do not
-        yield f"{name}: {_short(old)} there, {_short(new)} asked for"
+        yield f"{name}: {_short(old)} in the archive, {_short(new)} asked for"
 
 
 def _name_of(old: Any, new: Any, position: int) -> object:

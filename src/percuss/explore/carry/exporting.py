@@ -5,16 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import MissingExtraError
 from percuss.explore.carry.archive import Archive
 from percuss.explore.carry.ask import canonical
+from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -78,17 +76,15 @@ def write_netcdf(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     PercussError
         When it cannot be written.
     """
-    if find_spec("h5netcdf") is None:
-        raise MissingExtraError("h5netcdf", "io")
-    with _part(path) as part:
-        dataset.to_netcdf(part, engine="h5netcdf")
+    write_dataset(dataset, path)
 
 
 def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """One line for each item, after a line of names with units.
 
     The items are those of the first variable; what has other dimensions, such as a table of attractors, is left out,
-    and what has more becomes a column for each.
+    and what has more becomes a column for each. Numbers that stand for words are written as the words, empty where
+    there is none.
 
     Raises
     ------
@@ -109,8 +105,8 @@ def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         inner = values.shape[len(dims) :]
         for index in np.ndindex(inner):
             mark = "".join(f"_{j}" for j in index)
-            fields.append((_header(f"{name}{mark}", variable), values[(..., *index)]))
-    with _part(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+            fields.append((_header(f"{name}{mark}", variable), _worded(variable, values[(..., *index)])))
+    with whole_file(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([header for header, _ in fields])
         for first in range(0, int(np.prod(shape)), _ROWS):
@@ -141,22 +137,13 @@ def _header(name: str, variable: xarray.DataArray) -> str:
     return f"{name} [{unit}]" if unit not in ("", "1") else name
 
 
+def _worded(variable: xarray.DataArray, values: Any) -> Any:
+    """The words that the numbers of a variable stand for, or the values themselves."""
+    words = variable.attrs.get("words")
+    return values if words is None else np.array([*str(words).split(", "), ""])[values]
+
+
 def _texts(values: Any) -> list[Any]:
     """Numbers with all their digits; truth in lower case, as other programs write it."""
     found: list[Any] = values.tolist()
     return [str(value).lower() for value in found] if values.dtype == bool else found
-
-
-@contextmanager
-def _part(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A file beside its place, moved there when it is whole."""
-    target = os.path.realpath(path)  # a link stays a link
-    part = f"{target}.part"
-    try:
-        yield part
-        os.replace(part, target)
-    except OSError as error:
-        raise PercussError(f"{os.fspath(path)}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):
-            os.remove(part)

@@ -13,33 +13,43 @@ from typing import Any
 
 import numpy as np
 
-from percuss.errors import ArchiveError, MissingExtraError
+from percuss.errors import ArchiveError
 from percuss.explore.carry.ask import canonical, digest
 from percuss.explore.carry.provenance import command, versions
+from percuss.explore.carry.store import all_synced, store_of, zarr_package
 from percuss.explore.job import Column, Job
 
 __all__ = [
+    "BEGIN",
     "DONE",
     "FORMAT",
+    "MEND",
     "RESUME",
     "about_column",
+    "checked",
     "clear",
     "column_from",
+    "damaged",
     "group_of",
     "lay_out",
     "session",
     "whole_chunks",
     "written",
-    "zarr_package",
 ]
 
-FORMAT = 1
-"""Of the layout; archives of a higher number are refused."""
+FORMAT = 2
+"""Of the layout; archives of a higher number are refused. Those of 1 have no check sums."""
 
 TITLE = "percuss archive"
 DONE = "done"
 RESUME = "--resume (resume=True)"
-"""How to go on with an archive, on the command line and in Python."""
+"""How to continue an archive, on the command line and in Python."""
+
+BEGIN = "use a copy of it, or start another archive"
+MEND = f"{RESUME} recomputes what is damaged and keeps the rest"
+"""What helps when an archive is damaged: in what it says of itself, and in a chunk."""
+
+_CHECK = "check"
 
 
 def lay_out(part: Path, job: Job, chunk: int, item_seconds: float) -> None:
@@ -61,6 +71,7 @@ def lay_out(part: Path, job: Job, chunk: int, item_seconds: float) -> None:
     }
     zarr = zarr_package()
     group = zarr.open_group(zarr.storage.LocalStore(part), mode="a", zarr_format=3)
+    check = zarr.codecs.Crc32cCodec()  # of what lies on the disk: damage is found before anything is unpacked
     for name, column in columns.items():
         group.create_array(
             name,
@@ -68,14 +79,22 @@ def lay_out(part: Path, job: Job, chunk: int, item_seconds: float) -> None:
             chunks=(chunk, *(max(n, 1) for n in column.shape)),
             dtype=column.dtype,
             fill_value=column.empty,
+            compressors=(zarr.codecs.ZstdCodec(level=0), check),
             dimension_names=("item", *(f"{name}_{i}" for i in range(len(column.shape)))),
             attributes={"units": column.unit or "1", "long_name": column.meaning},
         )
     chunks = -(-job.size // chunk)
     group.create_array(
-        DONE, shape=(chunks,), chunks=(1,), dtype="uint8", fill_value=0, compressors=None, dimension_names=("chunk",)
+        DONE, shape=(chunks,), chunks=(1,), dtype="uint8", fill_value=0, compressors=check, dimension_names=("chunk",)
     )
-    group.update_attributes(about)  # last: without them it is no archive
+    group.update_attributes(checked(about))  # last: without them it is no archive
+    all_synced(part)
+
+
+def checked(about: Mapping[str, Any]) -> dict[str, Any]:
+    """The attributes with their check sum."""
+    plain = {name: value for name, value in about.items() if name != _CHECK}
+    return {**plain, _CHECK: digest(plain)}
 
 
 def group_of(folder: Path, mode: str) -> Any:
@@ -84,20 +103,27 @@ def group_of(folder: Path, mode: str) -> Any:
     if not folder.exists():
         raise ArchiveError(str(folder), "no such archive")
     try:
-        store = zarr.storage.LocalStore(folder, read_only=mode == "r")
+        store = store_of(folder, read_only=mode == "r")
         group = zarr.open_group(store, mode=mode, zarr_format=3)
         about = dict(group.attrs)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         if isinstance(error, PermissionError):
             raise ArchiveError(str(folder), f"cannot be read: {error.strerror}") from None
         about = {}
     if about.get("title") != TITLE:
-        remedy = "give the folder that a command's -o (archive=) made"
+        remedy = "give the folder that a command's -o (archive=) created"
         raise ArchiveError(str(folder), "not an archive of percuss", remedy)
     if not isinstance(about.get("format"), int) or about["format"] > FORMAT:
         what = f"written by a newer version (format {about.get('format')}; this one reads {FORMAT})"
-        raise ArchiveError(str(folder), what, "install that version: 'percuss show' of it tells which")
+        raise ArchiveError(str(folder), what, "install that version: its 'percuss show' tells which")
+    if about["format"] != 1 and about != checked(about):
+        raise damaged(folder, "its description is not the one that was written", BEGIN)
     return group
+
+
+def damaged(folder: Path, what: str, remedy: str) -> ArchiveError:
+    """An archive of which something was lost or changed after it was written."""
+    return ArchiveError(str(folder), f"the archive is damaged: {what}", remedy)
 
 
 def session() -> dict[str, Any]:
@@ -124,16 +150,6 @@ def column_from(about: dict[str, Any]) -> Column:
     return Column(about["dtype"], tuple(about["shape"]), about["unit"], value, about["meaning"])
 
 
-def zarr_package() -> Any:
-    """zarr, imported when an archive is first used."""
-    try:
-        import zarr
-        import zarr.storage
-    except ImportError:
-        raise MissingExtraError("zarr", "io") from None
-    return zarr
-
-
 @contextlib.contextmanager
 def written(path: Path) -> Iterator[None]:
     """Whatever the system says against writing, as an `ArchiveError`."""
@@ -141,7 +157,9 @@ def written(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        remedy = f"make room: what is done is kept, go on by {RESUME}" if full else "choose a place that you may write"
+        remedy = "choose a place where you may write"
+        if full:
+            remedy = f"free some space: finished work is kept, continue with {RESUME}"
         raise ArchiveError(str(path), f"cannot be written: {error.strerror or error}", remedy) from error
 
 

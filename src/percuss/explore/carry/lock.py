@@ -21,6 +21,8 @@ __all__ = ["LOCK", "Lock", "is_locked"]
 LOCK = ".percuss-lock"
 """Name of the file inside the folder that it locks."""
 
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+
 
 class Lock:
     """The right to write into a folder, from now on until `release` or the end of the process, however that comes.
@@ -61,7 +63,7 @@ class Lock:
 
     def _taken(self) -> int:
         while True:
-            handle = os.open(self._file, os.O_RDWR | os.O_CREAT, 0o666)
+            handle = os.open(self._file, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
             try:
                 if not _free(handle, self._file):
                     raise self._busy()
@@ -87,7 +89,7 @@ def is_locked(folder: Path) -> bool:
     """Whether somebody writes into the folder now; a lock that a dead process left does not count."""
     file = folder / LOCK
     try:
-        handle = os.open(file, os.O_RDWR)
+        handle = os.open(file, os.O_RDWR | _NO_LINK)
     except OSError:
         return file.exists() and _alive(_holder(file))
     try:
@@ -120,7 +122,7 @@ def _holder(file: Path) -> dict[str, Any]:
     try:
         found = json.loads(file.read_text())
         return {"pid": int(found["pid"]), "host": str(found["host"])}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}
 
 

@@ -1,4 +1,4 @@
-"""How long an item takes: measured on a few, spread over the job, whose results are kept."""
+"""How long an item takes: measured on a few items spread over the job; their results are kept."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 
 from percuss.explore.carry.sheet import bytes_of
 from percuss.explore.job import Columns, Job
+from percuss.model.checks import having
 
-__all__ = ["CHUNK_SECONDS", "Estimate", "Pace", "chunk_of", "estimate", "measured"]
+__all__ = ["CHUNK_SECONDS", "Estimate", "Pace", "check_job", "chunk_of", "estimate", "measured"]
 
 CHUNK_SECONDS = 2.0
 """Work in one chunk: writing it takes some hundredths of a second."""
@@ -84,6 +85,11 @@ def chunk_of(size: int, item_seconds: float, workers: int) -> int:
     return max(1, min(size, round(wanted)), fewer)
 
 
+def check_job(job: Job) -> None:
+    """Refuse what is no job."""
+    having("job", job, ("size", "columns", "ask", "compute"), "a job, such as percuss.case.sweep_job_of makes")
+
+
 def estimate(job: Job) -> Estimate:
     """What a job would take, from a fraction of a second of it.
 
@@ -92,5 +98,6 @@ def estimate(job: Job) -> Estimate:
     job
         Of any size: nothing of its size is made.
     """
+    check_job(job)
     pace = measured(job, lambda: False) if job.size else Pace(0.0)
     return Estimate(job.size * pace.item_seconds, bytes_of(job))

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -14,13 +15,14 @@ from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from types import ModuleType
 from typing import Any, Protocol
 
 from percuss.errors import PercussError
 from percuss.explore.carry.worker import BAD_JOB, DONE, FAILED, work
 from percuss.explore.job import Columns, Job
 
-__all__ = ["Chunk", "Pool", "Processes", "cores", "packed"]
+__all__ = ["Chunk", "Pool", "Processes", "cores", "needs_main", "packed"]
 
 _TRIES = 2
 """How often a chunk is begun whose worker dies of it."""
@@ -92,8 +94,13 @@ def packed(job: Job) -> bytes:
     try:
         return pickle.dumps(job)
     except Exception as error:  # whatever an object's own pickling raises
-        remedy = "define functions and classes at the top of a module, or take workers=1"
+        remedy = "define functions and classes at the top of a module, or use workers=1"
         raise PercussError(f"this cannot be sent to other processes: {error}", remedy) from None
+
+
+def needs_main(job: bytes) -> bool:
+    """Whether a job as it travels holds something of the asking script's main part, which its reader must import."""
+    return b"__main__" in job
 
 
 @dataclass
@@ -124,6 +131,7 @@ class Processes:
         self._waiting: deque[Chunk] = deque()
         self._deaths: dict[int, int] = {}
         self._job = b""
+        self._with_main = False
 
     @property
     def workers(self) -> int:
@@ -133,6 +141,9 @@ class Processes:
     def begin(self, job: Job) -> None:
         """Start what is not running and give the job to all."""
         self._job = packed(job)
+        if needs_main(self._job) and not self._with_main:
+            self.cancel()  # those that there are do not know it
+            self._with_main = True
         self._waiting.clear()
         self._deaths.clear()
         for worker in [worker for worker in self._workers if not worker.process.is_alive()]:
@@ -194,7 +205,7 @@ class Processes:
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
         process = context.Process(target=work, args=(there,), name="percuss worker", daemon=True)
-        with _surroundings():
+        with _surroundings(self._with_main):
             process.start()
         there.close()  # so that the line closes when the process ends
         self._workers.append(_Worker(process, here))
@@ -219,7 +230,7 @@ class Processes:
         elif word == FAILED:
             raise rest[1]
         elif word == BAD_JOB:
-            remedy = "define functions and classes in a module that the workers can import, or take workers=1"
+            remedy = "define functions and classes in a module that the workers can import, or use workers=1"
             raise PercussError(f"the job cannot be read by a worker process: {rest[0]}", remedy) from rest[0]
 
     def _died(self, worker: _Worker) -> None:
@@ -228,14 +239,14 @@ class Processes:
         code = worker.process.exitcode
         self._bury(worker)
         if not worker.heard:
-            remedy = "a script must keep what it does under `if __name__ == '__main__':`; or take workers=1"
+            remedy = "a script must keep what it does under `if __name__ == '__main__':`; or use workers=1"
             raise PercussError(f"a worker process ended as it started ({_cause(code)})", remedy)
         if worker.chunks:
             chunk = worker.chunks[0]
             self._deaths[chunk.number] = self._deaths.get(chunk.number, 0) + 1
             if self._deaths[chunk.number] >= _TRIES:
-                told = f"{_TRIES} workers died of the items {chunk.first} to {chunk.last - 1} ({_cause(code)})"
-                raise PercussError(told, "usually there is too little memory: take fewer workers, or ask for less")
+                told = f"{_TRIES} workers died while computing items {chunk.first} to {chunk.last - 1} ({_cause(code)})"
+                raise PercussError(told, "usually there is too little memory: use fewer workers, or ask for less")
             self._waiting.extendleft(reversed(worker.chunks))
         self._start()
         self._tell(self._workers[-1], self._job)
@@ -253,17 +264,24 @@ def _cause(code: int | None) -> str:
 
 
 @contextmanager
-def _surroundings() -> Iterator[None]:
-    """Around the start of a process: it inherits one thread for each library, and no ear for Ctrl-C."""
+def _surroundings(with_main: bool) -> Iterator[None]:
+    """Around the start of a process: it inherits one thread for each library, and no ear for Ctrl-C and SIGTERM.
+
+    Nor the main part of the script that asks, which a spawned process would run again, unless the job needs it.
+    """
+    main = sys.modules["__main__"]
     before = {name: os.environ.get(name) for name in _THREADS}
     deaf = hasattr(signal, "pthread_sigmask")
     if deaf:
         resource_tracker.ensure_running()  # it would open the ear again
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGTERM])
     os.environ.update(dict.fromkeys(_THREADS, "1"))
+    if not with_main:
+        sys.modules["__main__"] = ModuleType("__main__")  # of which there is nothing to import
     try:
         yield
     finally:
+        sys.modules["__main__"] = main
         for name, value in before.items():
             if value is None:
                 del os.environ[name]

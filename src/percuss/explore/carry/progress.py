@@ -1,4 +1,4 @@
-"""How far a job has come, how fast it goes, and whether it is still wanted."""
+"""How far a job has come, how fast it runs, and whether its answer is still wanted."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ _LOOK = 0.1
 _MEMORY = 30.0
 """Seconds over which the rate is taken."""
 
+_APART = 0.05
+"""Seconds between two parts of an item that the rate remembers."""
+
 
 @dataclass(frozen=True)
 class JobProgress:
@@ -31,6 +34,10 @@ class JobProgress:
         Until all are done, at this rate; NaN while it is being measured.
     bytes
         That the results take, in memory and, before they are compressed, on disk.
+    damaged
+        Chunks of an earlier session that were lost or changed on the disk, and are computed again.
+    part
+        How much of the item under way is done, 0 to 1, where that is known; the rate and what is left count it.
     """
 
     done: int
@@ -38,11 +45,13 @@ class JobProgress:
     rate: float
     seconds_left: float
     bytes: int
+    damaged: int = 0
+    part: float = 0.0
 
     @property
     def fraction(self) -> float:
         """0 to 1."""
-        return self.done / self.size if self.size else 1.0
+        return (self.done + self.part) / self.size if self.size else 1.0
 
 
 class Meter:
@@ -59,12 +68,14 @@ class Meter:
     def __init__(self, size: int, bytes_: int, watcher: Callable[[JobProgress], object] | None) -> None:
         self.size = size
         self.done = 0
+        self.part = 0.0
         self.expected = math.nan  # items per second, until some are counted
         self.stopped = False
+        self.damaged = 0
         self._bytes = bytes_
         self._watcher = watcher
         self._looked = -math.inf
-        self._past: deque[tuple[float, int]] = deque()
+        self._past: deque[tuple[float, float]] = deque()
 
     def start(self, done: int, expected: float = math.nan) -> None:
         """The rate counts from here; `done` were done before."""
@@ -74,8 +85,18 @@ class Meter:
     def add(self, items: int) -> None:
         """So many more are done."""
         self.done += items
+        self.part = 0.0
+        self._remember(time.monotonic())
+
+    def within(self, part: float) -> None:
+        """So much of the item under way is done, 0 to 1; never less than before."""
+        self.part = max(self.part, part)
         now = time.monotonic()
-        self._past.append((now, self.done))
+        if self._past and now - self._past[-1][0] >= _APART:
+            self._remember(now)
+
+    def _remember(self, now: float) -> None:
+        self._past.append((now, self.done + self.part))
         while len(self._past) > 2 and self._past[1][0] < now - _MEMORY:
             self._past.popleft()
 
@@ -89,9 +110,9 @@ class Meter:
 
     def progress(self) -> JobProgress:
         """How far it is."""
-        rate, left = self.rate, self.size - self.done
+        rate, left = self.rate, self.size - self.done - self.part
         seconds = 0.0 if not left else left / rate if rate > 0.0 else math.nan
-        return JobProgress(self.done, self.size, rate, seconds, self._bytes)
+        return JobProgress(self.done, self.size, rate, seconds, self._bytes, self.damaged, self.part)
 
     def tell(self) -> bool:
         """Call the watcher now; returns whether the job is no longer wanted."""

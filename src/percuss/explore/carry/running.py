@@ -1,22 +1,28 @@
-"""Carry a job out: here or by many workers, kept on disk or not, and always with the same numbers."""
+"""Run a job: here or with many workers, kept on disk or not, and always with the same numbers."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.errors import ArchiveError, Interrupted, PercussError
 from percuss.explore.carry.archive import Archive, check_free
-from percuss.explore.carry.pace import estimate
-from percuss.explore.carry.pool import Pool, cores
+from percuss.explore.carry.helpers import helpers
+from percuss.explore.carry.pace import check_job, estimate
+from percuss.explore.carry.pool import Pool
 from percuss.explore.carry.progress import JobProgress, Meter
 from percuss.explore.carry.sheet import bytes_of
 from percuss.explore.carry.task import Task
+from percuss.explore.carry.undisturbed import undisturbed
 from percuss.explore.job import Columns, Job
+from percuss.model.checks import callback, count, flag, having, path
+from percuss.notebook import watched
 
 __all__ = ["JobProgress", "carry_out", "estimate"]
+
+_MOST_WORKERS, _MOST_ITEMS = 4096, 10**15
 
 
 def carry_out(
@@ -43,8 +49,10 @@ def carry_out(
     resume
         Go on with an archive that exists; one that does not is begun.
     workers
-        Processes of this machine: as many as cores by default; 1 computes in this process, and so does any number
-        when there is little to do.
+        Processes of this machine, of which this one is the first: as many as cores by default, for a job that is
+        small by its own reckoning this one alone; any number when there turns out to be little to do. A script needs
+        no main guard. A job that holds functions or classes of the script's main part gets processes only where they
+        can import it: from a call under ``if __name__ == "__main__":``.
     pool
         Other workers, as `percuss.cluster.pool` gives them; they stay open.
     chunk
@@ -67,7 +75,8 @@ def carry_out(
         When the archive exists and is not to be resumed, is of something else, is being written by another process,
         or cannot be written.
     PercussError
-        When the results do not fit into memory, the job cannot travel to other processes, or workers die of it.
+        When the results do not fit into memory, the job cannot travel to the other processes asked for, or workers
+        die of it.
 
     Examples
     --------
@@ -80,27 +89,38 @@ def carry_out(
     >>> carry_out(Squares())["square"]
     array([ 0.,  1.,  4.,  9., 16.])
     """
-    number = _checked(job, workers, chunk)
+    _check(job, workers, chunk)
+    callback("progress", progress)
+    if archive is not None:
+        path("archive", archive)
+    flag("resume", resume)
+    if pool is not None:
+        having("pool", pool, ("workers", "begin", "submit", "finished"), "workers, as percuss.cluster.pool gives them")
+    number = 1 if pool is not None else helpers(job, workers)
     kept = None
     if archive is not None:
         if resume and Path(archive).exists():
             kept = Archive.resume(archive, job)
         else:
             check_free(archive)
-    task = Task(job, kept, Meter(job.size, bytes_of(job), progress))
-    try:
-        with _stopping(task, pool, archive is not None):
-            return task.columns(archive, number, pool, chunk)
-    finally:
-        if task.kept is not None:
-            task.kept.close()
+    with watched(progress) as watch:
+        meter = Meter(job.size, bytes_of(job), watch)
+        meter.damaged = 0 if kept is None else len(kept.damaged)
+        task = Task(job, kept, meter)
+        try:
+            with _stopping(task, pool, archive is not None):
+                return task.columns(archive, number, pool, chunk)
+        finally:
+            if task.kept is not None:
+                task.kept.close()
 
 
-def _checked(job: Job, workers: int | None, chunk: int | None) -> int:
-    for name, value in (("workers", workers), ("chunk", chunk)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-            raise ParameterError(name, value, "a whole number, 1 or greater")
-    return cores() if workers is None else workers
+def _check(job: Job, workers: int | None, chunk: int | None) -> None:
+    check_job(job)
+    if chunk is not None:
+        count("chunk", chunk, most=_MOST_ITEMS)
+    if workers is not None:
+        count("workers", workers, most=_MOST_WORKERS)
 
 
 @contextmanager
@@ -111,14 +131,18 @@ def _stopping(task: Task, pool: Pool | None, archived: bool) -> Iterator[None]:
     except KeyboardInterrupt:
         if pool is not None:
             pool.cancel()
-        path = None if task.kept is None else str(task.kept.path)
+        with undisturbed():
+            task.keep_all()
+        place = None if task.kept is None else str(task.kept.path)
         done = task.meter.done if task.kept is None else task.kept.items_done
-        lost = "nothing is written yet" if archived else "an archive (-o, archive=) would keep what is done"
-        remedy = "go on by --resume (resume=True)" if path else lost
-        raise Interrupted(done, task.job.size, path, remedy) from None
+        lost = "nothing has been written yet" if archived else "an archive (-o, archive=) saves finished work"
+        remedy = "continue with --resume (resume=True)" if place else lost
+        raise Interrupted(done, task.job.size, place, remedy) from None
     except BaseException as error:
         if pool is not None:
             pool.cancel()
+        with suppress(ArchiveError):  # it may be the disk that is full
+            task.keep_all()
         if task.kept is not None and not isinstance(error, PercussError):
-            error.add_note(f"what was done is kept in {task.kept.path}: go on by --resume (resume=True)")
+            error.add_note(f"finished work is kept in {task.kept.path}: continue with --resume (resume=True)")
         raise

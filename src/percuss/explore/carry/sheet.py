@@ -6,11 +6,12 @@ import math
 import os
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.explore.job import Columns, Job
 
-__all__ = ["Sheet", "bytes_of", "check_memory"]
+__all__ = ["Sheet", "bytes_of", "check_memory", "runs"]
 
 
 def bytes_of(job: Job) -> int:
@@ -20,7 +21,7 @@ def bytes_of(job: Job) -> int:
 
 
 def check_memory(job: Job) -> None:
-    """Refuse a job whose columns no memory holds.
+    """Refuse a job whose columns do not fit into memory.
 
     Raises
     ------
@@ -76,12 +77,23 @@ class Sheet:
 
     def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
         """The runs of items that are not there, as (first, last)."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[True], self.known[first:last], [True]]).astype(np.int8)))
-        return [(first + int(a), first + int(b)) for a, b in edges.reshape(-1, 2)]
+        return [(first + a, first + b) for a, b in runs(~self.known[first:last])]
 
     def is_full(self, first: int, last: int) -> bool:
         """Whether all of these items are there."""
         return bool(self.known[first:last].all())
+
+
+def runs(truth: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """The runs of places where something is true, as (first, last).
+
+    Examples
+    --------
+    >>> runs(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], truth, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _memory() -> float:

@@ -8,23 +8,39 @@ import time
 from collections import deque
 from collections.abc import Iterator
 
+import numpy as np
+
 from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.helpers import SMALL
 from percuss.explore.carry.pace import Pace, chunk_of, measured
 from percuss.explore.carry.pool import Chunk, Pool, Processes
 from percuss.explore.carry.progress import Meter
-from percuss.explore.carry.sheet import Sheet, check_memory
+from percuss.explore.carry.sheet import Sheet, check_memory, runs
+from percuss.explore.carry.underway import Record
 from percuss.explore.job import Columns, Job
 
 __all__ = ["Task"]
-
-_SMALL = 3.0
-"""Seconds of work for which no processes are started: they take a second or two themselves."""
 
 _PORTION = 0.25
 """Seconds of work here between two looks at what is asked."""
 
 _WAIT = 0.1
 """Seconds between two looks while others work."""
+
+_UNIT = 0.5
+"""Seconds of work that are asked of a worker at once: what it has not sent is lost when the job is ended."""
+
+_EVERY = 1.0
+"""Seconds between two times when what is done of chunks that are not complete is kept …"""
+
+_SHARE = 0.03
+"""… more when keeping it would take more than this share of the time."""
+
+_MOST_UNDERWAY = 1 << 25
+"""Bytes that are kept for chunks that are complete by now, before they are cleared away."""
+
+_MANY = 16
+"""Workers whose units of half a second one process receives without falling behind; for more they grow."""
 
 _HELPED = 8
 """Of so many workers the asking process is one; of more it only writes down what they send."""
@@ -42,6 +58,9 @@ class Task:
         self.item_seconds = kept.item_seconds if kept is not None else 0.0
         self.chunk = kept.chunk if kept is not None else 0
         self.chunk_asked = False
+        self._pending: list[tuple[int, int]] = []  # runs of items that are kept nowhere yet
+        self._keep_next = -math.inf
+        self._most_underway = _MOST_UNDERWAY
 
     def columns(
         self, archive: str | os.PathLike[str] | None, workers: int, pool: Pool | None, chunk: int | None
@@ -64,7 +83,7 @@ class Task:
             self._elsewhere(pool)
         elif workers == 1:
             self._here()
-        elif not self._here(until=_SMALL):
+        elif not self._here(until=SMALL):
             self._shared(workers)
         self.meter.tell()
         return self.sheet.columns
@@ -90,12 +109,13 @@ class Task:
 
     def _recall(self, pace: Pace) -> None:
         """What an earlier session did, and what was computed to know the pace."""
-        if self.kept is not None and self.kept.done.any():
-            found = self.kept.read()
-            for number in [n for n in range(len(self.kept.done)) if self.kept.done[n]]:
-                first, last = self.kept.bounds(number)
-                self.sheet.put(first, last, {name: values[first:last] for name, values in found.items()})
         numbers: set[int] = set()
+        if self.kept is not None:
+            found, known = self.kept.read(), self.kept.known
+            for first, last in runs(known):
+                self.sheet.put(first, last, {name: values[first:last] for name, values in found.items()})
+            known[np.repeat(self.kept.done, self.chunk)[: known.size]] = False
+            numbers = set((np.flatnonzero(known) // self.chunk).tolist())
         new = 0
         for first, last, columns in pace.portions:
             new += self.sheet.put(first, last, columns)
@@ -103,12 +123,45 @@ class Task:
         self.meter.start(self.meter.done + new, self.meter.expected)
         for number in sorted(numbers):
             self._keep(number)
+        if self.kept is not None:
+            self.kept.keep(self._open_records(), anew=True)
+
+    def _put(self, first: int, last: int, columns: Columns) -> None:
+        """What was computed of one chunk: known from now on, and kept within a second or so."""
+        self.meter.add(self.sheet.put(first, last, columns))
+        self._pending.append((first, last))
+        self._keep(first // self.chunk)
+        if time.monotonic() >= self._keep_next:
+            self.keep_all()
 
     def _keep(self, number: int) -> None:
         """Write a chunk when all of it is there."""
         first, last = self._bounds(number)
         if self.kept is not None and not self.kept.done[number] and self.sheet.is_full(first, last):
             self.kept.write(number, self.sheet.part(first, last))
+
+    def keep_all(self) -> None:
+        """Keep what is done of chunks that are not complete."""
+        begin = time.monotonic()
+        pending, self._pending = self._pending, []
+        if self.kept is None or not pending:
+            return
+        if self.kept.bytes_underway > self._most_underway:
+            self.kept.keep(self._open_records(), anew=True)
+            self._most_underway = 2 * self.kept.bytes_underway + _MOST_UNDERWAY
+        else:
+            new = [run for run in pending if not self.kept.done[run[0] // self.chunk]]
+            self.kept.keep([(first, last, self.sheet.part(first, last)) for first, last in new])
+        self._keep_next = begin + max(_EVERY, (time.monotonic() - begin) / _SHARE)
+
+    def _open_records(self) -> list[Record]:
+        """The items that are there, of chunks that are not complete."""
+        found: list[Record] = []
+        for number in self._open():
+            first, last = self._bounds(number)
+            known = runs(self.sheet.known[first:last])
+            found += [(first + a, first + b, self.sheet.part(first + a, first + b)) for a, b in known]
+        return found
 
     def _bounds(self, number: int) -> tuple[int, int]:
         return number * self.chunk, min((number + 1) * self.chunk, self.job.size)
@@ -137,8 +190,7 @@ class Task:
                 columns = self.job.compute(first, upto, self.meter)
                 took = time.perf_counter() - begin
                 self._heed()
-                self.meter.add(self.sheet.put(first, upto, columns))
-                self._keep(first // self.chunk)
+                self._put(first, upto, columns)
                 self.meter()
                 if upto - first == items or took > _PORTION:
                     self.item_seconds = took / (upto - first)
@@ -164,9 +216,11 @@ class Task:
             self._elsewhere(processes, helping)
 
     def _units(self, workers: int) -> list[Chunk]:
-        """What is not there, in chunks; in parts of them when items have turned out much slower than was measured."""
-        suited = chunk_of(self.job.size, self.item_seconds, workers) if self.item_seconds else self.chunk
-        step = self.chunk if self.chunk_asked or 2 * suited >= self.chunk else suited
+        """What is not there, in parts of chunks of half a second of work each; in chunks where their size was asked."""
+        suited = self.chunk
+        if self.item_seconds and not self.chunk_asked:
+            suited = max(1, int(_UNIT * max(1.0, workers / _MANY) / self.item_seconds))
+        step = min(self.chunk, suited)
         found: list[Chunk] = []
         for number in self._open():
             for first, last in self.sheet.gaps(*self._bounds(number)):
@@ -189,8 +243,7 @@ class Task:
             helping = helping and next(mine, _END) is not _END
             for chunk, columns in pool.finished(0.0 if helping else _WAIT):
                 out -= 1
-                self.meter.add(self.sheet.put(chunk.first, chunk.last, columns))
-                self._keep(chunk.first // self.chunk)
+                self._put(chunk.first, chunk.last, columns)
             self.meter()
             self._heed()
 

@@ -1,4 +1,4 @@
-"""What a worker process does: take the job, then chunk after chunk, until the one who asked is gone."""
+"""What a worker process does: take the job, then chunk after chunk, until the asking process is gone."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def work(connection: Connection[Any, Any]) -> None:
     A job comes as bytes, a chunk as (number, first, last); what goes back is (word, …): `READY`, `BAD_JOB` with the
     error, `DONE` with number and columns, or `FAILED` with number and error.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all of a terminal; the asking process ends us
+    for which in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C goes to all of a terminal, SIGTERM to all of a batch job;
+        signal.signal(which, signal.SIG_IGN)  # the asking process ends us
     threading.Thread(target=_end_with_parent, daemon=True).start()
     job: Job | None = None
     try:

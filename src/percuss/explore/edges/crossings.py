@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 from collections.abc import Callable
 from functools import lru_cache
@@ -10,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.explore.edges.lines import Stretch, orbit_on
+from percuss.explore.edges.lines import EXACT_SAMPLES, Stretch, orbit_on
 from percuss.explore.edges.roots import Function, bracketed_roots, roots_on
 from percuss.model.checks import Array
 from percuss.stability.linear_map import LinearMap, linear_map
@@ -29,6 +30,7 @@ _DEPTH = 6  # halvings of a step in which several multipliers cross
 class Crossing(NamedTuple):
     """One crossing on a branch, found to `residual`, an estimate of the error of y.
 
+    `speed`: striking speed of the motion there, dimensionless.
     `outside`: how many other multipliers are outside the unit circle there, so that 0 is an end of stability.
     """
 
@@ -38,6 +40,7 @@ class Crossing(NamedTuple):
     residual: float
     angle: float = math.nan
     outside: float = math.nan
+    speed: float = math.nan
 
 
 def _found(stretch: Stretch, kind: str, f: Function, places: Array) -> list[Crossing]:
@@ -57,7 +60,7 @@ def _found(stretch: Stretch, kind: str, f: Function, places: Array) -> list[Cros
 # -- B77's reduced criterion --
 
 
-def reduced_crossings(stretch: Stretch, samples: int | None) -> list[Crossing]:
+def reduced_crossings(stretch: Stretch, samples: int | None, spirals: bool = True) -> list[Crossing]:
     """Flips, where −1 is a root of B77's quadratic, and spirals, where a pair of its roots is on the circle."""
     nodes = stretch.nodes(samples, _INSIDE)
 
@@ -74,7 +77,7 @@ def reduced_crossings(stretch: Stretch, samples: int | None) -> list[Crossing]:
     for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True):
         a_0, _, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
         found.append(crossing._replace(outside=float(abs(a_0) > (1.0 + _OUTSIDE) * abs(a_2))))
-    places = roots_on(spiral, nodes)
+    places = roots_on(spiral, nodes) if spirals else np.empty(0)
     for crossing, t in zip(_found(stretch, SPIRAL, spiral, places), places, strict=True):
         a_0, a_1, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
         if abs(a_1) < (1.0 - _REAL) * abs(a_0 + a_2):
@@ -85,11 +88,24 @@ def reduced_crossings(stretch: Stretch, samples: int | None) -> list[Crossing]:
 # -- the exact map --
 
 
-def exact_crossings(stretch: Stretch, samples: int, modes: int, spirals: bool = True) -> list[Crossing]:
-    """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ)."""
+def exact_crossings(
+    stretch: Stretch,
+    samples: int | None,
+    modes: int,
+    spirals: bool = True,
+    told: Callable[[float], None] | None = None,
+) -> list[Crossing]:
+    """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ).
+
+    `told` is called with the share of the samples that is done, 0 to 1.
+    """
+    nodes = stretch.nodes(samples, _INSIDE, EXACT_SAMPLES)
+    steps = itertools.count(1)
 
     @lru_cache(maxsize=4096)
     def made(t: float) -> LinearMap:
+        if told is not None:
+            told(min(next(steps) / nodes.size, 1.0) * (0.5 if spirals else 1.0))
         orbit, side = orbit_on(stretch, t)
         return linear_map(orbit, modes, side)
 
@@ -98,16 +114,19 @@ def exact_crossings(stretch: Stretch, samples: int, modes: int, spirals: bool = 
         return made(t)
 
     def flip(t: Array) -> Array:
-        return np.array([secular(matrix(value), -1.0).real for value in t.tolist()])
+        # times the striking speed: where it vanishes the secular function has a pole, which would hide a root beside it
+        maps = [matrix(value) for value in t.tolist()]
+        return np.array([one.speed * secular(one, -1.0).real for one in maps])
 
-    nodes = stretch.nodes(samples, _INSIDE)
     turns = roots_on(flip, nodes)
     found = [
         crossing._replace(outside=_outside(matrix(float(t))))
         for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True)
     ]
-    if spirals:
-        found += [c for i in range(nodes.size - 1) for c in _spirals(stretch, matrix, nodes[i], nodes[i + 1], _DEPTH)]
+    for i in range(nodes.size - 1 if spirals else 0):
+        found += _spirals(stretch, matrix, nodes[i], nodes[i + 1], _DEPTH)
+        if told is not None:
+            told(0.5 + 0.5 * (i + 1) / (nodes.size - 1))
     return found
 
 

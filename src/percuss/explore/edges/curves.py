@@ -12,6 +12,7 @@ from percuss.errors import ParameterError
 from percuss.explore.edges.crossings import FLIP, SPIRAL, Crossing
 from percuss.explore.edges.grazing import GRAZING
 from percuss.model.checks import Array
+from percuss.shown import Shown
 
 __all__ = ["FOLD", "KINDS", "Boundaries", "Curve", "linked"]
 
@@ -25,7 +26,7 @@ _GAP = 1e-3  # what each missing value of x adds to that
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(Shown):
     """One boundary over x; every array of shape (n,), NaN where x has none.
 
     Parameters
@@ -45,6 +46,9 @@ class Curve:
     outside
         How many other multipliers are outside the circle there: where there are some, the motion is unstable on both
         sides. NaN for folds and grazing.
+    impact_velocity
+        Striking speed of the motion there, dimensionless. Where it is not greater than 0 the motion strikes backward:
+        the equations have it, a bar does not.
     """
 
     kind: str
@@ -55,15 +59,20 @@ class Curve:
     residual: Array
     angle: Array
     outside: Array
+    impact_velocity: Array
 
     @property
     def found(self) -> npt.NDArray[np.bool_]:
         """Where there is a boundary."""
         return ~np.isnan(self.y)
 
+    def without(self, points: npt.NDArray[np.bool_]) -> Curve:
+        """The curve with gaps at some of its points."""
+        return replace(self, y=np.where(points, math.nan, self.y))
+
 
 @dataclass(frozen=True, eq=False)
-class Boundaries:
+class Boundaries(Shown):
     """All boundaries of a plane.
 
     Parameters
@@ -95,9 +104,18 @@ class Boundaries:
         return tuple(curve for curve in self.curves if curve.kind == kind)
 
     @property
+    def real(self) -> tuple[Curve, ...]:
+        """The curves without points on motions that strike backward."""
+        kept = [c if c.kind == GRAZING else c.without(c.impact_velocity <= 0.0) for c in self.curves]
+        return tuple(curve for curve in kept if curve.found.any())
+
+    @property
     def of_stability(self) -> tuple[Curve, ...]:
-        """The curves at which stability or existence ends: without crossings of motions that are unstable anyhow."""
-        kept = [replace(c, y=np.where(c.outside > 0.0, math.nan, c.y)) for c in self.curves if c.kind != GRAZING]
+        """The curves at which stability or existence of motions that there can be ends.
+
+        Without crossings of motions that are unstable anyhow, or strike backward.
+        """
+        kept = [c.without(c.outside > 0.0) for c in self.real if c.kind != GRAZING]
         return tuple(curve for curve in kept if curve.found.any())
 
     def greatest(self, kind: str) -> Array:
@@ -145,7 +163,7 @@ def _distance(a: Crossing, b: Crossing, span: float) -> float:
 
 
 def _curve(kind: str, x: Array, thread: dict[int, tuple[int, Crossing]]) -> Curve:
-    columns = np.full((5, x.size), math.nan)
+    columns = np.full((6, x.size), math.nan)
     for i, (_, point) in thread.items():
-        columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside
+        columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside, point.speed
     return Curve(kind, thread[min(thread)][0], x, *columns)

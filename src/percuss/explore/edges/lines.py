@@ -17,14 +17,19 @@ from percuss.model.load import Side
 from percuss.steady import Orbit
 from percuss.steady.phases import Arcs, forced_response
 
-__all__ = ["SAMPLES", "Fold", "Halted", "Line", "Stretch", "orbit_on", "phase_at"]
+__all__ = ["SAMPLES", "Fold", "Halted", "Line", "Stretch", "orbit_on", "phase_at", "places"]
 
-SAMPLES = 49
-"""Places of a stretch that are looked at first."""
+SAMPLES, EXACT_SAMPLES, GRAZING_SAMPLES = 49, 33, 25
+"""Places of a stretch that are looked at first: for the reduced criterion, for the exact map, and for grazing.
+
+Under a load of K harmonics by `PER_HARMONIC` more for each: what happens on a branch turns as often as they do.
+"""
+
+PER_HARMONIC = 8
 
 
 class Halted(Exception):
-    """Nobody waits for this line any more."""
+    """The result of this line is no longer wanted."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class Line:
         Of the orbits; see `steady_states`.
     halt
         Asked by `go_on`, which every long search calls again and again.
+    told
+        Called with the share of the line's work that is done, 0 to 1.
     """
 
     family: Family
@@ -56,6 +63,7 @@ class Line:
     modes: int | None
     tolerance: float = 1e-11
     halt: Callable[[], bool] | None = field(default=None, repr=False)
+    told: Callable[[float], None] | None = field(default=None, repr=False)
     _systems: dict[float, System] = field(default_factory=dict, repr=False)
     _known: dict[float, Arcs] = field(default_factory=dict, repr=False)
 
@@ -68,6 +76,11 @@ class Line:
         """Raise `Halted` when nobody waits any more."""
         if self.halt is not None and self.halt():
             raise Halted
+
+    def tell(self, share: float) -> None:
+        """So much of the line's work is done, 0 to 1."""
+        if self.told is not None:
+            self.told(share)
 
     def system(self, y: float) -> System:
         """The system at a value of y, made once."""
@@ -110,8 +123,11 @@ class Stretch(Protocol):
         """The number of its arc."""
         ...
 
-    def nodes(self, samples: int | None, inside: float) -> Array:
-        """Increasing places, `inside` the ends, at which what happens on it shows; None for as many as it takes."""
+    def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
+        """Increasing places, `inside` the ends, at which what happens on it shows.
+
+        As many as `samples`, or with None as `places` says and, where resonances crowd, more.
+        """
         ...
 
     def place(self, t: Array) -> tuple[Array, Array]:
@@ -121,6 +137,11 @@ class Stretch(Protocol):
     def quadratic(self, t: Array) -> tuple[Array, Array, Array]:
         """a_0, a_1, a_2 of B77 (29)–(31); shapes of `t`."""
         ...
+
+
+def places(line: Line, least: int) -> int:
+    """How many places of a stretch are looked at first: `least`, and more for many harmonics."""
+    return least + PER_HARMONIC * int(line.middle.load.harmonics.max(initial=0))
 
 
 def orbit_on(stretch: Stretch, t: float) -> tuple[Orbit, Side]:

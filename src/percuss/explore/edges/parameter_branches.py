@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at
+from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.edges.roots import Function, roots_on
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import level
+from percuss.steady.level import level_at
 from percuss.steady.phases import Arcs
 from percuss.steady.trigonometric import on_circle
 
@@ -32,8 +32,8 @@ class ParameterStretch:
     stop: float
     _rows: dict[float, tuple[float, float, float]] = field(default_factory=dict, repr=False)
 
-    def nodes(self, samples: int | None, inside: float) -> Array:
-        even = np.linspace(inside, 1.0 - inside, samples or SAMPLES)
+    def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
+        even = np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
         near = _near_resonances(self.line) if self.line.name == "s" and samples is None else np.empty(0)
         near = near[(near > self.start) & (near < self.stop)]
         t = 2.0 / np.pi * np.arcsin(np.sqrt((near - self.start) / (self.stop - self.start)))
@@ -90,7 +90,7 @@ def _near_resonances(line: Line) -> Array:
 
 def _level(line: Line, arcs: Arcs) -> float:
     system = arcs.response.system
-    return float(level(system.load.mean, system.d, system.restitution, line.period))
+    return float(level_at(system.load.mean, system.d, system.restitution, line.period))
 
 
 def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[Stretch]]:
@@ -100,8 +100,8 @@ def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold
         excess, count = _Excess(line, form), abs(form)
         nodes = _crowded(low, high, samples)
         turns = [roots_on(excess.at(j), nodes) for j in range(count)]
-        for j, places in enumerate(turns):
-            folds += [fold for y in places.tolist() if (fold := _fold(line, y, j)) is not None]
+        for j, found in enumerate(turns):
+            folds += [fold for y in found.tolist() if (fold := _fold(line, y, j)) is not None]
         for j in range(count if not folds_alone else 0):
             both = np.unique(np.concatenate([[low, high], turns[j], turns[(j + 1) % count]]))
             for start, stop in pairwise(both.tolist()):

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at
+from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import langevin, level, level_factor
+from percuss.steady.level import langevin, level_at, level_factor
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 
@@ -57,7 +57,7 @@ def heights_of(line: Line) -> Heights | None:
             quotient = 2.0 * height / (mean * period) - loss  # (1 − R)/(1 + R)
             return (1.0 - quotient) / (1.0 + quotient)
 
-        return Heights(lambda y: level(mean, d, y, period), restitution, constant(mean), lambda y: y, constant(1.0))
+        return Heights(lambda y: level_at(mean, d, y, period), restitution, constant(mean), lambda y: y, constant(1.0))
     if line.name == "amplitude":
         c = mean * factor
         return Heights(lambda y: c * unit / y, lambda h: c * unit / h, constant(mean), constant(r), lambda y: y / unit)
@@ -83,8 +83,8 @@ class PhaseStretch:
     arcs: Arcs = field(repr=False)
     elastic: HarmonicResponse = field(repr=False)
 
-    def nodes(self, samples: int | None, inside: float) -> Array:
-        return np.linspace(inside, 1.0 - inside, samples or SAMPLES + 8 * int(self.elastic.k.max()))
+    def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
+        return np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
 
     def place(self, t: Array) -> tuple[Array, Array]:
         phase = self.start + (self.stop - self.start) * t

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from percuss.explore.ends.cycles import COLUMNS, cycles_of
 from percuss.explore.job import Columns
 from percuss.model.checks import Array
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.model import System
@@ -25,7 +26,7 @@ _FINITE = {"rest": 0, "departed": 1, "aperiodic": 2, "undecided": 3}
 
 
 @dataclass(frozen=True)
-class Attractor:
+class Attractor(Shown):
     """A motion that others settle on; dimensionless, phases and times in radians.
 
     Parameters
@@ -43,7 +44,7 @@ class Attractor:
     scatter, main_scatter
         Standard deviation of the times between impacts over their mean, mean over the members.
     impact_velocity, blow_energy
-        Means over the members.
+        Of the main blows, means over the members.
     """
 
     number: int

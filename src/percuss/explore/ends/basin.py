@@ -18,7 +18,8 @@ from percuss.explore.ends.shares import Share, share_of
 from percuss.explore.family import system_from
 from percuss.explore.job import Columns
 from percuss.model import System
-from percuss.model.checks import finite
+from percuss.model.checks import non_negative
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
@@ -29,7 +30,7 @@ __all__ = ["Basins", "BasinsJob", "basins", "basins_job"]
 
 
 @dataclass(frozen=True, eq=False)
-class Basins:
+class Basins(Shown):
     """Which attractor every start of a plane leads to; made by `basins`.
 
     Parameters
@@ -57,7 +58,7 @@ class Basins:
 
     @classmethod
     def of(cls, job: BasinsJob, columns: Columns, distance: float = DISTANCE) -> Basins:
-        """What a job came to."""
+        """The result of a job."""
         return cls(job.system, job.modes, job.stop, job.x, job.y, job.at, columns, distance)
 
     @classmethod
@@ -105,7 +106,7 @@ class Basins:
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
-        """What part of the starts of the plane leads to each; a grid is no sample, read the intervals with care."""
+        """The share of the starts of the plane that leads to each; a grid is no random sample, mind the intervals."""
         return tuple(share_of(attractor, self._numbers.size) for attractor in self.attractors)
 
     @cached_property
@@ -182,7 +183,7 @@ def basins(
     ((20, 32), ['chatter/1', 'z=2/2'])
     """
     job = basins_job(system, x, y, at=at, modes=modes, stop=stop, threads=threads)
-    apart = finite("distance", distance)
+    apart = non_negative("distance", distance)
     from percuss.explore.carry.running import carry_out
 
     return Basins.of(job, carry_out(job, **running), apart)

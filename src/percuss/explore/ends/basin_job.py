@@ -16,8 +16,9 @@ from percuss.explore.ends.cycles import COLUMNS, followed
 from percuss.explore.ends.motions import start_columns, start_values
 from percuss.explore.family import describe_system
 from percuss.explore.job import ASK_FORMAT, Column, Columns
+from percuss.explore.rough import seconds_of_start
 from percuss.model import System
-from percuss.model.checks import Array, count, finite, instance
+from percuss.model.checks import Array, count, finite, instance, mapping, numbers
 
 if TYPE_CHECKING:
     from percuss.simulate import Starts, Stop
@@ -72,6 +73,11 @@ class BasinsJob:
     def size(self) -> int:
         """Number of starts."""
         return len(self.x[1]) * len(self.y[1])
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all starts take, by rule of thumb."""
+        return self.size * seconds_of_start(self.modes)
 
     @property
     def columns(self) -> Mapping[str, Column]:
@@ -142,15 +148,16 @@ def basins_job(
     lines = [_line(axis, line) for axis, line in (("x", x), ("y", y))]
     if lines[0][0] == lines[1][0]:
         raise ParameterError("y", lines[1][0], f"another quantity than that of x: {_STATES}")
-    fixed = tuple(sorted((_known_name("at", name), finite(name, value)) for name, value in (at or {}).items()))
+    held = {} if at is None else mapping("at", at, f"numbers by name: {_STATES}")
+    fixed = tuple(sorted((_known_name("at", name), finite(name, value)) for name, value in held.items()))
     for name, values in (*lines, *((name, (value,)) for name, value in fixed)):
         if name == "position" and max(values) > 0.0:
             raise ParameterError("position", max(values), "0 (on the wall) or less", "the wall is at 0")
         if _mode_of(name) > kept:
-            raise ParameterError(name, f"a mode above {kept}", f"modes up to {kept}", "take more modes")
+            raise ParameterError(name, f"a mode above {kept}", f"modes up to {kept}", "use more modes")
     twice = [name for name, _ in fixed if name in (lines[0][0], lines[1][0])]
     if twice:
-        raise ParameterError("at", twice[0], "a quantity that is on no axis")
+        raise ParameterError("at", twice[0], "a quantity that is not on an axis")
     return BasinsJob(system, kept, stop, lines[0], lines[1], fixed, threads)
 
 
@@ -158,7 +165,7 @@ def _line(axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
     if not isinstance(line, Axis):
         if not isinstance(line, tuple | list) or len(line) not in (2, 4) or not isinstance(line[0], str):
             raise ParameterError(axis, line, "(name, first, last, number), (name, values) or an Axis")
-        line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], np.asarray(line[1], dtype=float))
+        line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], numbers(line[0], line[1]))
     if line.unit:
         remedy = "divide by a scale of the system: length_scale, speed_scale or time_scale"
         raise ParameterError(line.name, f"values in {line.unit}", "dimensionless numbers", remedy)

@@ -34,18 +34,18 @@ COLUMNS: dict[str, Column] = {
     "cycle_impacts": Column("int64", meaning="impacts of the periodic motion; 0: none found"),
     "cycle_periods": Column("int64", unit="load periods", meaning="length of the periodic motion; 0: none found"),
     "cycle_kind": Column("int8", meaning="periodic motion without rest (0), with rest (1), with chatter and rest (2)"),
-    "wanders": Column("bool", meaning="whether the last impacts come near none of the ones before"),
+    "wanders": Column("bool", meaning="whether the last impacts do not come near any earlier ones"),
     "phase": Column(unit="rad", meaning="load phase of the fastest impact of the periodic motion"),
     "striking_speed": Column(meaning="speed of the fastest impact of the periodic motion"),
     "invariants": Column(shape=(INVARIANTS,), meaning="of the set of impacts of the periodic motion"),
     "blow_rate": Column(unit="1/load period", meaning="impacts per load period"),
-    "main_blow_rate": Column(unit="1/load period", meaning="the same, a completed chatter counted once"),
+    "main_blow_rate": Column(unit="1/load period", meaning="impacts per load period, each chatter counted once"),
     "interval_mean": Column(unit="rad", meaning="mean time between impacts"),
     "interval_std": Column(unit="rad", meaning="standard deviation of the time between impacts"),
     "main_interval_mean": Column(unit="rad", meaning="mean time between main blows"),
     "main_interval_std": Column(unit="rad", meaning="standard deviation of the time between main blows"),
-    "impact_velocity": Column(meaning="mean striking speed"),
-    "blow_energy": Column(meaning="mean kinetic energy just before an impact"),
+    "impact_velocity": Column(meaning="mean striking speed of the main blows"),
+    "blow_energy": Column(meaning="mean kinetic energy just before a main blow"),
 }
 """What is kept of every motion."""
 

@@ -13,6 +13,7 @@ from percuss.explore.ends.motions import fingerprint, some, start_columns, start
 from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
 from percuss.explore.job import ASK_FORMAT, Column, Columns
+from percuss.explore.rough import seconds_of_start
 from percuss.model import System
 from percuss.model.checks import count, instance
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_STARTS", "ExperimentJob", "experiment_job"]
 
 DEFAULT_STARTS = 100_000
+_MOST_STARTS = 10**12
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +65,11 @@ class ExperimentJob:
     def size(self) -> int:
         """Number of starts."""
         return self.number
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all starts take, by rule of thumb."""
+        return self.size * seconds_of_start(self.modes)
 
     @property
     def columns(self) -> Mapping[str, Column]:
@@ -111,7 +118,7 @@ def experiment_job(
     count("impacts", stop.impacts)
     Spectrum(system, kept)  # a resonance is an error here, not in a worker
     seed = count("seed", seed, least=0)
-    number = None if starts is None else count("starts", starts)
+    number = None if starts is None else count("starts", starts, most=_MOST_STARTS)
     if isinstance(distribution, str) and distribution in DISTRIBUTIONS:
         job = ExperimentJob(system, number or DEFAULT_STARTS, distribution, seed, kept, stop, None, threads)
         named(system, distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
@@ -119,7 +126,7 @@ def experiment_job(
     rows = own(distribution, seed)
     if rows.displacement[:, kept + 1 :].any() or rows.velocity[:, kept + 1 :].any():
         most = max(rows.displacement.shape[1], rows.velocity.shape[1]) - 1
-        raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "take more modes")
+        raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")
     if isinstance(distribution, Starts):
         name = "starts"
     elif callable(distribution):

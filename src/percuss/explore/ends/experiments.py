@@ -20,7 +20,8 @@ from percuss.explore.ends.shares import Share, share_of, wilson
 from percuss.explore.family import system_from
 from percuss.explore.job import Columns
 from percuss.model import System
-from percuss.model.checks import finite
+from percuss.model.checks import non_negative
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
@@ -31,8 +32,8 @@ __all__ = ["Experiment", "ExperimentJob", "experiment", "experiment_job"]
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
-    """What random starts came to; made by `experiment`.
+class Experiment(Shown):
+    """The results of random starts; made by `experiment`.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ class Experiment:
 
     @classmethod
     def of(cls, job: ExperimentJob, columns: Columns, distance: float = DISTANCE) -> Experiment:
-        """What a job came to."""
+        """The result of a job."""
         return cls(job.system, job.modes, job.stop, job.distribution, job.seed, columns, distance)
 
     @classmethod
@@ -95,7 +96,7 @@ class Experiment:
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
-        """What part of the starts ends in each attractor, with intervals of 95 %; the most frequent first."""
+        """The share of the starts that ends in each attractor, with 95 % intervals; the most frequent first."""
         return tuple(share_of(attractor, len(self)) for attractor in self.attractors)
 
     @cached_property
@@ -210,7 +211,7 @@ def experiment(
     ['chatter/1', 'z=2/2']
     """
     job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop, threads=threads)
-    apart = finite("distance", distance)
+    apart = non_negative("distance", distance)
     from percuss.explore.carry.running import carry_out
 
     return Experiment.of(job, carry_out(job, **running), apart)

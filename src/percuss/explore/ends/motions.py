@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from percuss.errors import MissingExtraError
 from percuss.explore.job import Column, Columns
+from percuss.explore.quantities import CYCLE_KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -106,8 +107,10 @@ def dataset_of(
     except ImportError:
         raise MissingExtraError("xarray", "io") from None
     from percuss._version import __version__
+    from percuss.simulate import OUTCOMES
 
     known = {**start_columns(2, 2), **_RIGID, **described}
+    words = {"code": OUTCOMES, "cycle_kind": CYCLE_KINDS}
     variables: dict[str, Any] = {
         "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
     }
@@ -117,6 +120,8 @@ def dataset_of(
         attributes = {"long_name": column.meaning, "units": column.unit or "1", **si_attributes(name, system)}
         if not column.unit and column.dtype == "float64":
             attributes["comment"] = "dimensionless"
+        if name in words:
+            attributes["words"] = ", ".join(words[name])
         variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
     meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
     for name, meaning in meanings.items():

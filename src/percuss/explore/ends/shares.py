@@ -9,6 +9,7 @@ from statistics import NormalDist
 from percuss.errors import ParameterError
 from percuss.explore.ends.attractors import Attractor
 from percuss.model.checks import count, finite
+from percuss.shown import Shown
 
 __all__ = ["CONFIDENCE", "Share", "share_of", "wilson"]
 
@@ -50,8 +51,8 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 
 @dataclass(frozen=True)
-class Share:
-    """What part of the starts ends in an attractor.
+class Share(Shown):
+    """The share of the starts that ends in an attractor.
 
     Parameters
     ----------

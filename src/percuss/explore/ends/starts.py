@@ -1,4 +1,4 @@
-"""Where the motions of an experiment start: named distributions, one's own file, one's own function."""
+"""Where the motions of an experiment start: named distributions, your own file, your own function."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def named(system: System, distribution: str, number: int, seed: int = 0, first: 
     speed = _TURN * system.load.mean / (1.0 + system.restitution)
     if distribution == "wall" and speed <= 0.0:
         raise ParameterError(
-            "distribution", "wall", "a load that pushes (mean greater than 0)", "take 'field' or 'gentle', or a file"
+            "distribution", "wall", "a load that pushes (mean greater than 0)", "use 'field' or 'gentle', or a file"
         )
     parts = [_block(distribution, block, seed)[:, part] for block, part in _parts(first, last)]
     position, velocity, time = np.concatenate(parts, axis=1)
@@ -149,9 +149,11 @@ def own(source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed:
         return source
     if callable(source):
         return instance("what the distribution gives", source(seed), Starts)
+    accepted = f"{', '.join(DISTRIBUTIONS)}, or a file of starts (.csv, .npz, .nc)"
+    if not isinstance(source, str | os.PathLike):
+        raise ParameterError("distribution", source, accepted)
     path = Path(source)
     if not path.is_file():
-        accepted = f"{', '.join(DISTRIBUTIONS)}, or a file of starts (.csv, .npz, .nc)"
         why = "" if not path.exists() else "it is not a regular file"
         raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
     columns = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower(), _text)(path)
@@ -170,7 +172,7 @@ def _starts(file: str, columns: dict[str, Array]) -> Starts:
     if unknown:
         raise ParameterError(file, f"column '{unknown[0]}'", "columns known by their headings", remedy)
     if bool(modal) == bool(rigid):
-        what = "both kinds of columns" if modal else "no column of a state"
+        what = "columns of both kinds" if modal else "no column of a state"
         raise ParameterError(file, what, "rigid starts or modal amplitudes", remedy)
     sizes = {name: values.size for name, values in columns.items()}
     size = max(sizes.values())
@@ -179,7 +181,7 @@ def _starts(file: str, columns: dict[str, Array]) -> Starts:
     for name, values in columns.items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            raise ParameterError(file, f"{name} in row {bad[0] + 1}", "finite numbers", "mend or delete this row")
+            raise ParameterError(file, f"{name} in row {bad[0] + 1}", "finite numbers", "fix or delete this row")
     zero = np.zeros(size)
     if rigid:
         position = columns.get("position", zero)
@@ -224,7 +226,7 @@ def _text(path: Path) -> dict[str, Array]:
             table[i] = [float(cell) for cell in cells]
         except ValueError:
             accepted = f"{len(names)} numbers ({', '.join(names)})"
-            raise ParameterError(f"{path}, line {line}", text.strip(), accepted, "mend this line") from None
+            raise ParameterError(f"{path}, line {line}", text.strip(), accepted, "fix this line") from None
     return dict(zip(names, np.ascontiguousarray(table.T), strict=True))
 
 
