@@ -29,7 +29,10 @@ def answer_dict(answer: SteadyAnswer) -> dict[str, Any]:
             "least_contact_force": number(rest.least_contact_force),
             "phase": number(rest.phase),
             "quasi_static": number(rest.quasi_static),
+            "lifted_by_waves": bool(rest.lifted_by_waves),
+            "held_by_waves": bool(rest.held_by_waves),
         },
+        "starts": plain(answer.starts.to_json_dict(answer.system)),
     }
 
 
@@ -44,7 +47,11 @@ def _period(period: PeriodAnswer) -> dict[str, Any]:
         "orbits": [_orbit(answer) for answer in period.orbits],
         "nearest": None
         if nearest is None
-        else {"load_factor": number(nearest.load_factor), "restitution": number(nearest.restitution)},
+        else {
+            "load_factor": number(nearest.load_factor),
+            "restitution": number(nearest.restitution),
+            "d": number(period.greatest_drag),
+        },
         "note": states.note,
     }
 
@@ -64,12 +71,16 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
         "stable": bool(judged.stable),
         "reason": judged.reason,
         "margin": number(judged.margin),
+        "margin_rhythm": number(judged.margin_rhythm),
+        "margin_ringing": number(judged.margin_ringing),
         "reduced": _reduced(judged.reduced),
         "multipliers": {
             "modes": int(judged.multipliers.modes),
             "largest": number(judged.multipliers.largest),
             "moduli": numbers(judged.multipliers.moduli),
             "dominant_mode": int(judged.multipliers.dominant_mode),
+            "rigid": list(judged.multipliers.rigid),
+            "ringing_mode": int(judged.multipliers.ringing_mode),
         },
         "disagreement": judged.disagreement,
         "waveform": plain({name: getattr(waveform, name) for name in _WAVEFORM}),
@@ -79,6 +90,7 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
             "impact": number(energy.impact),
             "imbalance": number(energy.imbalance),
         },
+        "drag": plain(asdict(answer.drag)),
         "si": None if answer.si is None else plain(asdict(answer.si)),
         "warnings": list(orbit.warnings),
     }

@@ -1,4 +1,4 @@
-"""A recording read in a process of its own, with little memory and time: a reader that a file leads astray dies alone.
+"""A recording read in a process of its own, with little memory and time: a reader that fails on a file dies alone.
 
 The readers of HDF5 and MATLAB are large libraries in C, written for files that can be trusted. What they found comes
 back as JSON, and nothing else does.
@@ -25,7 +25,7 @@ _SECONDS = 20
 _MOST_ANSWER = 4_000_000
 """Characters: a thousand harmonics take 50 000."""
 
-_DIED = "it could not be read with the memory and the time that an upload may take"
+_DIED = "it could not be read within the memory and the time allowed for an upload"
 
 
 def read_apart(path: Path, options: dict[str, Any], halt: Callable[[], bool] | None = None) -> dict[str, Any]:

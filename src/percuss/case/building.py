@@ -68,7 +68,7 @@ class Parts:
         try:
             return make(table)
         except ParameterError as error:
-            self._problems.append(from_parameter(error, self._file, name, table.model_dump()))
+            self._problems.append(from_parameter(error, self._file, name, table.model_dump(by_alias=True)))
         except ArithmeticError:
             self._problems.append(_extreme(self._file, name))
         return None
@@ -187,7 +187,7 @@ def _force(table: HarmonicForce | SquareForce | FourierForce) -> Load:
         try:
             return si(text, "force", name)
         except ParameterError as error:
-            remedy = 'a pressure also needs the area that it works on: area = "6.5 cm^2"'
+            remedy = 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'
             raise ParameterError(name, text, error.accepted, remedy) from None
 
     if isinstance(table, HarmonicForce):

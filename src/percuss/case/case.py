@@ -11,20 +11,26 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.building import Parts, Recording, recording_of, system_of
+from percuss.case.clocked import clock_note
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.reading import parsed, text_of
-from percuss.case.running import Simulation, simulation_of, start_of
+from percuss.case.running import MAX_MODES, Simulation, simulation_of, start_of
 from percuss.case.schema import PhysicalCase, PlainCase, table_fields
 from percuss.case.suggest import did_you_mean
 from percuss.case.writing import toml_text
-from percuss.errors import CaseError
+from percuss.errors import CaseError, ParameterError
+from percuss.model.checks import count, mapping
+from percuss.model.checks import path as checked_path
+from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
     from percuss.model import Load, System
     from percuss.model.history import HistoryReport
     from percuss.simulate import Start
 
-__all__ = ["Case"]
+__all__ = ["Case", "checked_case"]
+
+_KEYS = "keys of [simulation] and their values"
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ class Case:
         CaseError
             When the file cannot be read or is not a case.
         """
-        name = str(path)
+        name = checked_path("path", path)
         text = text_of(name)
         folder = Path(".") if name == "-" else Path(name).parent
         return cls.from_text(text, file="<stdin>" if name == "-" else name, folder=folder)
@@ -92,7 +98,8 @@ class Case:
         CaseError
             When the text is not a case.
         """
-        data = parsed(text, file)
+        file, folder = checked_path("file", file), Path(checked_path("folder", folder))
+        data = parsed(checked_text("text", text, "the text of a case in TOML"), file)
         return cls(_tables(data, file), file, folder)
 
     @property
@@ -150,8 +157,10 @@ class Case:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed in reading the recording, one sentence each."""
-        return () if self._recording is None else self._recording[1]
+        """What was assumed in reading the recording and of the load's clock, one sentence each."""
+        read = () if self._recording is None else self._recording[1]
+        clock = clock_note(self.load())
+        return (*read, clock) if clock else read
 
     # -- simulation --
 
@@ -173,7 +182,7 @@ class Case:
         CaseError
             When the case has no such steady motion.
         """
-        kept = self.simulation().modes if modes is None else modes
+        kept = self.simulation().modes if modes is None else count("modes", modes, least=0, most=MAX_MODES)
         return start_of(self.tables.start, self.system(), kept, self.file)
 
     def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:
@@ -200,9 +209,9 @@ class Case:
         """
         data = parsed(self.to_toml(), self.file)
         if start is not None:
-            data["start"] = dict(start)
+            data["start"] = dict(mapping("start", start, "keys of [start] and their values"))
         if simulation is not None:
-            data["simulation"] = {**data.get("simulation", {}), **simulation}
+            data["simulation"] = {**data.get("simulation", {}), **mapping("simulation", simulation, _KEYS)}
         return self._with(data)
 
     def varied(self, values: Mapping[str, Any]) -> Case:
@@ -221,8 +230,10 @@ class Case:
         True
         """
         data = self.to_dict()
-        for key, value in values.items():
+        for key, value in mapping("values", values, "dotted keys and their values").items():
             table, _, name = key.partition(".")
+            if not name or not isinstance(data.get(table, {}), dict):
+                raise ParameterError("values", key, "a key with its table", "for example bar.length")
             data[table] = {**data.get(table, {}), name: value}
             if value is None:
                 del data[table][name]
@@ -239,11 +250,17 @@ class Case:
 
     def to_dict(self) -> dict[str, Any]:
         """The tables as plain values, only those that were given."""
-        return self.tables.model_dump(exclude_unset=True)
+        return self.tables.model_dump(exclude_unset=True, by_alias=True)
 
     def to_toml(self) -> str:
         """TOML text that reads back as an equal case."""
         return toml_text(self.to_dict())
+
+
+def checked_case(case: object) -> None:
+    """Refuse what is no case, such as the name of one."""
+    if not isinstance(case, Case):
+        raise ParameterError("case", case, "a Case", "make one with Case.read, Case.from_text or load_case")
 
 
 def _tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
@@ -267,7 +284,7 @@ def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCas
             file,
             "system",
             None,
-            f"a case has either [system] or [bar] and [contact]; here also {names}",
+            f"a case has either [system] or [bar] and [contact]; this one also has {names}",
             remedy,
         )
     near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from percuss.case.suggest import did_you_mean
-from percuss.errors import CaseError
+from percuss.errors import CaseError, ParameterError
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -77,6 +77,8 @@ def machine_text(name: str) -> str:
     CaseError
         When the catalogue has no machine of this name.
     """
+    if not isinstance(name, str):
+        raise ParameterError("name", name, "the name of a machine, such as 'mini-breaker'", "see MACHINES")
     if not is_machine(name):
         known = [machine.name for machine in MACHINES]
         remedy = did_you_mean(name, known) or "see 'percuss machines'"

@@ -134,7 +134,7 @@ def boundaries_dict(found: Boundaries) -> dict[str, Any]:
                 "y": numbers(curve.y),
                 "phase": numbers(curve.phase),
             }
-            for curve in found.curves
+            for curve in found.real
         ],
         "failed": [[number(value), why] for value, why in found.failed],
     }

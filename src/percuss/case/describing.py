@@ -1,4 +1,4 @@
-"""What there is to know of a case before anything is asked: its form in SI and in plain numbers, its scales."""
+"""What is known of a case before anything is computed: its form in SI and in plain numbers, its scales."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.clocked import clock_note
 from percuss.case.family import CaseFamily
 from percuss.case.plain import number, plain, system_dict
 from percuss.case.schema import PhysicalCase
@@ -45,6 +46,7 @@ def case_dict(case: Case) -> dict[str, Any]:
         "first_mode": number(math.pi * system.s),
         "history": None if report is None else plain(asdict(report)),
         "notes": list(case.notes),
+        "clock": clock_note(case.load()),
         "parameters": parameters(case),
     }
 

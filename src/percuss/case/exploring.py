@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.case.case import Case
+from percuss.case.case import Case, checked_case
 from percuss.case.family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.quantities import DEFAULT_QUANTITIES
+from percuss.model.checks import instance, mapping, several
 from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
@@ -41,7 +42,10 @@ def sweep_job_of(
         Their units are those of the keys.
     quantities, periods
         See `percuss.explore.sweep`.
-    modes, impacts
+    modes
+        Of every quantity. None: the steady motions are those of the continuous bar with multipliers of 32 modes, as
+        `steady_answer` has them, and simulations take the modes of the table [simulation].
+    impacts
         Instead of those of the table [simulation].
 
     Raises
@@ -51,6 +55,10 @@ def sweep_job_of(
     """
     from percuss.explore.sweep_job import sweep_job
 
+    checked_case(case)
+    axes = several("axes", axes, "a list of Axis")
+    for axis in axes:
+        instance("axes", axis, Axis)
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     simulation = case.simulation()
     return sweep_job(
@@ -58,7 +66,8 @@ def sweep_job_of(
         *axes,
         quantities=quantities,
         periods=periods,
-        modes=simulation.modes if modes is None else modes,
+        modes=modes,
+        simulated=simulation.modes,
         stop=_stop(simulation.stop, impacts),
     )
 
@@ -88,6 +97,7 @@ def experiment_job_of(
     """
     from percuss.explore.ends.experiments import experiment_job
 
+    checked_case(case)
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
     stop = _stop(simulation.stop, impacts)
@@ -103,7 +113,7 @@ def basins_job_of(
     modes: int | None = None,
     impacts: int | None = None,
 ) -> BasinsJob:
-    """The basins of a case over a plane of starts; the axes of what it comes to are dimensionless.
+    """The basins of a case over a plane of starts; the axes of the result are dimensionless.
 
     Parameters
     ----------
@@ -120,10 +130,13 @@ def basins_job_of(
     """
     from percuss.explore.ends.basin import basins_job
 
+    checked_case(case)
+    instance("x", x, Axis), instance("y", y, Axis)
     simulation, system = case.simulation(), case.system()
     kept = simulation.modes if modes is None else modes
     x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
-    fixed = {name: _plain(system, name, value) for name, value in (at or {}).items()}
+    held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
+    fixed = {name: _plain(system, name, value) for name, value in held.items()}
     return basins_job(system, x, y, at=fixed, modes=kept, stop=_stop(simulation.stop, impacts))
 
 

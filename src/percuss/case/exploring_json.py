@@ -52,7 +52,13 @@ def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> di
 
 def experiment_dict(case: Case, found: Experiment) -> dict[str, Any]:
     """An experiment as a tree of dict, list, str, int, finite float and None."""
-    return {"case": case.file, "title": case.title, **found.to_json_dict(), "si": _scales(found.system)}
+    return {
+        "case": case.file,
+        "title": case.title,
+        "notes": list(case.notes),
+        **found.to_json_dict(),
+        "si": _scales(found.system),
+    }
 
 
 def basins_dict(case: Case, found: Basins) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The hammers that differ from a case in some of its keys: what a map of a machine is made over."""
+"""The hammers that differ from a case in some of its keys: the systems over which a map of a machine is computed."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.case import Case
-from percuss.case.running import start_of
+from percuss.case.case import Case, checked_case
+from percuss.case.running import MAX_MODES, start_of
 from percuss.case.schema import HistoryForce, table_fields
 from percuss.case.suggest import did_you_mean
 from percuss.errors import ParameterError
 from percuss.explore.family import PARAMETERS, describe_system, refuse_twice, vary
 from percuss.model import System
+from percuss.model.checks import count, finite, mapping, text
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -74,7 +75,9 @@ class CaseFamily:
     units: Mapping[str, str]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "units", dict(self.units))
+        checked_case(self.case)
+        units = mapping("units", self.units, "units of parameters by name, such as {'frequency': 'Hz'}")
+        object.__setattr__(self, "units", {name: text("units", unit) for name, unit in units.items()})
 
     def key(self, name: str) -> str:
         """The dotted key that a name stands for; "" for a dimensionless parameter.
@@ -84,6 +87,7 @@ class CaseFamily:
         ParameterError
             For a name that the case does not have, with those it has.
         """
+        text("parameter", name, "the name of a parameter or a key")
         if name in PARAMETERS and not self.units.get(name):
             return ""
         known = self._keys
@@ -102,14 +106,17 @@ class CaseFamily:
     def _keys(self) -> list[str]:
         """Keys of the case that hold one number."""
         fields = table_fields(type(self.case.tables), self.case.tables.load.kind)
-        none = {"harmonics", "sample_rate"} if isinstance(self.case.tables.load, HistoryForce) else set()
+        table = self.case.tables.load
+        none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
+        if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
+            none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
         none |= {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
         keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
         return [*keys, _SCALE]
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""
-        for name, unit in names.items():
+        for name, unit in mapping("names", names, "parameters and their units").items():
             if self.units.get(name, "") != unit:
                 raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
             key = self.key(name)
@@ -128,11 +135,13 @@ class CaseFamily:
         CaseError, ParameterError
             When there is none.
         """
+        mapping("values", values, "values of parameters by name")
         return vary(self._scaled(values), {name: v for name, v in values.items() if not self.key(name)})
 
     def _scaled(self, values: Mapping[str, float]) -> System:
         """The system with the values of the keys, before the dimensionless parameters."""
-        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in values.items() if self.key(name)}
+        given = {name: finite(name, value) for name, value in values.items()}
+        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in given.items() if self.key(name)}
         if not keys:
             return self.case.system()
         scale, _ = keys.pop(_SCALE, (1.0, ""))
@@ -167,7 +176,8 @@ class CaseFamily:
 
     def start(self, values: Mapping[str, float], modes: int) -> Start:
         """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
-        return start_of(self.case.tables.start, self.system(values), modes, self.case.file)
+        kept = count("modes", modes, least=0, most=MAX_MODES)
+        return start_of(self.case.tables.start, self.system(values), kept, self.case.file)
 
     def describe(self) -> dict[str, Any]:
         """The case, and the load of its recording."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.plain import number
+from percuss.case.plain import number, plain
+from percuss.case.stretch import stretch_of
 from percuss.errors import ParameterError
 from percuss.simulate.events import IMPACT
 from percuss.steady import steady_states
@@ -113,7 +114,8 @@ def orbit_frames(
         for n in range(cycles + 1)
     ]
     header = _header(system, motion.modes, motion.phase, motion.phase + cycles * motion.period, motion.period)
-    about = {"source": "orbit", "label": f"z=1/{periods}", "outcome": None, "blows": _blows(system, rows)}
+    about: dict[str, Any] = {"source": "orbit", "label": f"z=1/{periods}", "outcome": None, "summary": None}
+    about["blows"] = _blows(system, rows)
     return Frames({**about, **header}, arrays)
 
 
@@ -129,6 +131,9 @@ def motion_frames(
 ) -> Frames:
     """The first or the last load periods of a simulated motion; of a periodic one whole cycles, from an impact on.
 
+    Of what a motion settles on nothing of the way there is shown: a cycle that was followed only a few times is told
+    again.
+
     Parameters
     ----------
     settled
@@ -138,44 +143,44 @@ def motion_frames(
     frames, places, points, window
         As for `orbit_frames`; the window counts from the beginning of the stretch.
     """
-    begin, end = _window(motion, settled, cycles)
-    x, t = np.linspace(0.0, 1.0, places), begin + np.linspace(*_part(window, end - begin), frames)
-    t = np.clip(t, begin, end)
+    stretch = stretch_of(motion, settled, cycles)
+    x = np.linspace(0.0, 1.0, places)
+    t = np.linspace(*_part(window, stretch.length), frames)
+    moments = stretch.moments(t)
     events = motion.events
-    inside = np.flatnonzero((events.time >= begin) & (events.time <= end))
-    end_t, gap, velocity = _end(motion, begin, end, events.time[inside], points)
+    end_t, gap, velocity = stretch.end_point(points)
     struck = np.flatnonzero(events.code == IMPACT)
     kept = np.arange(max(struck.size - _MOST_POINCARE, 0), struck.size)
     at = struck[kept]
     arrays: Arrays = {
         "x": x,
-        "t": t - begin,
-        "displacement": motion.position(x, t).T,
-        "strain": motion.strain(x, t).T,
-        "end_t": end_t - begin,
+        "t": t,
+        "displacement": motion.position(x, moments).T,
+        "strain": motion.strain(x, moments).T,
+        "end_t": end_t,
         "end_gap": gap,
         "end_velocity": velocity,
         "poincare_phase": events.phase[at],
         "poincare_velocity": events.impact_velocity[at],
         "poincare_settled": kept >= motion.summary.first,
     }
-    some = inside[-_MOST_BLOWS:]
     kinds = events.kind
     rows = [
         (
             str(kinds[i]),
-            float(events.time[i]) - begin,
+            time,
             float(events.phase[i]),
             float(events.impact_velocity[i]),
             float(events.rebound_velocity[i]),
             float(events.energy_lost[i]),
         )
-        for i in some.tolist()
+        for i, time in stretch.events()[-_MOST_BLOWS:]
     ]
     period = None if motion.cycle is None else motion.cycle.periods * _TURN
-    header = _header(motion.system, motion.modes, begin, end, period)
+    header = _header(motion.system, motion.modes, stretch.begin, stretch.begin + stretch.length, period)
     about = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
-    return Frames({**about, **header, "blows": _blows(motion.system, rows)}, arrays)
+    summary = plain(asdict(motion.summary))
+    return Frames({**about, **header, "summary": summary, "blows": _blows(motion.system, rows)}, arrays)
 
 
 def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
@@ -188,42 +193,6 @@ def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
     if low >= length:
         raise ParameterError("window", list(window), f"a part of the {length:.6g} rad that are framed")
     return low, min(high, length)
-
-
-def _window(motion: Trajectory, settled: bool, cycles: int) -> tuple[float, float]:
-    first, last = motion.begin_time, motion.end_time
-    length = cycles * _TURN
-    if not settled:
-        return first, min(first + length, last)
-    if motion.cycle is None:
-        return max(last - length, first), last
-    whole = motion.cycle.periods * max(cycles // motion.cycle.periods, 1) * _TURN
-    struck = motion.events.time[motion.events.code == IMPACT]
-    before = struck[struck <= last - whole]
-    begin = float(before[-1]) if before.size else max(last - whole, first)
-    return begin, min(begin + whole, last)
-
-
-def _end(
-    motion: Trajectory, begin: float, end: float, jumps: npt.NDArray[np.float64], points: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Time, gap and velocity of the striking end: equal steps, and both sides of every jump with NaN between them."""
-    if jumps.size > points // 4:
-        jumps = jumps[:0]
-    times = np.linspace(begin, end, max(points - 3 * jumps.size, 2))
-    gap, velocity = motion.gap(times), motion.bar_velocity(1.0, times)[0]
-    if jumps.size:
-        before, after = (motion.bar_velocity(1.0, jumps, side)[0] for side in ("left", "right"))
-        touch, nothing = motion.gap(jumps), np.full(jumps.size, np.nan)
-        rank = np.concatenate(
-            [np.zeros(times.size), np.full(jumps.size, 1), np.full(jumps.size, 2), np.full(jumps.size, 3)]
-        )
-        clock = np.concatenate([times, jumps, jumps, jumps])
-        gap = np.concatenate([gap, touch, nothing, touch])
-        velocity = np.concatenate([velocity, before, nothing, after])
-        order = np.lexsort((rank, clock))
-        times, gap, velocity = clock[order], gap[order], velocity[order]
-    return times, gap, velocity
 
 
 def _header(system: System, modes: int, begin: float, end: float, period: float | None) -> dict[str, Any]:

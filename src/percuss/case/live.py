@@ -38,15 +38,20 @@ class Watched:
         Starts per second.
     shares
         Of the labels found so far, the most frequent first: share and interval of 95 %.
-    result
-        The experiment, when it is done; else None.
+    found
+        The experiment as far as it has come: its first `done` starts.
     """
 
     done: int
     size: int
     rate: float
     shares: tuple[tuple[str, float, float, float], ...]
-    result: Experiment | None = None
+    found: Experiment
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all starts have been followed."""
+        return self.done == self.size
 
     def to_json_dict(self) -> dict[str, Any]:
         """In plain values."""
@@ -64,24 +69,28 @@ class Watched:
         }
 
 
-def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool]) -> Iterator[Watched]:
-    """Follow the starts of an experiment portion by portion; the last one yielded has the result.
+def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool], first: int | None = None) -> Iterator[Watched]:
+    """Follow the starts of an experiment portion by portion; the last one yielded has all of them.
 
     Parameters
     ----------
     job
         The experiment. Its numbers do not depend on the portions nor on the number of threads.
     stopped
-        Asked now and then; when it says so the experiment ends without a result.
+        Asked now and then; when it says so nothing more is yielded.
+    first
+        Follow only so many of the starts, those that come first; None for all. They are the same ones, and come to
+        the same, as in the whole experiment.
     """
     from percuss.explore.ends.experiments import Experiment
 
     job = replace(job, threads=os.cpu_count() or 1)
     parts: list[Columns] = []
-    done, portion, spent = 0, min(16, job.size), 0.0
-    while done < job.size:
+    size = job.size if first is None else min(first, job.size)
+    done, portion, spent = 0, min(16, size), 0.0
+    while done < size:
         begun = time.perf_counter()
-        last = min(done + portion, job.size)
+        last = min(done + portion, size)
         columns = job.compute(done, last, stopped)
         if stopped():
             return
@@ -94,4 +103,4 @@ def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool]) -> Itera
         parts = [so_far]
         found = Experiment.of(job, so_far)
         labels = tuple((label, *interval) for label, interval in list(found.labels.items())[:_MOST_SHARES])
-        yield Watched(done, job.size, done / max(spent, 1e-9), labels, found if done == job.size else None)
+        yield Watched(done, size, done / max(spent, 1e-9), labels, found)

@@ -101,7 +101,7 @@ def _scale(load: Tables, name: str, change: Callable[[float], float], keys: tupl
             continue
         number, _ = parsed_quantity(given)
         if number is None:
-            raise ParameterError(name, given, "a load that says so in numbers")
+            raise ParameterError(name, given, "a load that is given in numbers")
         load[key] = _like(given, change(number))
 
 

@@ -1,4 +1,4 @@
-"""Problems of a case file, said so that they can be mended: file, key, value, what is accepted, did you mean."""
+"""Problems of a case file, worded so that they can be fixed: file, key, value, what is accepted, did you mean."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all"]
 
 
 _MOST = 100
-"""Problems that are told; what has thousands is no case, and each is looked up among the known keys."""
+"""Problems that are told; a text with thousands is not a case, and each is looked up among the known keys."""
 
 
 class CaseErrors(CaseError):

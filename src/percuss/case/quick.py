@@ -84,6 +84,8 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
             {
                 "stable": bool(exact.stable[at]),
                 "margin": number(exact.margin[at]),
+                "margin_rhythm": None,
+                "margin_ringing": None,
                 "reason": None,
                 "reduced": _reduced(reduced_criterion(orbit)),
                 "waveform": _waveform(waveform_criterion(orbit)),
@@ -91,6 +93,7 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
                     "modes": modes,
                     "largest": number(exact.largest[at]),
                     "dominant_mode": int(exact.mode[at]),
+                    "rigid": None,
                     "values": None,
                 },
             }
@@ -122,6 +125,8 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
     return {
         "stable": bool(verdict.stable),
         "margin": number(verdict.margin),
+        "margin_rhythm": number(verdict.margin_rhythm),
+        "margin_ringing": number(verdict.margin_ringing),
         "reason": verdict.reason,
         "reduced": _reduced(verdict.reduced),
         "waveform": _waveform(verdict.waveform),
@@ -129,6 +134,7 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
             "modes": int(found.modes),
             "largest": number(found.largest),
             "dominant_mode": int(found.dominant_mode),
+            "rigid": list(found.rigid),
             "values": [[number(z.real), number(z.imag)] for z in found.values.tolist()],
         },
     }

@@ -1,19 +1,31 @@
-"""From a path to the tables of a TOML file; everything that can be wrong with a file as such."""
+"""From a path to the tables of a TOML file; everything that can be wrong with the file itself."""
 
 from __future__ import annotations
 
 import re
 import sys
 import tomllib
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from percuss.errors import CaseError
 
-__all__ = ["MAX_BYTES", "parsed", "text_of"]
+__all__ = ["MAX_BYTES", "MAX_KEYS", "parsed", "text_of"]
 
 MAX_BYTES = 1_000_000
 """The largest case file that is read; a case is a page of text, data belong in a history file."""
+
+
+_DATA = 'a case is a page of TOML text; a recording is named in it with kind = "history" and file = "…"'
+
+MAX_KEYS = 1_000
+"""Keys and tables of a case; it has some forty, and each unknown one is a problem to be told."""
+
+# A key before "=", bare or in quotes, or a table's head; a row of an array, [1.0, 0.0], is neither.
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_KEY = re.compile(rf"(?<![\w-]){_PART}[ \t]*+=|^[ \t]*+\[\[?[^,\[\]\n]*+\]", re.MULTILINE)
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{20}}")
 
 
 def text_of(path: str) -> str:
@@ -43,7 +55,7 @@ def text_of(path: str) -> str:
             "",
             None,
             f"larger than {MAX_BYTES // 1_000_000} MB, too large for a case file",
-            'a case is a page of TOML text; a recording is named in it with kind = "history" and file = "…"',
+            _DATA,
         )
     if b"\0" in data:
         raise CaseError(path, "", None, "is a binary file", "a case is TOML text; see 'percuss new' for a sample")
@@ -62,6 +74,10 @@ def parsed(text: str, file: str) -> dict[str, Any]:
     CaseError
         With line and column when the text is not TOML.
     """
+    if _DEEP_KEY.search(text):  # the parser takes the square of the parts of a key in time and in memory
+        raise CaseError(file, "", None, "not a case: a key of twenty parts")
+    if sum(1 for _ in islice(_KEY.finditer(text), MAX_KEYS + 1)) > MAX_KEYS:
+        raise CaseError(file, "", None, f"not a case: more than {MAX_KEYS} keys and tables", _DATA)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from percuss.case.problems import from_parameter
 from percuss.case.schema import HistoryForce, HistoryLoad
@@ -10,6 +11,10 @@ from percuss.case.suggest import did_you_mean
 from percuss.errors import CaseError, HistoryError, ParameterError
 from percuss.model import Load
 from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.model.checks import Array
+    from percuss.model.recording import Recording
 
 __all__ = ["history_load", "positive_area", "positive_frequency"]
 
@@ -22,11 +27,11 @@ def positive_frequency(text: str, name: str) -> float:
     return frequency
 
 
-def positive_area(text: str) -> float:
+def positive_area(text: str, name: str = "area") -> float:
     """The area in m², greater than 0."""
-    area = si(text, "area", "area")
+    area = si(text, "area", name)
     if not area > 0.0:
-        raise ParameterError("area", text, "an area greater than 0")
+        raise ParameterError(name, text, "an area greater than 0")
     return area
 
 
@@ -51,10 +56,17 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
         frequency = None if table.frequency is None else positive_frequency(table.frequency, "frequency")
         rate = None if table.sample_rate is None else positive_frequency(table.sample_rate, "sample_rate")
         recording = read_recording(
-            path, column=table.column, unit=table.unit, time_column=table.time_column, sample_rate=rate
+            path,
+            column=table.column,
+            unit=table.unit,
+            time_column=table.time_column,
+            sample_rate=rate,
+            opposing_column=table.opposing_column,
+            start=table.start,
+            end=table.end,
         )
-        area = _history_area(table, recording.quantity, file)
-        load = Load.history(recording.time, recording.values, area=area, frequency=frequency, harmonics=table.harmonics)
+        force = _force(table, recording, file)
+        load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
         if isinstance(table, HistoryLoad):
             scale = si(table.force_scale, "force", "force_scale")
             if not scale > 0.0:
@@ -62,23 +74,35 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
             load = load.scaled(1.0 / scale)
         return load, recording.notes
     except ParameterError as error:
-        raise from_parameter(error, file, "load", table.model_dump()) from None
+        raise from_parameter(error, file, "load", table.model_dump(by_alias=True)) from None
     except HistoryError as error:
         raise CaseError(file, "load.file", table.file, error.message, error.remedy) from error
     except (OSError, ValueError) as error:  # a path too long, or with a null character
         raise CaseError(file, "load.file", table.file, f"cannot be read: {error}") from None
 
 
-def _history_area(table: HistoryForce, quantity: str, file: str) -> float | None:
+def _force(table: HistoryForce, recording: Recording, file: str) -> Array:
+    """The force on the bar: of the one face, less that of the opposing one."""
+    force = recording.values * _area(table.area, "area", recording.quantity, file)
+    if recording.opposing is not None:
+        return force - recording.opposing * _area(table.opposing_area, "opposing_area", recording.quantity, file)
+    if table.opposing_area is not None:
+        remedy = "name the column of the pressure that acts on it: opposing_column"
+        raise CaseError(file, "load.opposing_area", table.opposing_area, "there is no opposing pressure", remedy)
+    return force
+
+
+def _area(given: str | None, name: str, quantity: str, file: str) -> float:
+    """In m² for a pressure; 1 for a force, which takes none."""
     if quantity == "pressure":
-        if table.area is None:
-            remedy = 'give it as area = "6.5 cm^2"; or name another column or unit when the values are forces'
-            raise CaseError(file, "load.area", None, "a recorded pressure needs the area that it works on", remedy)
-        return positive_area(table.area)
-    if table.area is not None:
-        remedy = "leave area out, or name the column or unit of a pressure"
-        raise CaseError(file, "load.area", table.area, "the recorded values are forces, which take no area", remedy)
-    return None
+        if given is None:
+            remedy = f'give it as {name} = "6.5 cm^2"; or name another column or unit when the values are forces'
+            raise CaseError(file, f"load.{name}", None, "a recorded pressure needs the area that it acts on", remedy)
+        return positive_area(given, name)
+    if given is not None:
+        remedy = f"leave {name} out, or name the column or unit of a pressure"
+        raise CaseError(file, f"load.{name}", given, "the recorded values are forces, which need no area", remedy)
+    return 1.0
 
 
 def _other_recordings(path: Path) -> str:

@@ -73,7 +73,7 @@ class _Scales:
 
 
 def checked_simulation(table: SimulationTable) -> Simulation:
-    """What the table says, with times in whatever unit: it is there to be refused.
+    """What the table says, with times in any unit; only checks whether the table must be refused.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
     except ParameterError as error:
         name, accepted = error.name, error.accepted
         if name == "gap":  # u(1), which no key gives
-            name, accepted = "displacement", f"{accepted}; it stands at {error.value}"
+            name, accepted = "displacement", f"{accepted}; it is at {error.value}"
         if name not in ("displacement", "velocity"):
             raise
         if table.modal_displacement is not None or table.modal_velocity is not None:
@@ -209,9 +209,9 @@ def _kind(table: StartTable) -> str:
     kind = kinds[0] if kinds else "rigid"
     if kind in ("orbit", "random") and given[kind][0] != kind:
         example = "orbit = 1" if kind == "orbit" else 'random = "rigid"'
-        raise ParameterError(given[kind][0], getattr(table, given[kind][0]), f"{kind} beside it", f"add {example}")
+        raise ParameterError(given[kind][0], getattr(table, given[kind][0]), f"{kind} with it", f"add {example}")
     if kind == "orbit" and table.time is not None:
-        raise ParameterError("time", table.time, "no time beside orbit, which starts at its own phase", "remove time")
+        raise ParameterError("time", table.time, "no time with orbit, which starts at its own phase", "remove time")
     return kind
 
 

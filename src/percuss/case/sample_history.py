@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
+
+from percuss.whole_file import write_whole
 
 __all__ = ["write_sample_history"]
 
@@ -54,6 +55,7 @@ def write_sample_history(
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "sample.csv")
     ...     write_sample_history(file, pressure_coefficients=[8e6, 4e6], frequency=60.0)
@@ -85,7 +87,7 @@ def write_sample_history(
     digits = max(3, math.ceil(math.log10(sample_rate)))
     row = f"%.{digits}f,%.4f\n"
     body = "".join([row % pair for pair in zip(time.tolist(), (1e-6 * values).tolist(), strict=True)])
-    Path(path).write_bytes((head + body).encode("ascii"))
+    write_whole(path, head + body)
 
 
 def _normal(raw: np.random.PCG64, count: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

@@ -30,6 +30,7 @@ from percuss.case.values import (
     PlainNumber,
     Stress,
     Table,
+    Time,
 )
 
 __all__ = [
@@ -50,23 +51,24 @@ __all__ = [
     "SquareLoad",
     "StartTable",
     "SystemTable",
+    "keys_of",
     "table_fields",
 ]
 
 
 class BarTable(Table):
     length: Length
-    """From the driven to the striking end. Allowed: greater than 0."""
+    """Length from the driven to the striking end. Allowed: greater than 0."""
     area: Area | None = None
-    """Of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
+    """Area of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
     diameter: Length | None = None
-    """Of a solid round bar. Allowed: greater than 0. When left out: `area` is needed."""
+    """Diameter of a solid round bar. Allowed: greater than 0. When left out: `area` is needed."""
     youngs_modulus: Stress | None = None
-    """Of the material. Allowed: greater than 0. When left out: steel, `"210 GPa"`."""
+    """Young's modulus of the material. Allowed: greater than 0. When left out: steel, `"210 GPa"`."""
     density: Density | None = None
-    """Of the material. Allowed: greater than 0. When left out: steel, `"7850 kg/m^3"`."""
+    """Density of the material. Allowed: greater than 0. When left out: steel, `"7850 kg/m^3"`."""
     damping: Damping | None = None
-    """Force per velocity and per metre of bar. Allowed: 0 or greater. When left out: that of `damping_ratio`."""
+    """Force per velocity and per metre of bar. Allowed: 0 or greater. When left out: as `damping_ratio` gives."""
     damping_ratio: float | None = None
     """The same as a fraction of the critical damping of the first elastic mode. Allowed: 0 or greater. When left out:
     none."""
@@ -91,25 +93,25 @@ class SystemTable(Table):
 
 class HarmonicForce(Table):
     kind: Literal["harmonic"]
-    """What the load is, and so what other keys it takes."""
+    """The kind of load, which decides the other keys."""
     mean: ForceOrPressure
     """Mean of the load, positive toward the wall."""
     amplitude: ForceOrPressure
     """Amplitude of the alternating part."""
     harmonic: int = 1
-    """Which multiple of the fundamental. Allowed: 1 to 4096."""
+    """The multiple of the fundamental. Allowed: 1 to 4096."""
     area: Area | None = None
-    """On which a pressure works. Allowed: greater than 0. When left out: the load is a force."""
+    """The area that a pressure acts on. Allowed: greater than 0. When left out: the load is a force."""
     frequency: Frequency
-    """Of the fundamental. Allowed: greater than 0."""
+    """Frequency of the fundamental. Allowed: greater than 0."""
 
 
 class SquareForce(Table):
     kind: Literal["square"]
     amplitude: ForceOrPressure
-    """The load is plus and minus this. Allowed: greater than 0."""
+    """The load alternates between plus and minus this value. Allowed: greater than 0."""
     kappa: float
-    """It is plus for the part κ/2 of each period. Allowed: between 0 and 2."""
+    """The load is positive for a fraction κ/2 of each period. Allowed: between 0 and 2."""
     harmonics: int = 64
     """How many Fourier coefficients are kept beside the exact steps. Allowed: 1 to 4096."""
     area: Area | None = None
@@ -119,9 +121,9 @@ class SquareForce(Table):
 class FourierForce(Table):
     kind: Literal["fourier"]
     coefficients: Coefficients
-    """From $p_0$ (the mean, imaginary part 0) up. Allowed: 1 to 4097 pairs."""
+    """Fourier coefficients from $p_0$ (the mean, imaginary part 0) up. Allowed: 1 to 4097 pairs."""
     unit: ForceUnit
-    """Of the coefficients."""
+    """Unit of the coefficients."""
     area: Area | None = None
     frequency: Frequency
 
@@ -129,20 +131,31 @@ class FourierForce(Table):
 class HistoryForce(Table):
     kind: Literal["history"]
     file: str
-    """Relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
+    """Path relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
     area: Area | None = None
     frequency: Frequency | None = None
-    """Of the fundamental. Allowed: greater than 0. When left out: found from the record."""
+    """Frequency of the fundamental. Allowed: greater than 0. When left out: found from the record."""
     harmonics: Annotated[int, Field(ge=1)] | None = None
-    """How many to keep. When left out: those that stand out from the scatter of the cycles."""
+    """How many harmonics to keep. When left out: those that stand out from the scatter of the cycles."""
     column: Column | None = None
     """Which column or channel holds the values. When left out: the header tells."""
     unit: str | None = None
-    """Of the values, of force or pressure. When left out: the header tells."""
+    """Unit of the values, of force or pressure. When left out: the header tells."""
     time_column: Column | None = None
     """Which column or channel holds the times. When left out: the header tells."""
     sample_rate: Frequency | None = None
-    """Of a file that holds no times. Allowed: greater than 0. When left out: the file tells."""
+    """Sample rate, for a file that holds no times, or wrong ones. Allowed: greater than 0. When left out: the file
+    tells."""
+    opposing_column: Column | None = None
+    """Which column or channel holds the pressure (or force) on the opposing face, which pushes back: the load is
+    pressure × `area` − opposing pressure × `opposing_area`. When left out: there is none."""
+    opposing_area: Area | None = None
+    """The area that the opposing pressure acts on. Allowed: greater than 0."""
+    start: Time | None = Field(None, alias="from")
+    """Where the part of the record that is used begins, on the clock of the record; dates and times of day count from
+    the first sample. When left out: at the first sample."""
+    end: Time | None = Field(None, alias="to")
+    """Where that part ends. When left out: at the last sample."""
 
 
 class HarmonicLoad(Table):
@@ -175,17 +188,17 @@ class StartTable(Table):
     """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
 
     position: NumberOrLength | None = None
-    """Rigid: of the bar. Beside `orbit` it is added to that motion, and 0 unless given. Allowed: 0 (on the wall) or
+    """Rigid: position of the bar. With `orbit`, added to that motion, and 0 unless given. Allowed: 0 (on the wall) or
     less. When left out: −1."""
     velocity: NumberOrVelocity | None = None
-    """Rigid: of the bar, positive toward the wall. Beside `orbit` it is added to that motion. When left out: 0."""
+    """Rigid: velocity of the bar, positive toward the wall. With `orbit`, added to that motion. When left out: 0."""
     time: NumberOrTime | None = None
-    """Load phase at the start, in radians; not beside `orbit`. When left out: 0."""
+    """Load phase at the start, in radians; not allowed with `orbit`. When left out: 0."""
     modal_displacement: Numbers | None = None
-    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. Beside `orbit` they are added to that
+    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. With `orbit`, added to that
     motion. When left out: 0."""
     modal_velocity: Numbers | None = None
-    r"""Modal: $u_0', u_1', \dots$. Beside `orbit` they are added to that motion. When left out: 0."""
+    r"""Modal: $u_0', u_1', \dots$. With `orbit`, added to that motion. When left out: 0."""
     orbit: int | None = None
     """Just after the impact of this steady motion, numbered as `percuss steady` does. Allowed: 1 or greater."""
     periods: int | None = None
@@ -210,13 +223,13 @@ class SimulationTable(Table):
     modes: int | None = None
     """Elastic modes; 0 is a rigid bar. Allowed: 0 to 4096. When left out: 32."""
     impacts: int | None = None
-    """End after so many. Allowed: 0 to 1e9. When left out: 2000, or a million beside `time`."""
+    """End after this many impacts. Allowed: 0 to 1e9. When left out: 2000, or a million with `time`."""
     time: NumberOrTime | None = None
     """End after this time from the start, in radians. Allowed: greater than 0. When left out: `impacts` decides."""
     periodic: bool | None = None
     """Whether to end when a periodic motion is found. When left out: true."""
     tolerance: float | None = None
-    """How near a state must come back to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
+    """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
 class PlainSimulation(SimulationTable):
@@ -272,8 +285,13 @@ _TABLES: dict[str, type[Table]] = {
 
 def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
     """The keys that every table of a form takes, for a load of the given kind; '' is the top of the file."""
-    fields = {"": list(form.model_fields)}
-    fields |= {name: list(table.model_fields) for name, table in _TABLES.items() if name in form.model_fields}
+    fields = {"": keys_of(form)}
+    fields |= {name: keys_of(table) for name, table in _TABLES.items() if name in form.model_fields}
     load = _LOADS[form].get(kind) if isinstance(kind, str) else None
-    fields["load"] = list(load.model_fields) if load else ["kind"]
+    fields["load"] = keys_of(load) if load else ["kind"]
     return fields
+
+
+def keys_of(table: type[Table]) -> list[str]:
+    """The keys of a table as a file has them; one that is a word of Python is another field here."""
+    return [field.alias or name for name, field in table.model_fields.items()]

@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.case import checked_case
 from percuss.errors import ParameterError
+from percuss.model.checks import callback, count, positive
+from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
 from percuss.units import si
 
@@ -22,7 +25,7 @@ __all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
 
 
 @dataclass(frozen=True)
-class SimulationAnswer:
+class SimulationAnswer(Shown):
     """A simulated motion of a case.
 
     Attributes
@@ -42,7 +45,7 @@ class SimulationAnswer:
 
     @property
     def system(self) -> System:
-        """What moved."""
+        """The system that moved."""
         return self.motion.system
 
     @property
@@ -64,7 +67,7 @@ class SimulationAnswer:
         """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
         from percuss.case.simulation_json import simulation_dict
 
-        return simulation_dict(self, last)
+        return simulation_dict(self, None if last is None else count("last", last, least=0))
 
 
 def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:
@@ -103,6 +106,8 @@ def simulation_answer(case: Case, progress: Callable[[Progress], object] | None 
     """
     from percuss.simulate import run  # loads the compiler
 
+    checked_case(case)
+    callback("progress", progress)
     simulation = case.simulation()
     start = case.start(simulation.modes)
     motion = run(case.system(), start, modes=simulation.modes, stop=simulation.stop, progress=progress)
@@ -130,11 +135,15 @@ def resumed_answer(
     ParameterError
         When the motion in the file already goes as far.
     """
+    callback("progress", progress)
     motion = Trajectory.load(path)
     if impacts is None and time is None:
         stop = None
     else:
-        time = _radians(motion, time) if isinstance(time, str) else time
+        if time is not None:
+            time = _radians(motion, time) if isinstance(time, str) else positive("time", time)
+        if impacts is not None:
+            impacts = count("impacts", impacts)
         gone = motion.end_time - motion.begin_time
         if impacts is not None and impacts <= motion.impacts:
             raise ParameterError("impacts", impacts, f"more than the {motion.impacts} that the file holds")
@@ -156,15 +165,15 @@ def _warnings(motion: Trajectory) -> list[str]:
     touches = len(motion.events.of("grazing"))
     if touches:
         some = "one touch" if touches == 1 else f"{touches} touches"
-        found.append(f"{some} so slight that rounding does not tell an impact from a miss; the bar goes on unchanged")
+        found.append(f"{some} so slight that rounding hides whether the bar strikes or misses; it goes on unchanged")
     if motion.outcome == "work":
         found.append("ended early: one flight hovers before the wall for longer than can be followed")
     if motion.outcome == "memory":
-        found.append("ended early: the record has reached 1 GB; follow a saved one further, or take fewer modes")
+        found.append("ended early: the record has reached 1 GB; continue a saved motion, or use fewer modes")
     if motion.outcome == "cancelled":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     if motion.label == "undecided" and motion.outcome in ("impacts", "time"):
-        found.append("no periodic motion is found yet, and too little for calling it aperiodic: simulate for longer")
+        found.append("no periodic motion found yet, and too few impacts to call it aperiodic: simulate for longer")
     if motion.outcome == "departed":
         found.append("the bar has left the wall for good: the load does not push it back")
     return found

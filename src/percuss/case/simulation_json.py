@@ -35,6 +35,7 @@ def simulation_dict(answer: SimulationAnswer, last: int | None = None) -> dict[s
         "begin_time": number(motion.begin_time),
         "end_time": number(motion.end_time),
         "transient": number(motion.transient),
+        "period_unresolved": motion.period_unresolved,
         "warnings": list(answer.warnings),
         "events": _events(answer, last),
         "summary": plain(asdict(motion.summary)),

@@ -51,8 +51,8 @@ def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_
     load = given.get("load")
     if isinstance(load, dict):
         if load.get("kind") == "history":
-            remedy = "upload the recording, and put the load that it gives into the case"
-            raise CaseError(file, "load.kind", "history", "a recording is no part of a case here", remedy)
+            remedy = "give the case and its recording together, or the load that the recording gives"
+            raise CaseError(file, "load.kind", "history", "a case cannot name a recording here", remedy)
         check_harmonics(load, file, harmonics)
     return Case(_checked(given, file), file)
 

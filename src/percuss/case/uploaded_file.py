@@ -13,10 +13,10 @@ from pydantic import ValidationError
 from percuss.case.plain import plain
 from percuss.case.problems import from_validation, raise_all
 from percuss.case.recorded import history_load
-from percuss.case.schema import HistoryForce, HistoryLoad
+from percuss.case.schema import HistoryForce, HistoryLoad, keys_of
 from percuss.case.tables import fourier_table
-from percuss.case.vetting import vetted
 from percuss.errors import CaseError, HistoryError
+from percuss.model.vetting import MOST_UPLOADED, vetted
 
 __all__ = ["FILE", "PACKED", "history_table", "read_here"]
 
@@ -39,7 +39,7 @@ def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     table = history_table(path.name, dict(options))
     try:
         if path.suffix in PACKED:
-            vetted(path)
+            vetted(path, MOST_UPLOADED)
         load, notes = history_load(table, "upload", path.parent)
     except HistoryError as error:
         raise CaseError("upload", FILE, None, error.message, error.remedy) from None
@@ -68,7 +68,7 @@ def history_table(file: str, options: dict[str, Any]) -> HistoryForce:
     try:
         return form.model_validate(given)
     except ValidationError as error:
-        fields = {"load": list(form.model_fields)}
+        fields = {"load": keys_of(form)}
         raise_all(from_validation(error, "upload", {"load": given}, fields))
 
 

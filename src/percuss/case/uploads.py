@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from percuss.case.apart import read_apart
+from percuss.case.describing import case_dict
+from percuss.case.reading import parsed
+from percuss.case.tables import case_of
 from percuss.case.uploaded_file import FILE, PACKED, history_table, read_here
-from percuss.case.vetting import plain_mat
 from percuss.errors import CaseError, HistoryError
+from percuss.model.text_table import LONGEST_LINE
+from percuss.model.vetting import MOST_UPLOADED, plain_mat
 
-__all__ = ["SUFFIXES", "uploaded_history"]
+__all__ = ["SUFFIXES", "uploaded_case", "uploaded_history"]
 
 _PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
 
 SUFFIXES = (*_PLAIN, *PACKED)
 """What an uploaded recording may be called; the suffix says how it is read."""
-
-_LONGEST_LINE = 20_000
-"""Bytes of one line: millions of columns would be looked at one by one."""
 
 _SMALL = 1_000_000
 """Bytes that are read in a second or two; what takes longer must be possible to give up."""
@@ -66,13 +68,13 @@ def uploaded_history(
     if suffix not in SUFFIXES:
         accepted = f"expected a name that ends in {', '.join(SUFFIXES)}"
         raise CaseError("upload", FILE, name, accepted, "save the recording as CSV")
-    if suffix in _PLAIN and suffix != ".wav" and max(map(len, data.splitlines()), default=0) > _LONGEST_LINE:
-        raise CaseError("upload", FILE, name, f"a line of more than {_LONGEST_LINE} bytes", "a line for each sample")
+    if suffix in _PLAIN and suffix != ".wav" and max(map(len, data.splitlines()), default=0) > LONGEST_LINE:
+        raise CaseError("upload", FILE, name, f"a line of more than {LONGEST_LINE} bytes", "a line for each sample")
     given = {key: value for key, value in options.items() if value not in (None, "")}
     file = history_table(f"recording{suffix}", given).file
     if suffix == ".mat":
         try:
-            data = plain_mat(data)
+            data = plain_mat(data, MOST_UPLOADED)
         except HistoryError as error:
             raise CaseError("upload", FILE, None, error.message, error.remedy) from None
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
@@ -80,3 +82,45 @@ def uploaded_history(
         if suffix in PACKED or len(data) > _SMALL:
             return read_apart(Path(folder, file), given, halt)
         return read_here(Path(folder, file), given)
+
+
+def uploaded_case(
+    text: str, data: bytes, name: str, harmonics: int, halt: Callable[[], bool] | None = None
+) -> dict[str, Any]:
+    """A case file together with the recording that it names, as `percuss.case.describing.case_dict` tells a case.
+
+    The recording is read as the table [load] of the case says; in the answer its harmonics stand in its place.
+
+    Parameters
+    ----------
+    text
+        The case file, in TOML.
+    data, name
+        The recording, and what it is called where it comes from; only the suffix of that counts, and where it is
+        called otherwise than in the case a note says so.
+    harmonics
+        The highest harmonic of a load that may be given in another way.
+    halt
+        As for `uploaded_history`.
+
+    Raises
+    ------
+    CaseError
+        When the case names no recording, or anything is wrong with it or with the recording.
+    MissingExtraError, Interrupted
+        As `uploaded_history`.
+    """
+    tables = parsed(text, "case")
+    load = tables.get("load")
+    if not isinstance(load, dict) or load.get("kind") != "history":
+        kind = load.get("kind") if isinstance(load, dict) else load
+        remedy = 'give the case alone, or name the recording in it: kind = "history" and file = "…"'
+        raise CaseError("case", "load.kind", kind, "the load of this case is not a recording", remedy)
+    options = {key: value for key, value in load.items() if key not in ("kind", "file")}
+    found = uploaded_history(data, name, options, halt)
+    described = case_dict(case_of({**tables, "load": found["load"]}, "case", harmonics))
+    notes = [*described["notes"], *found["notes"]]
+    named, called = (re.split(r"[\\\\/]", str(path))[-1] for path in (load.get("file", ""), name))
+    if named != called:
+        notes.append(f"the case names the recording {named}; {called} was uploaded")
+    return {**described, "history": found["report"], "notes": notes}

@@ -29,6 +29,7 @@ __all__ = [
     "PlainNumber",
     "Stress",
     "Table",
+    "Time",
 ]
 
 
@@ -114,6 +115,7 @@ def _numbers(value: Any) -> Any:
 Length = Annotated[str, BeforeValidator(_quantity("length"))]
 Area = Annotated[str, BeforeValidator(_quantity("area"))]
 Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
+Time = Annotated[str, BeforeValidator(_quantity("time"))]
 Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
 Density = Annotated[str, BeforeValidator(_quantity("density"))]
 Damping = Annotated[str, BeforeValidator(_quantity("damping"))]
