@@ -1,4 +1,4 @@
-"""B77's figures and claims, made again: thin scripts over the floors below."""
+"""B77's figures and claims, reproduced: thin scripts over the floors below."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def figures(name: str, seed: int = 1977) -> tuple[Figure, ...]:
     >>> from percuss.paper import figures
     >>> figure, = figures("fig5")
     >>> list(figure.columns), figure.rows
-    (['restitution', 'lower', 'upper', 'lower_damped', 'upper_damped'], 91)
+    (['restitution', 'lower', 'upper', 'lower_damped', 'upper_damped'], 100)
     """
     if name not in FIGURES:
         raise ParameterError("name", name, f"one of {', '.join(FIGURES)}")

@@ -10,6 +10,7 @@ import numpy as np
 from percuss.paper.claim_common import (
     NAMED,
     Claim,
+    Size,
     Table,
     Trial,
     Verdict,
@@ -65,10 +66,15 @@ def _region(end: End) -> str:
     return f"{where}, {'p_0 ≥ p_1 (the load never pulls)' if end.load_factor >= 1.0 else 'p_0 < p_1'}"
 
 
+def starts_each(size: Size) -> int:
+    """Starts of each distribution at every point; the same ones at all of them."""
+    return size.each(len(RESTITUTIONS) * len(FRACTIONS) * len(NAMED))
+
+
 def ends_of(trial: Trial) -> list[End]:
     """The experiments of claim a."""
     points = [(r, f * upper_curve(r)) for r in RESTITUTIONS for f in FRACTIONS]
-    each, ends = trial.size.each(len(points) * len(NAMED)), []
+    each, ends = starts_each(trial.size), []
     for i, (r, x) in enumerate(points):
         for name in NAMED:
             trial.tell("a", i, len(points))

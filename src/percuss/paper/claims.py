@@ -21,6 +21,7 @@ from percuss.paper.claim_periods import claim_b, claim_c
 from percuss.paper.claim_ranges import claim_e
 from percuss.paper.claim_stiffness import claim_f
 from percuss.paper.report import report
+from percuss.whole_file import write_whole
 
 __all__ = ["DEFAULT", "FULL", "HOLDS", "NOT", "PARTLY", "Audit", "Claim", "ClaimsProgress", "Size", "audit", "run"]
 
@@ -30,7 +31,7 @@ FULL = Size(starts=1_000_000)
 PART = "claims.part.json"
 """The finished claims of an audit that is not."""
 
-LOST = "a claim begun is lost, finished ones are kept: say the same again to go on"
+LOST = "the claim in progress is lost, finished ones are kept: ask for the same again to continue"
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def run(
         raise Interrupted(stop.done, stop.size, kept, LOST) from None
     text = json.dumps(found.to_json_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     for name, content in (("claims.json", text), ("REPORT.md", report(found))):
-        _write(target / name, content)
+        write_whole(target / name, content)
     with suppress(OSError):
         parts.path.unlink()
     return found
@@ -167,7 +168,7 @@ class _Parts:
         self.path = path
         self.tree: dict[str, Any] = {"percuss": __version__, **asdict(trial.size), "seed": trial.seed}
         kept: dict[str, Any] = {}
-        with suppress(OSError, ValueError, KeyError, TypeError):  # no such file, or none of ours
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):  # no such file, or none of ours
             found = json.loads(path.read_text(encoding="utf-8"))
             kept = dict(found.pop("parts")) if isinstance(found, dict) else {}
             kept = kept if found == self.tree else {}
@@ -182,22 +183,8 @@ class _Parts:
         made = make()
         plain = [asdict(item) for item in made] if isinstance(made, list) else asdict(made)
         parts[name] = json.loads(json.dumps(plain, default=lambda number: number.tolist()))
-        _write(self.path, json.dumps(self.tree, ensure_ascii=False))
+        write_whole(self.path, json.dumps(self.tree, ensure_ascii=False))
         return revive(parts[name])
-
-
-def _write(path: Path, text: str) -> None:
-    """A file that is whole or not there."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, path)
-    except OSError as error:
-        told = f"{path}: cannot be written: {error.strerror or error}"
-        raise PercussError(told, "make room, or give another folder") from None
-    finally:
-        with suppress(OSError):
-            beside.unlink()
 
 
 def _claim(tree: Any) -> Claim:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["figures"]
 
-_MOST = 10.0
+_MOST = 100.0  # beyond the fold of R = 0.99, at 63.3
 
 
 def figures(seed: int = 1977) -> tuple[Figure, ...]:
@@ -36,10 +36,10 @@ def _paint(figure: Figure, picture: Picture) -> None:
     for ending, line, name in (("", "-", "$d = 0$"), ("_damped", (0, (4, 2)), "$2\\pi d = 0.03$")):
         axes.plot(c["restitution"], c[f"upper{ending}"], color=COLOURS[0], linestyle=line, label=f"upper, {name}")
         axes.plot(c["restitution"], c[f"lower{ending}"], color=COLOURS[1], linestyle=line, label=f"lower, {name}")
-    axes.text(0.62, 1.0, "stable", ha="center")
+    axes.text(0.82, 1.4, "stable", ha="center")
     axes.text(0.25, 1.2, "no motion", ha="center")
     axes.text(0.62, 0.35, "unstable", ha="center")
-    axes.set_xlim(0.0, 0.9)
+    axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 2.0)
     axes.set_xlabel("$R$")
     axes.set_ylabel("$p_0/p_1$")

@@ -26,7 +26,7 @@ _SPEEDS = {"": STIFF, "_10_1": 1.01 / math.pi, "_10_01": 1.001 / math.pi}
 def figures(seed: int = 1977) -> tuple[Figure, ...]:
     """Fig. 6: columns restitution, upper, lower (sπ → ∞), lower_10_1, lower_10_01, all as p_0/p_10; d = 0, m = 10."""
     columns = {"restitution": RESTITUTIONS}
-    plane = ("restitution", RESTITUTIONS), ("load_factor", 0.0, 1.0), PERIODS
+    plane = ("restitution", RESTITUTIONS), ("load_factor", 0.0, 10.0), PERIODS
     for ending, s in _SPEEDS.items():
         found = boundaries(pneumatic(s), *plane, kinds=("fold", "flip"))
         if not ending:
@@ -48,7 +48,7 @@ def _paint(figure: Figure, picture: Picture) -> None:
     )
     for name, line, colour, label in lines:
         axes.plot(c["restitution"], c[name], color=colour, linestyle=line, label=label)
-    axes.set_xlim(0.0, 0.9)
+    axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 0.6)
     axes.set_xlabel("$R$")
     axes.set_ylabel("$p_0/p_{10}$  (here: $p_0/p_1$ with $m = 10$)")

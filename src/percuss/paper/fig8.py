@@ -31,7 +31,7 @@ def _paint(figure: Figure, picture: Picture) -> None:
     axes.plot(c["restitution"], c["kappa_damped"], color=COLOURS[0], linestyle=(0, (4, 2)), label="$2\\pi d = 0.03$")
     axes.text(0.6, 1.25, "motions exist, none of them stable", ha="center")
     axes.text(0.2, 1.8, "no motion", ha="center")
-    axes.set_xlim(0.0, 0.9)
+    axes.set_xlim(0.0, 1.0)
     axes.set_ylim(1.0, 2.0)
     axes.set_xlabel("$R$")
     axes.set_ylabel("$\\kappa$")

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
+from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
@@ -85,10 +86,7 @@ class Figure:
             When the file cannot be written.
         """
         target = Path(path)
-        try:
-            target.write_text(self.csv(), encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise PercussError(f"{target}: cannot be written: {error.strerror or error}") from None
+        write_whole(target, self.csv())
         return target
 
     def write(self, directory: str | Path) -> tuple[Path, ...]:

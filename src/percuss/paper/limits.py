@@ -23,7 +23,7 @@ STIFF = 1e7
 DAMPING = 0.03 / (2.0 * math.pi)
 """d of B77's damped curves, 2πd = 0.03."""
 
-RESTITUTIONS = np.linspace(0.0, 0.9, 91)
+RESTITUTIONS = np.linspace(0.0, 0.99, 100)
 """R of the curves over R."""
 
 KAPPAS = (1.0 + 1e-6, 2.0 - 1e-6)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from percuss.paper.claim_ends import starts_each
+
 if TYPE_CHECKING:
     from percuss.paper.claim_common import Claim, Table
     from percuss.paper.claims import Audit
@@ -21,6 +23,10 @@ _STARTS = """All starts are rigid, with a load phase uniform over a period:
 - `field`: position uniform in [−20, 0], velocity 5 · N(0, 1);
 - `gentle`: on the wall, leaving with a speed uniform in (0, 0.2).
 
+The starts of a distribution are drawn once, with one seed: all rows of a table have the same ones ({shared:,} of each
+distribution in claim a), those of `wall` in units of its speed. Rows can therefore be compared start by start, but
+chance does the same to all of them: the interval of a row holds for that row, and one over several rows is too narrow.
+
 A motion is called `z=p/n` when it has p impacts in n load periods and no rest, `chatter/n` or `rest/n` when it is a
 cycle of n load periods in which the bar lies on the wall for some time, after complete chatter or after finitely many
 impacts, `rest` when it lies there for good, `aperiodic` when the last impacts come near none of those before, and
@@ -32,15 +38,15 @@ def report(audit: Audit) -> str:
     from percuss._version import __version__
 
     parts = [
-        "# What B77 claims, tried",
+        "# The claims of B77, tested",
         f"Source: {_SOURCE}. Made by percuss {__version__}: {audit.size.starts:,} starts for each claim, at most "
         f"{audit.size.impacts:,} impacts each, seed {audit.seed}. Every verdict is computed from the numbers by the "
-        "rule that stands with it; `claims.json` has the numbers.",
+        "rule stated with it; `claims.json` has the numbers.",
         _verdicts(audit.claims),
         "## The starts, and the names of motions",
-        _STARTS,
+        _STARTS.format(shared=starts_each(audit.size)),
         *(_claim(claim) for claim in audit.claims),
-        "## What the paper does not tell",
+        "## What the paper does not report",
         *(f"### {found.title}\n\n{found.text}\n\n{table_text(found.table)}" for found in audit.findings),
     ]
     return "\n\n".join(parts) + "\n"

@@ -34,7 +34,7 @@ def units_of(system: System) -> Units:
             1.0,
             "time after impact [rad]",
             1.0,
-            "load p",
+            "load p [dimensionless]",
             1.0,
             "gap u(1, t)",
             1.0,

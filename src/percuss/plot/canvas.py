@@ -4,24 +4,33 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.errors import MissingExtraError, ParameterError, PercussError
+from percuss import palette
+from percuss.errors import MissingExtraError, ParameterError
+from percuss.model.checks import having
+from percuss.model.checks import path as checked_path
+from percuss.neutral import one_line
+from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "INK", "SUFFIXES", "new_figure", "save"]
+    from percuss.palette import Colour
+
+__all__ = ["COLOURS", "INK", "SUFFIXES", "new_figure", "ramp", "save", "style", "titled"]
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
 
 INK = "#333333"
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito's palette, which people with any colour vision can tell apart."""
+COLOURS = tuple(kind.light for kind in palette.KINDS)
+"""Kinds of things: blue, vermilion, green, purple, orange, sky."""
 
 _STYLE = {
     "font.size": 9.0,
@@ -35,6 +44,7 @@ _STYLE = {
     "xtick.color": INK,
     "ytick.color": INK,
     "lines.linewidth": 1.4,
+    "hatch.linewidth": 0.7,
     "legend.edgecolor": "none",
     "legend.framealpha": 0.75,
     "mathtext.fontset": "dejavusans",
@@ -60,6 +70,20 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def titled(figure: Figure, title: str) -> None:
+    """The title of a case above a figure, as one line of plain text; nothing for an empty one."""
+    if title:
+        figure.suptitle(one_line(title), x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+
+
+def ramp(stops: Sequence[str | Colour]) -> LinearSegmentedColormap:
+    """A ramp of the palette, on its light ground, as matplotlib takes it."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    light = [stop if isinstance(stop, str) else stop.light for stop in stops]
+    return LinearSegmentedColormap.from_list("percuss", light)
+
+
 def style() -> AbstractContextManager[None]:
     """A context in which things are drawn and saved in this package's style."""
     from matplotlib import rc_context
@@ -73,7 +97,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     Returns
     -------
     Path
-        Where it was written. The file is written in one go: nothing is left behind when drawing fails.
+        Where it was written: whole, or not at all. What was there before stays when drawing or writing fails.
 
     Raises
     ------
@@ -82,7 +106,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     PercussError
         When the file cannot be written.
     """
-    target = Path(path)
+    having("figure", figure, ("savefig",), "a figure, such as percuss.plot.steady gives")
+    target = Path(checked_path("path", path))
     suffix = target.suffix.lower()
     if suffix not in SUFFIXES:
         raise ParameterError("path", str(path), f"a name that ends in {', '.join(SUFFIXES)}")
@@ -90,8 +115,5 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
     buffer = io.BytesIO()
     with style():
         figure.savefig(buffer, format=suffix[1:], dpi=150, metadata=undated)
-    try:
-        target.write_bytes(buffer.getvalue())
-    except OSError as error:
-        raise PercussError(f"{target}: cannot be written: {error.strerror or error}") from None
+    write_whole(target, buffer.getvalue())
     return target

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss import palette
 from percuss.plot.canvas import COLOURS, INK
 from percuss.plot.map_axes import answered_cells, cell_edges, is_signed, lay_out
+from percuss.plot.map_families import family_numbers, is_motions
 from percuss.plot.map_words import HATCH, no_value, words_of
 
 if TYPE_CHECKING:
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["RESTS", "line"]
 
-RESTS = "#F0E442"
+RESTS = palette.BOTH["rest"]
 """Of what comes to rest."""
 
 
@@ -31,7 +33,9 @@ def line(ax: Axes, found: Map, name: str) -> dict[str, Any]:
     words = words_of(found, name, values)
     if words is not None:
         numbers, names = words
-        ax.plot(x, np.where((numbers < 0) | ~answered, np.nan, numbers), "o", ms=max(3.0, dot["ms"]), color=COLOURS[0])
+        seen = np.where((numbers < 0) | ~answered, np.nan, numbers)
+        for colour, here in _in_colours(name, values):
+            ax.plot(x[here], seen[here], "o", ms=max(3.0, dot["ms"]), color=colour)
         ax.set_yticks(range(len(names)), names)
     elif values.dtype == bool:
         ax.step(x, np.where(answered, values.astype(float), np.nan), where="mid", **dot)
@@ -50,6 +54,14 @@ def line(ax: Axes, found: Map, name: str) -> dict[str, Any]:
     edges = cell_edges(axis)
     lay_out(axis, ax.xaxis, (float(edges.min()), float(edges.max())))
     return _rests(ax, x, values) | _unanswered(ax, edges, answered)
+
+
+def _in_colours(name: str, values: np.ndarray[Any, Any]) -> list[tuple[str, Any]]:
+    """Which points have which colour: found motions that of their family."""
+    if not is_motions(name):
+        return [(COLOURS[0], slice(None))]
+    numbers = family_numbers(values)
+    return [(palette.FAMILIES[i].colour.light, numbers == i) for i in np.unique(numbers[numbers >= 0])]
 
 
 def _window(ax: Axes, name: str, values: np.ndarray[Any, Any]) -> None:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from percuss.errors import ParameterError
-from percuss.plot.canvas import new_figure, style
+from percuss.model.checks import having, several, text
+from percuss.plot.canvas import new_figure, style, titled
 from percuss.plot.map_line import line
 from percuss.plot.map_plane import boundaries, plane
 
@@ -26,8 +27,10 @@ _TITLES = {
     "reduced_margin": "stability margin, reduced criterion",
     "stable": "stable, exact multipliers",
     "margin": "stability margin, exact multipliers",
+    "margin_rhythm": "rhythm margin",
+    "margin_ringing": "ringing margin",
     "reason": "stable, or why not",
-    "admissible": "keeps off the wall between impacts",
+    "admissible": "stays off the wall between impacts",
     "impact_velocity": "striking speed",
     "blow_energy": "blow energy",
     "power": "percussive power",
@@ -71,6 +74,11 @@ def sweep(found: Map, title: str = "", curves: Sequence[Curve] = ()) -> Figure:
     >>> picture(found).axes[0].get_title(loc="left")
     'steady motions'
     """
+    having("found", found, ("axes", "quantities", "columns", "words"), "a map, as percuss.explore.sweep gives it")
+    text("title", title)
+    curves = several("curves", curves, "boundaries, as percuss.explore.boundaries gives them")
+    for curve in curves:
+        having("curves", curve, ("kind", "x", "y"), "boundaries, as percuss.explore.boundaries gives them")
     if len(found.axes) > 2:
         names = ", ".join(axis.name for axis in found.axes)
         raise ParameterError("axes", names, "one or two parameters for a picture", "export the map, or fix a parameter")
@@ -95,6 +103,5 @@ def sweep(found: Map, title: str = "", curves: Sequence[Curve] = ()) -> Figure:
             ax.set_title(_TITLES.get(name, name) + (f" [{unit}]" if unit else ""))
         if key:
             figure.legend(key.values(), key.keys(), loc="outside lower left", ncols=6)
-        if title:
-            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+        titled(figure, title)
     return figure

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.plot.canvas import COLOURS, INK
+from percuss import palette
+from percuss.plot.canvas import COLOURS, INK, ramp
 from percuss.plot.map_axes import answered_cells, cell_edges, is_signed, lay_out, round_ticks
+from percuss.plot.map_families import families, is_motions
 from percuss.plot.map_line import RESTS
 from percuss.plot.map_words import HATCH, no_value, words_of
 
@@ -19,12 +21,11 @@ if TYPE_CHECKING:
 
     from percuss.plot.map_axes import Curve, Map
 
-__all__ = ["SHADES", "boundaries", "plane"]
+__all__ = ["boundaries", "plane"]
 
-SHADES = (*COLOURS, "#F0E442", "#000000", "#9900FF", "#663300", "#330099", "#00FF99")
-"""Twelve colours, no two of which are near each other, whatever colour vision one has."""
-
-_NO = "#E4E4E4"
+SHADES = palette.AREAS
+_NO = palette.VERDICTS["none"].light
+_STABLE = ("stable", "reduced_stable")
 _OTHERS = "#9A9A9A"
 _LINES = {"fold": "-", "flip": "--", "neimark-sacker": ":", "grazing": "-."}
 _KINDS = {"neimark-sacker": "Neimark–Sacker"}
@@ -34,16 +35,19 @@ def plane(figure: Figure, ax: Axes, found: Map, name: str) -> dict[str, Any]:
     """One panel; what its marks mean."""
     values, answered = found[name], answered_cells(found)
     x, y = (cell_edges(axis) for axis in found.axes)
-    words = words_of(found, name, values)
     key: dict[str, Any] = {}
-    if words is not None:
+    words = None if is_motions(name) else words_of(found, name, values)
+    if is_motions(name):
+        shown = families(ax, x, y, values, answered)
+    elif words is not None:
         places, names = words
         shown = np.ma.masked_where((places < 0) | ~answered, places)
         colours = [SHADES[i % len(SHADES)] if word != "others" else _OTHERS for i, word in enumerate(names)]
         _patches(ax, x, y, shown, colours, names)
     elif values.dtype == bool:
         shown = np.ma.masked_where(~answered, values.astype(int))
-        _patches(ax, x, y, shown, [_NO, COLOURS[0]], ["no", "yes"])
+        yes = palette.VERDICTS["stable"].light if name in _STABLE else COLOURS[0]
+        _patches(ax, x, y, shown, [_NO, yes], ["no", "yes"])
     elif values.dtype.kind in "iu":
         here = (values >= 0) & answered
         present = np.unique(values[here])
@@ -70,7 +74,7 @@ def _shaded(figure: Figure, ax: Axes, x: Any, y: Any, shown: Any, name: str) -> 
 
     if not shown.count():
         return
-    options: dict[str, Any] = {"cmap": "viridis"}
+    options: dict[str, Any] = {"cmap": ramp(palette.SHARES)}
     bar: dict[str, Any] = {}
     if is_signed(name):
         options, bar = _signed(shown.compressed(), name)
@@ -87,14 +91,15 @@ def _shaded(figure: Figure, ax: Axes, x: Any, y: Any, shown: Any, name: str) -> 
 
 
 def _signed(values: np.ndarray[Any, Any], name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Red where unstable, blue where stable, each side by its own greatest value but not beyond 1."""
+    """Orange where unstable, green where stable, each side by its own greatest value but not beyond 1."""
     from matplotlib.colors import TwoSlopeNorm
 
     low, high = float(-values.min()), float(values.max())
     below, above = (min(1.0, reach) if reach > 1e-12 else 0.0 for reach in (low, high))
     ends = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     below, above = below or above or 1.0, above or below or 1.0
-    options = {"cmap": "RdBu" if "margin" in name else "RdBu_r", "norm": TwoSlopeNorm(0.0, -below, above)}
+    stops = palette.STABILITY if "margin" in name else palette.STABILITY[::-1]
+    options = {"cmap": ramp(stops), "norm": TwoSlopeNorm(0.0, -below, above)}
     return options, {"extend": ends[low > below, high > above], "ticks": _about_zero(below, above)}
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss import palette
+
 if TYPE_CHECKING:
     from percuss.plot.map_axes import Map
 
@@ -14,7 +16,7 @@ __all__ = ["HATCH", "no_value", "words_of"]
 MOST_WORDS = 12
 """Labels with a colour of their own: the most frequent; the others share one."""
 
-HATCH = "#B8B8B8"  # on white: no value
+HATCH = palette.BOTH["none"]  # on white: no value
 
 
 def no_value() -> dict[str, Any]:

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from percuss.plot.canvas import INK, new_figure, style
-from percuss.plot.map_plane import SHADES
+from percuss import palette
+from percuss.model.checks import having, text
+from percuss.plot.canvas import INK, new_figure, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from percuss.model import System
 
 __all__ = ["basins", "experiment"]
 
@@ -26,7 +29,12 @@ _OTHERS = "#B5B5B5"
 _NAMES = {
     "time": "load phase of the start [rad]",
     "velocity": "velocity of the start [bar lengths/rad]",
-    "position": "position [bar lengths]",
+    "position": "position of the start [bar lengths]",
+}
+_SI_NAMES = {
+    "time": "time of the start, from the beginning of a load period [ms]",
+    "velocity": "velocity of the start [m/s]",
+    "position": "position of the start [mm]",
 }
 
 
@@ -47,6 +55,8 @@ class _Starts(Protocol):
     """Starts and where they end: an experiment."""
 
     @property
+    def system(self) -> System: ...
+    @property
     def shares(self) -> Sequence[_Share]: ...
     @property
     def attractor(self) -> np.ndarray[Any, Any]: ...
@@ -57,6 +67,8 @@ class _Starts(Protocol):
 class _Image(Protocol):
     """Basins over a plane."""
 
+    @property
+    def system(self) -> System: ...
     @property
     def shares(self) -> Sequence[_Share]: ...
     @property
@@ -84,13 +96,14 @@ def experiment(found: _Starts, title: str = "") -> Figure:
     >>> len(picture(experiment(system, 200, workers=1)).axes)
     2
     """
+    having("found", found, ("shares", "attractor", "columns"), "what percuss.explore.experiment gives")
+    text("title", title)
     figure = new_figure(10.5, 4.4)
     with style():
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
         _bars(left, found.shares)
         _scatter(right, found)
-        if title:
-            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+        titled(figure, title)
     return figure
 
 
@@ -114,6 +127,8 @@ def basins(found: _Image, title: str = "") -> Figure:
     """
     from matplotlib.colors import ListedColormap
 
+    having("found", found, ("shares", "image", "x", "y"), "what percuss.explore.basins gives")
+    text("title", title)
     figure = new_figure(7.5, 5.0)
     with style():
         ax = figure.add_subplot()
@@ -121,20 +136,29 @@ def basins(found: _Image, title: str = "") -> Figure:
         n = min(len(found.shares), MOST_SHOWN)
         image = np.ma.masked_less(np.minimum(found.image, MOST_SHOWN), 0)
         colours = [_colour(i) for i in range(MOST_SHOWN + 1)]
+        (x, x_name), (y, y_name) = (_axis(name, values, found.system) for name, values in (found.x, found.y))
         ax.pcolormesh(
-            found.x[1], found.y[1], image, shading="nearest", cmap=ListedColormap(colours), vmin=-0.5,
+            x, y, image, shading="nearest", cmap=ListedColormap(colours), vmin=-0.5,
             vmax=MOST_SHOWN + 0.5, rasterized=True,
         )  # fmt: skip
-        ax.set_xlabel(_NAMES.get(found.x[0], found.x[0]))
-        ax.set_ylabel(_NAMES.get(found.y[0], found.y[0]))
+        ax.set_xlabel(x_name)
+        ax.set_ylabel(y_name)
         _legend(ax, found.shares, n)
-        if title:
-            figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+        titled(figure, title)
     return figure
 
 
+def _axis(name: str, values: Any, system: System) -> tuple[np.ndarray[Any, Any], str]:
+    """Values of a start and their name on an axis, in SI where the system has scales."""
+    found = np.asarray(values, dtype=float)
+    if not system.is_si or name not in _SI_NAMES:
+        return found, _NAMES.get(name, name)
+    scales = {"time": 1e3 * system.time_scale, "velocity": system.speed_scale, "position": 1e3 * system.length_scale}
+    return found * scales[name], _SI_NAMES[name]
+
+
 def _colour(i: int) -> str:
-    return SHADES[i] if i < MOST_SHOWN else _OTHERS
+    return palette.AREAS[i] if i < MOST_SHOWN else _OTHERS
 
 
 def _name(shares: Sequence[_Share], i: int) -> str:
@@ -175,11 +199,15 @@ def _scatter(ax: Axes, found: _Starts) -> None:
     vertical, name = (speed if speed.ndim == 1 else speed[:, 0]), "velocity"
     if np.ptp(vertical) == 0.0:
         vertical, name = columns["position"], "position"
+    (time, time_name), (vertical, name) = (
+        _axis("time", columns["time"], found.system),
+        _axis(name, vertical, found.system),
+    )
     step = max(1, -(-number.size // MOST_POINTS))
     size = float(np.clip(3000.0 / (number.size / step), 0.3, 14.0))
     for i in range(min(int(number.max()), MOST_SHOWN), -1, -1):  # the most frequent last, over the others' edges
         here = np.flatnonzero(np.minimum(number, MOST_SHOWN) == i)[::step]
-        ax.scatter(columns["time"][here], vertical[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
-    ax.set_xlabel(_NAMES["time"])
-    ax.set_ylabel(_NAMES[name])
+        ax.scatter(time[here], vertical[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
+    ax.set_xlabel(time_name)
+    ax.set_ylabel(name)
     ax.set_title("(b) starts in the colour of what they lead to")

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss import palette
+from percuss.model.checks import having
 from percuss.plot.axes import Units, units_of
-from percuss.plot.canvas import COLOURS, INK, new_figure, style
+from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
+from percuss.stability import stability_of
+from percuss.steady import SteadyStates, si_report
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
 
-    from percuss.case.answer import OrbitAnswer, SteadyAnswer
+    from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
+    from percuss.model import System
+    from percuss.stability import Stability
+    from percuss.steady import Orbit, SIReport
 
 __all__ = ["steady"]
 
@@ -24,8 +34,8 @@ EDGE = 1.7
 """How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
 
 
-def steady(answer: SteadyAnswer) -> Figure:
-    """Draw a steady answer.
+def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
+    """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
     over one period with the moments of impact and the band of the waveform criterion; (c) the striking end's gap
@@ -42,26 +52,76 @@ def steady(answer: SteadyAnswer) -> Figure:
     >>> from percuss.plot import steady
     >>> len(steady(steady_answer(load_case("laboratory-striker"))).axes) >= 5
     True
+
+    >>> from percuss import Load, System, steady_states
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> len(steady(steady_states(system)).axes) >= 5
+    True
     """
+    if isinstance(answer, SteadyStates):
+        shown: SteadyAnswer | _Answer = _judged(answer)
+    else:
+        having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
+        shown = answer
     figure = new_figure(11.0, 7.0)
-    units = units_of(answer.system)
+    units = units_of(shown.system)
     with style():
         grid = figure.add_gridspec(2, 3)
-        _phases(figure.add_subplot(grid[0, 0]), answer)
-        _load(figure.add_subplot(grid[0, 1]), answer, units)
-        _gap(figure.add_subplot(grid[0, 2]), answer, units)
-        _multipliers(figure.add_subplot(grid[1, 0]), answer)
-        _waves(figure, figure.add_subplot(grid[1, 1:]), answer, units)
-        figure.suptitle(answer.title, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+        _phases(figure.add_subplot(grid[0, 0]), shown)
+        _load(figure.add_subplot(grid[0, 1]), shown, units)
+        _gap(figure.add_subplot(grid[0, 2]), shown, units)
+        _multipliers(figure.add_subplot(grid[1, 0]), shown)
+        _waves(figure, figure.add_subplot(grid[1, 1:]), shown, units)
+        titled(figure, shown.title)
     return figure
 
 
-def _all_orbits(answer: SteadyAnswer) -> list[tuple[str, OrbitAnswer]]:
+@dataclass(frozen=True)
+class _Judged:
+    """An orbit with what is drawn of it."""
+
+    orbit: Orbit
+    stability: Stability
+    si: SIReport | None
+
+    @property
+    def runs(self) -> bool:
+        return self.orbit.admissible and self.stability.stable
+
+
+@dataclass(frozen=True)
+class _Period:
+    states: SteadyStates
+    orbits: tuple[_Judged, ...]
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """Steady states that no case stands behind, as an answer has them."""
+
+    title: str
+    system: System
+    periods: tuple[_Period, ...]
+
+    @property
+    def chosen(self) -> _Judged | None:
+        found = self.periods[0].orbits
+        return min(found, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
+
+
+def _judged(states: SteadyStates) -> _Answer:
+    si = states.system.is_si
+    orbits = tuple(_Judged(one, stability_of(one), si_report(one) if si else None) for one in states.orbits)
+    return _Answer(str(states.system), states.system, (_Period(states, orbits),))
+
+
+def _all_orbits(answer: SteadyAnswer | _Answer) -> list[tuple[str, OrbitAnswer | _Judged]]:
     """Every orbit with the colour of its m."""
-    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(answer.periods) for found in period.orbits]
+    periods: Sequence[PeriodAnswer | _Period] = answer.periods
+    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(periods) for found in period.orbits]
 
 
-def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
+def _marker(found: OrbitAnswer | _Judged, colour: str) -> dict[str, Any]:
     """Solid: stable; open: unstable; cross: cannot happen."""
     if not found.orbit.admissible:
         return {"marker": "x", "markersize": 7, "color": colour, "markeredgewidth": 1.8}
@@ -76,37 +136,46 @@ def _phase_axis(axes: Any) -> None:
     axes.set_xlabel("phase of the load")
 
 
-def _phases(axes: Any, answer: SteadyAnswer) -> None:
+def _phases(axes: Any, answer: SteadyAnswer | _Answer) -> None:
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
-    states = answer.periods[0].states
-    axes.plot(phases, states.rigid_velocity(phases), color=INK)
-    for i, period in enumerate(answer.periods):
+    periods: Sequence[PeriodAnswer | _Period] = answer.periods
+    curve = periods[0].states.rigid_velocity(phases)
+    axes.plot(phases, curve, color=INK)
+    low, high = _limits(curve, [period.states.level for period in periods])
+    beyond = []
+    for i, period in enumerate(periods):
         colour = COLOURS[i % len(COLOURS)]
         level = period.states.level
-        label = f"level, m = {period.states.periods}" if len(answer.periods) <= 6 else None
+        if not low < level < high:
+            beyond.append(str(period.states.periods))
+            continue
+        label = f"level, m = {period.states.periods}" if len(periods) <= 6 else None
         axes.axhline(level, color=colour, linestyle="--", linewidth=1.1, label=label)
         for found in period.orbits:
-            axes.plot([found.orbit.phase], [level], **_marker(found, colour))
-    axes.set_ylim(*_limits([states.rigid_velocity(phases)], [period.states.level for period in answer.periods]))
+            axes.plot([found.orbit.phase], [level], clip_on=False, zorder=3, **_marker(found, colour))
+    if beyond:
+        axes.plot([], [], " ", label=f"m = {', '.join(beyond[:6])}{', …' * (len(beyond) > 6)}: far above")
     axes.set_title("(a) impact phases: where $v_f$ meets the level")
-    axes.set_ylabel("$v_f$, dimensionless")
+    axes.set_ylabel("$v_f$ [dimensionless]")
     _phase_axis(axes)
     for text, key in (("stable", {"markerfacecolor": INK}), ("unstable", {"markerfacecolor": "white"})):
         axes.plot([], [], "o", color=INK, label=text, **key)
     axes.plot([], [], "x", color=INK, label="not possible")
-    axes.legend(loc="best")
+    rows = (len(axes.get_legend_handles_labels()[0]) + 1) // 2
+    axes.set_ylim(low - 0.09 * rows * (high - low), high)  # room below the curve, where nothing is drawn
+    axes.legend(loc="lower center", ncols=2)
 
 
-def _limits(curves: list[Any], levels: list[float]) -> tuple[float, float]:
-    """Limits that show the curves whole and those levels that are not far off."""
-    low, high = float(min(np.min(c) for c in curves)), float(max(np.max(c) for c in curves))
+def _limits(curve: Any, levels: list[float]) -> tuple[float, float]:
+    """Limits that show the curve whole and those levels that are not far off."""
+    low, high = float(np.min(curve)), float(np.max(curve))
     span = (high - low) or 1.0
     near = [level for level in levels if low - span < level < high + span]
     low, high = min([low, *near]), max([high, *near])
     return low - 0.1 * span, high + 0.1 * span
 
 
-def _load(axes: Any, answer: SteadyAnswer, units: Units) -> None:
+def _load(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
     load = answer.system.load
     phases, values = _load_curve(answer)
     axes.plot(phases, values * units.force, color=INK)
@@ -118,7 +187,7 @@ def _load(axes: Any, answer: SteadyAnswer, units: Units) -> None:
         axes.axhspan(lower, upper, color=COLOURS[2], alpha=0.15, linewidth=0, label="stable if the blow falls here")
     for colour, found in shown:
         force = float(load.value(found.orbit.phase)) * units.force
-        axes.plot([found.orbit.phase], [force], **_marker(found, colour))
+        axes.plot([found.orbit.phase], [force], clip_on=False, zorder=3, **_marker(found, colour))
     axes.set_title("(b) load, with the moments of impact")
     axes.set_ylabel(units.force_label)
     _phase_axis(axes)
@@ -126,7 +195,7 @@ def _load(axes: Any, answer: SteadyAnswer, units: Units) -> None:
         axes.legend(loc="best")
 
 
-def _load_curve(answer: SteadyAnswer) -> tuple[Any, Any]:
+def _load_curve(answer: SteadyAnswer | _Answer) -> tuple[Any, Any]:
     """The load over one period; both values where it jumps."""
     load = answer.system.load
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
@@ -141,7 +210,7 @@ def _load_curve(answer: SteadyAnswer) -> tuple[Any, Any]:
     return phases, values
 
 
-def _gap(axes: Any, answer: SteadyAnswer, units: Units) -> None:
+def _gap(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
     axes.set_title("(c) the striking end between two blows")
     axes.set_xlabel(units.time_label)
     axes.set_ylabel(units.length_label)
@@ -166,7 +235,7 @@ def _gap(axes: Any, answer: SteadyAnswer, units: Units) -> None:
         axes.legend(loc="lower center", ncols=2)
 
 
-def _multipliers(axes: Any, answer: SteadyAnswer) -> None:
+def _multipliers(axes: Any, answer: SteadyAnswer | _Answer) -> None:
     circle = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
     axes.fill(circle.real, circle.imag, color=COLOURS[2], alpha=0.12, linewidth=0)
     axes.plot(circle.real, circle.imag, color=INK, linewidth=0.9)
@@ -204,14 +273,17 @@ def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
         axes.annotate(text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow)
 
 
-def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> None:
+def _waves(figure: Figure, axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
     chosen = answer.chosen
     if chosen is None:
         axes.set_title("(e) waves in the bar")
         _nothing(axes)
         return
     orbit = chosen.orbit
-    axes.set_title(f"(e) {units.stress_label.split(' [')[0]} along the bar between two blows, φ = {orbit.phase:.3f}")
+    what = units.stress_label.split(" [")[0]
+    peak = "" if chosen.si is None else f", {chosen.si.peak_stress_MPa:.0f} MPa at first contact,"
+    title = f"(e) {what} along the bar between two blows, φ = {orbit.phase:.3f}"
+    axes.set_title(f"{title}\nthe {what} of the blow itself{peak} is not in it")
     x = np.linspace(0.0, 1.0, 101)
     t = np.linspace(0.0, orbit.period, 600)
     field = orbit.strain(x, t) * units.stress
@@ -222,14 +294,14 @@ def _waves(figure: Figure, axes: Any, answer: SteadyAnswer, units: Units) -> Non
         aspect="auto",
         origin="lower",
         interpolation="bilinear",
-        cmap="RdBu",
+        cmap=ramp(palette.STRAIN),
         vmin=-size,
         vmax=size,
     )
     axes.set_xlabel(units.time_label)
     si = answer.system.is_si
     axes.set_ylabel("from the driven end [mm]" if si else "x (0 driven end, 1 striking end)")
-    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, compression negative", pad=0.01)
+    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, {palette.SIGN}", pad=0.01)
 
 
 def _nothing(axes: Any) -> None:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from percuss import palette
+from percuss.model.checks import having
 from percuss.plot.axes import Units, units_of
-from percuss.plot.canvas import COLOURS, INK, new_figure, style
+from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
 from percuss.plot.window import Window, window_of
 
 if TYPE_CHECKING:
@@ -31,6 +33,10 @@ _MARKS = {
     "rest": ("v", COLOURS[0], 6.0),
     "release": ("^", COLOURS[2], 6.0),
 }
+
+
+_RAISED = {"chatter": 7.0, "rest": 14.0, "release": 14.0}
+"""Points above the wall: a chatter ends where rest begins, and neither is to hide the impacts before it."""
 
 
 class _Titled(Protocol):
@@ -74,14 +80,17 @@ def trajectory(motion: Trajectory | _Titled) -> Figure:
         _portrait(figure.add_subplot(grid[1, 1]), window, units)
         _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
         name = f"{title} — {motion.label}" if title else motion.label
-        figure.suptitle(name, x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+        titled(figure, name)
     return figure
 
 
 def _parts(shown: Trajectory | _Titled) -> tuple[str, Trajectory]:
     from percuss.simulate import Trajectory
 
-    return ("", shown) if isinstance(shown, Trajectory) else (shown.title, shown.motion)
+    if isinstance(shown, Trajectory):
+        return "", shown
+    having("motion", shown, ("title", "motion"), "a Trajectory, or the answer that holds one")
+    return shown.title, shown.motion
 
 
 def _clock(motion: Trajectory, units: Units, span: float) -> tuple[float, str]:
@@ -93,6 +102,8 @@ def _clock(motion: Trajectory, units: Units, span: float) -> tuple[float, str]:
 
 
 def _gap(axes: Any, window: Window, units: Units) -> None:
+    from matplotlib.transforms import offset_copy
+
     motion = window.motion
     clock, label = _clock(motion, units, window.last)
     _wall(axes)
@@ -101,11 +112,12 @@ def _gap(axes: Any, window: Window, units: Units) -> None:
         times = window.events.of(kind).time
         if times.size:
             key = {"marker": marker, "color": colour, "markersize": size, "linestyle": "none", "clip_on": False}
-            axes.plot(times * clock, np.zeros(times.size), label=kind, zorder=3, **key)
+            place = offset_copy(axes.transData, axes.figure, y=_RAISED.get(kind, 0.0), units="points")
+            axes.plot(times * clock, np.zeros(times.size), label=kind, zorder=3, transform=place, **key)
     if len(window.events):
         axes.legend(loc="lower right", ncols=5)
         low = float(window.gap.min()) * units.length
-        axes.set_ylim(1.25 * low if low < 0.0 else -1.0, -0.06 * low if low < 0.0 else 0.06)
+        axes.set_ylim(1.25 * low if low < 0.0 else -1.0, -0.16 * low if low < 0.0 else 0.16)
     else:
         _nothing(axes, "no impact in the time that was followed", 0.06)
     _time_axis(axes, window.first, window.last, clock, few=False)
@@ -172,6 +184,7 @@ def _scatter(axes: Any, motion: Trajectory, units: Units, size: float, place: Ca
         return
     for part, colour, name in _parts_of(motion):
         look = {"markersize": size, "markeredgewidth": 0.0, "rasterized": len(part) > 5000, "label": name or None}
+        look |= {"clip_on": not len(part), "zorder": 3}  # bounces lie on the axis
         axes.plot(place(part), part.impact_velocity * units.speed, "o", color=colour, **look)
     axes.set_ylim(bottom=0.0)
 
@@ -200,7 +213,7 @@ def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
         axes.set_ylabel("kinetic energy [J]" if motion.system.is_si else "kinetic energy")
         return
     what = units.stress_label.split(" [")[0]
-    axes.set_title(f"(e) {what} along the bar, the end of (a)")
+    axes.set_title(f"(e) {what} along the bar, the end of (a),\nwithout that of the blows")
     if window.last <= window.first:
         _nothing(axes, "nothing has moved")
         return
@@ -213,13 +226,13 @@ def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
         aspect="auto",
         origin="lower",
         interpolation="bilinear",
-        cmap="RdBu",
+        cmap=ramp(palette.STRAIN),
         vmin=-size,
         vmax=size,
     )
     _time_axis(axes, first, last, clock)
     axes.set_ylabel("from the driven end [mm]" if motion.system.is_si else "x (0 driven end, 1 striking end)")
-    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, compression negative", pad=0.01)
+    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, {palette.SIGN}", pad=0.01)
 
 
 def _nothing(axes: Any, text: str, height: float = 0.5) -> None:
