@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from percuss.cli.parser import UsageError
+from percuss.cli.terminal import neutral_streams
 from percuss.errors import Interrupted, PercussError
 
 __all__ = ["COMMANDS", "run"]
@@ -17,13 +18,13 @@ COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "simulate": "how a hammer moves from a start, impact by impact",
     "sweep": "quantities over a parameter or a plane: maps",
-    "experiment": "random starts, and what share of them ends in which motion",
-    "basins": "a plane of starts, and what motion each leads to",
-    "serve": "the workbench: a page to move sliders, see and hear the hammer",
+    "experiment": "random starts, and the share of them that ends in each motion",
+    "basins": "a plane of starts, and the motion that each leads to",
+    "serve": "the workbench: a page with sliders, to see and hear the hammer",
     "machines": "the catalogue of sample cases",
     "new": "a commented sample case to start from",
-    "paper": "the figures and claims of the 1977 paper, made again",
-    "show": "what is in an archive, and how far it is",
+    "paper": "the figures and claims of the 1977 paper, reproduced",
+    "show": "what is in an archive, and how complete it is",
     "export": "an archive as one file, NetCDF or CSV",
 }
 """Each command is the module of its name, with ``run(arguments) -> exit code``, or what `_ELSEWHERE` says."""
@@ -57,8 +58,14 @@ def run(arguments: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal without Greek letters is no reason to fail
+    with neutral_streams():
+        return _run(list(arguments))
+
+
+def _run(arguments: list[str]) -> int:
+    """The command, and an exit code for whatever stops it."""
     try:
-        code = _dispatch(list(arguments))
+        code = _dispatch(arguments)
         if sys.stdout is not None:  # None when it was closed (percuss … >&-)
             sys.stdout.flush()
         return code
@@ -73,7 +80,7 @@ def run(arguments: Sequence[str]) -> int:
         print(*(f"percuss: error: {line}" for line in lines), sep="\n", file=sys.stderr)
         return 2
     except MemoryError:
-        print("percuss: error: not enough memory for this question", file=sys.stderr)
+        print("percuss: error: not enough memory for this computation", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # The reader has seen enough (as in `percuss machines | head -1`): no complaint, also not when Python
@@ -114,4 +121,4 @@ def _unknown(word: str) -> str:
     if not hint and (word.endswith(".toml") or os.path.exists(word)):
         hint = f"to analyse a case: percuss steady {word}"
     hint = hint or "see 'percuss --help'"
-    return f"unknown command '{word}'; there are {', '.join(COMMANDS)} — {hint}"
+    return f"unknown command '{word}'; the commands are {', '.join(COMMANDS)} — {hint}"

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 __all__ = ["archive_report", "export", "show"]
 
 _SHOW = """\
-What is in an archive that 'percuss sweep' or 'percuss experiment' writes: what was asked, how far it is, by which
-versions, and how to go on with it. It may be looked at while it is being written."""
+What is in an archive that 'percuss sweep' or 'percuss experiment' writes: what was asked for, how complete it is,
+which versions wrote it, and how to continue it. You can look at an archive while it is being written."""
 
 _SHOW_EXAMPLES = """\
   percuss show map.zarr
@@ -25,7 +25,7 @@ _SHOW_EXAMPLES = """\
 
 _EXPORT = """\
 Write what an archive holds into one file: NetCDF with named coordinates and units, or CSV with a line for each item.
-Of an archive that is not complete, what is not done is NaN, or −1 in columns of whole numbers."""
+Items that an incomplete archive lacks are NaN, or −1 in columns of whole numbers."""
 
 _EXPORT_EXAMPLES = """\
   percuss export map.zarr -o map.nc
@@ -37,7 +37,7 @@ _KINDS = (".nc", ".csv")
 def show(arguments: Sequence[str]) -> int:
     """Tell of one archive; returns the exit code."""
     parser = Parser("show", _SHOW, _SHOW_EXAMPLES)
-    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o made")
+    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o created")
     parser.add_argument("--json", action="store_true", help="print all of it as JSON, the whole question included")
     options = parser.parsed(arguments)
 
@@ -58,7 +58,7 @@ def show(arguments: Sequence[str]) -> int:
 def export(arguments: Sequence[str]) -> int:
     """Write one archive into one file; returns the exit code."""
     parser = Parser("export", _EXPORT, _EXPORT_EXAMPLES)
-    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o made")
+    parser.add_argument("archive", metavar="ARCHIVE", help="the folder that -o created")
     parser.add_argument("-o", "--output", metavar="FILE", required=True, help=f"the file, {' or '.join(_KINDS)}")
     options = parser.parsed(arguments)
     if not options.output.lower().endswith(_KINDS):
@@ -83,7 +83,7 @@ def archive_report(archive: Archive, name: str) -> Report:
     from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
-    sections: list[Section | Grid] = [Section("what was asked", tuple(_asked(archive)))]
+    sections: list[Section | Grid] = [Section("what was asked for", tuple(_asked(archive)))]
     if axes := _axes(archive):
         sections.append(axes)
     sections += [_columns(archive), Section("how it was made", tuple(_origin(archive)))]
@@ -93,10 +93,10 @@ def archive_report(archive: Archive, name: str) -> Report:
         how = (
             again
             if again.startswith("percuss ")
-            else f"the same with --resume (resume=True){': ' if again else ''}{last}"
+            else f"the same command with --resume (resume=True){': ' if again else ''}{last}"
         )
         waits = "wait: a process is writing it" if archive.is_written else how
-        sections.append(Section("to go on", (("command", waits),), BAD))
+        sections.append(Section("to continue", (("command", waits),), BAD))
     summary = "complete" if complete else f"{_how_far(archive)}{', being written' if archive.is_written else ''}"
     return Report(f"{name}: {archive.kind}", summary, GOOD if complete else PLAIN, tuple(sections))
 
@@ -162,7 +162,7 @@ def _columns(archive: Archive) -> Section:
 def _origin(archive: Archive) -> list[tuple[str, str]]:
     chunks = len(archive.done)
     rows = [
-        ("begun", archive.created),
+        ("started", archive.created),
         ("versions", ", ".join(f"{name} {number}" for name, number in archive.versions.items())),
         ("chunks", f"{int(archive.done.sum())} of {chunks} done, {archive.chunk} items each"),
         ("asked, SHA-256", archive.sha256),

@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from collections.abc import Callable
 from typing import Any
 
-__all__ = ["events", "start_keys", "time_or_text", "whole"]
+__all__ = ["events", "start_keys", "time_or_text", "up_to", "whole"]
+
+_MOST = 10**9
 
 
 def whole(text: str) -> int:
@@ -18,9 +21,24 @@ def whole(text: str) -> int:
     >>> whole("2000")
     2000
     """
-    if not re.fullmatch(r"\d{1,10}", text, re.ASCII) or int(text) > 10**9:
-        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 to {10**9}")
-    return int(text)
+    return up_to(_MOST)(text)
+
+
+def up_to(most: int, beyond: str = "") -> Callable[[str], int]:
+    """The kind of a whole number from 0 to `most`; `beyond` is said to those who want more.
+
+    Examples
+    --------
+    >>> up_to(1000)("24")
+    24
+    """
+
+    def kind(text: str) -> int:
+        if not re.fullmatch(r"\d{1,10}", text, re.ASCII) or int(text) > most:
+            raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 to {most}{beyond}")
+        return int(text)
+
+    return kind
 
 
 def time_or_text(text: str) -> float | str:

@@ -17,8 +17,8 @@ __all__ = ["run"]
 _DESCRIPTION = """\
 A plane of starts, each followed until its motion is found: the basins of attraction as an image. The axes are two of
 position (of the striking end, the wall is at 0), velocity and time (load phase in radians), or modal amplitudes u_1,
-u_2, …, v_1, v_2, …; all dimensionless, and 0 where nothing is said. For a case in SI position, velocity and time may
-have units; the axes of the result are dimensionless all the same."""
+u_2, …, v_1, v_2, …; all dimensionless, and 0 unless given. For a case in SI, position, velocity and time may
+have units; the axes of the result are dimensionless even then."""
 
 _EXAMPLES = """\
   percuss basins hydraulic-drifter --x "time=0:16.6 ms:200" --y "velocity=-12:0 m/s:150" --modes 0 --plot basins.png
@@ -34,10 +34,10 @@ def _parser() -> Parser:
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--x", metavar="RANGE", required=True, help="the horizontal axis: time=0:6.28:200")
-    add("--y", metavar="RANGE", required=True, help="the vertical one: velocity=-6:0:150")
+    add("--y", metavar="RANGE", required=True, help="the vertical axis: velocity=-6:0:150")
     add("--at", metavar="VALUES", type=_values, default={}, help="what all starts share: position=-1,time=0.3")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
-    add("--impacts", metavar="N", type=whole, help="the most impacts of a start (default: the case's, or 2000)")
+    add("--impacts", metavar="N", type=whole, help="the most impacts per start (default: the case's, or 2000)")
     add("--json", action="store_true", help="print the image and its attractors as JSON")
     add("--plot", metavar="FILE", help=f"draw the image: {', '.join(PICTURES)}")
     add_carrying(parser)
@@ -69,7 +69,7 @@ def run(arguments: Sequence[str]) -> int:
     if options.plot is not None:
         check_picture(parser, options.plot)
     if options.impacts == 0:
-        parser.error("argument --impacts: one impact at least")
+        parser.error("argument --impacts: at least one impact")
     case = named_case(options.case)
     x, y = Axis.parsed(options.x), Axis.parsed(options.y)
     job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)

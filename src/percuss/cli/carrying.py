@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import sys
@@ -11,10 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.numerals import number
 from percuss.cli.arguments import whole
 from percuss.cli.files import need
-from percuss.cli.numbers import number
 from percuss.errors import Interrupted, PercussError
+from percuss.notebook import duration
 
 if TYPE_CHECKING:
     import argparse
@@ -23,13 +25,13 @@ if TYPE_CHECKING:
     from percuss.explore.carry.progress import JobProgress
     from percuss.explore.job import Columns, Job
 
-__all__ = ["Watch", "add_carrying", "carried", "carrying", "check_carrying", "duration"]
+__all__ = ["Watch", "add_carrying", "carried", "carrying", "check_carrying", "watching"]
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
 
 FIRST_LINE = 10.0
-"""Seconds before the first line of progress in a log file; the next ones come at intervals that grow with the time."""
+"""Seconds of work before the first line of progress in a log file; the next ones come at growing intervals."""
 
 MOST_SECONDS = 3600.0
 MOST_BYTES = 10 * 10**9
@@ -45,11 +47,11 @@ SCHEDULER_TIMEOUT = 10.0
 def add_carrying(parser: Parser) -> None:
     """The options of a long command."""
     add = parser.add_argument
-    add("-o", "--output", metavar="ARCHIVE", help="keep what is done in this folder (name.zarr), for --resume")
-    add("--resume", action="store_true", help="go on with the archive of -o; begin it when there is none")
+    add("-o", "--output", metavar="ARCHIVE", help="save finished work in this folder (name.zarr), for --resume")
+    add("--resume", action="store_true", help="continue the archive given by -o; start it if there is none")
     add("--workers", metavar="N", type=whole, help="processes on this machine (default: all cores)")
     add("--scheduler", metavar="ADDRESS", help="compute on a dask cluster instead: tcp://host:8786")
-    add("--yes", action="store_true", help="begin also what takes more than an hour or 10 GB")
+    add("--yes", action="store_true", help="start even if it takes more than an hour or 10 GB")
 
 
 def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
@@ -57,7 +59,7 @@ def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
     if options.workers is not None and options.workers < 1:
         parser.error("argument --workers: a whole number, 1 or greater")
     if options.workers is not None and options.scheduler is not None:
-        parser.error("argument --scheduler: it does not go with --workers: the cluster has its own")
+        parser.error("argument --scheduler: not allowed with --workers: the cluster has its own workers")
     if options.scheduler is not None:
         need("distributed", "cluster")
     if options.output is None:
@@ -66,7 +68,7 @@ def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
         return
     need("zarr", "io")
     if os.path.splitext(options.output)[1].lower() in (".nc", ".csv", ".json", ".toml"):
-        remedy = "an archive is a folder, name it .zarr; 'percuss export' makes one NetCDF or CSV file of it"
+        remedy = "an archive is a folder: name it .zarr; 'percuss export' turns it into one NetCDF or CSV file"
         parser.error(f"argument -o: '{options.output}': {remedy}")
     if not options.resume:
         from percuss.explore.carry.archive import check_free
@@ -110,6 +112,13 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
                 running["pool"].close()
 
 
+@contextmanager
+def watching(parser: Parser) -> Iterator[Watch]:
+    """A progress bar, and an end by Ctrl-C, for what is computed after a map and kept nowhere."""
+    with _listening(Watch(parser.prog.rpartition(" ")[2], True)) as watch:
+        yield watch
+
+
 class Watch:
     """The progress callback: a bar for a person, now and then a line for a log file, and the end after Ctrl-C.
 
@@ -126,9 +135,10 @@ class Watch:
         self._what, self._agreed = what, agreed
         self._seen = sys.stderr is not None and sys.stderr.isatty()
         self._since = self._heard = time.monotonic()
-        self._next_line = self._since + FIRST_LINE
+        self._next_line = math.inf  # until the work begins: preparing, such as compiling, says nothing of its pace
         self._bar: Any = None
         self._task: Any = None
+        self._damage_told = False
         self._note = threading.Timer(PREPARING, _tell_of_preparing)
         self._note.daemon = True
         if self._seen:
@@ -136,11 +146,14 @@ class Watch:
 
     def __call__(self, progress: JobProgress) -> bool:
         self._heard = now = time.monotonic()
+        self._tell_of_damage(progress.damaged)
         if progress.rate == progress.rate:  # until it is known, nothing is to be told
             self._note.cancel()
             self._agree(progress)
             if self._seen and now - self._since > PATIENCE:
                 self._draw(progress)
+            elif self._next_line == math.inf:
+                self._next_line = now + FIRST_LINE
             elif not self._seen and now >= self._next_line:
                 self._next_line = now + max(FIRST_LINE, 0.1 * (now - self._since))
                 print(f"percuss: {self._what}: {_line(progress)}", file=sys.stderr, flush=True)
@@ -166,8 +179,15 @@ class Watch:
         if progress.seconds_left > MOST_SECONDS or progress.bytes > MOST_BYTES:
             takes = f"about {duration(progress.seconds_left)} and {_size(progress.bytes)}"
             told = f"{progress.size - progress.done} items would take {takes}"
-            raise PercussError(told, "ask for fewer, or say --yes when it is meant")
+            raise PercussError(told, "ask for fewer, or add --yes to start anyway")
         self._agreed = True
+
+    def _tell_of_damage(self, chunks: int) -> None:
+        """Once, before anything is drawn."""
+        if chunks and not self._damage_told:
+            what = "1 chunk of the archive was" if chunks == 1 else f"{chunks} chunks of the archive were"
+            print(f"percuss: note: {what} damaged and will be recomputed", file=sys.stderr, flush=True)
+        self._damage_told = True
 
     def _draw(self, progress: JobProgress) -> None:
         if self._bar is None:
@@ -191,31 +211,17 @@ def _to_go_on(stop: Interrupted, archived: bool) -> str:
     from percuss.explore.carry.provenance import command
 
     if stop.archive is None:
-        return "nothing is written yet" if archived else "-o ARCHIVE would keep what is done, for --resume"
+        return "nothing has been written yet" if archived else "-o ARCHIVE saves finished work, for --resume"
     line = command(sys.argv)
     if not line.startswith("percuss "):
-        return "go on by the same command with --resume"
-    return f"go on by: {line}{'' if '--resume' in sys.argv else ' --resume'}"
+        return "to continue, give the same command with --resume"
+    return f"to continue: {line}{'' if '--resume' in sys.argv else ' --resume'}"
 
 
 def _line(progress: JobProgress) -> str:
     left = f", {duration(progress.seconds_left)} left" if progress.seconds_left == progress.seconds_left else ""
     done = f"{int(1000.0 * progress.fraction) / 10.0:g} %"
     return f"{done}, {progress.done} of {progress.size}, {number(progress.rate, 3)}/s{left}"
-
-
-def duration(seconds: float) -> str:
-    """A time for people.
-
-    Examples
-    --------
-    >>> duration(42.3), duration(150), duration(9000), duration(864000), duration(1e12)
-    ('42 s', '2.5 min', '2.5 h', '10 days', '3.17e+04 years')
-    """
-    for size, name in ((365.0 * 86400.0, "years"), (86400.0, "days"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 1.5 * size:
-            return f"{number(seconds / size, 3 if seconds > 100.0 * size else 2)} {name}"
-    return f"{seconds:.0f} s"
 
 
 def _size(bytes_: int) -> str:
@@ -226,7 +232,7 @@ def _size(bytes_: int) -> str:
 
 
 def _tell_of_preparing() -> None:
-    text = "percuss: preparing; when kernels must be compiled up to a minute, later runs take them from a cache"
+    text = "percuss: preparing; compiling the kernels can take up to a minute, later runs take them from a cache"
     print(text, file=sys.stderr, flush=True)
 
 

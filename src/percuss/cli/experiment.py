@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 __all__ = ["run"]
 
 _DESCRIPTION = """\
-Random starts, each followed until its motion is found: what share of them ends in which motion, with intervals of 95 %.
+Random starts, each followed until its motion is found: the share that ends in each motion, with 95 % intervals.
 The same seed gives the same numbers on any machine with any number of workers.
 
-distributions: wall, on the wall, leaving with |N(0, 1)| times the speed of one impact per load period; field, anywhere
-from 20 bar lengths off, velocity 5 N(0, 1); gentle, on the wall, leaving with 0 to 0.2; each at any load phase. Or a
-file of starts: CSV, .npz or .nc with columns among position, velocity and time, or u_0, u_1, …, v_0, v_1, …, time."""
+distributions: wall, on the wall, leaving with |N(0, 1)| times the speed of one impact per load period; field, up to
+20 bar lengths off the wall, velocity 5 N(0, 1); gentle, on the wall, leaving with 0 to 0.2; each at any load phase. Or
+a file of starts: CSV, .npz or .nc with columns among position, velocity and time, or u_0, u_1, …, v_0, v_1, …, time."""
 
 _EXAMPLES = """\
   percuss experiment hydraulic-drifter --starts 1000
@@ -37,9 +37,9 @@ def _parser() -> Parser:
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--starts", metavar="N", type=whole, help="how many (default: 100000, or all of a file)")
     add("--distribution", metavar="NAME", default="wall", help="wall, field, gentle or a FILE of starts (default wall)")
-    add("--seed", metavar="S", type=whole, default=0, help="of the random numbers (default 0)")
+    add("--seed", metavar="S", type=whole, default=0, help="seed of the random numbers (default 0)")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
-    add("--impacts", metavar="N", type=whole, help="the most impacts of a start (default: the case's, or 2000)")
+    add("--impacts", metavar="N", type=whole, help="the most impacts per start (default: the case's, or 2000)")
     add("--json", action="store_true", help="print the shares as JSON")
     add("--plot", metavar="FILE", help=f"draw the shares and the starts: {', '.join(PICTURES)}")
     add_carrying(parser)
@@ -56,7 +56,7 @@ def run(arguments: Sequence[str]) -> int:
         check_picture(parser, options.plot)
     for name, value in (("starts", options.starts), ("impacts", options.impacts)):
         if value == 0:
-            parser.error(f"argument --{name}: one {name.removesuffix('s')} at least")
+            parser.error(f"argument --{name}: at least one {name.removesuffix('s')}")
     case = named_case(options.case)
     job = experiment_job_of(
         case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.parser import Parser
 
-__all__ = ["PICTURES", "check_picture", "check_target", "named_case", "need", "tell_made"]
+__all__ = ["PICTURES", "as_typed", "check_picture", "check_table", "check_target", "named_case", "need", "tell_made"]
 
 PICTURES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
@@ -26,6 +27,15 @@ def check_picture(parser: Parser, path: str) -> None:
     need("matplotlib", "plot")
 
 
+def check_table(parser: Parser, path: str) -> None:
+    """Refuse what no table is written to, before anything is computed; other programs know one by its name."""
+    if not path.lower().endswith(".csv"):
+        printed = " ('--json' prints the values)" if path == "-" else ""
+        parser.error(f"argument --csv: '{path}': give the name of a file that ends in .csv{printed}")
+    check_target(parser, "--csv", path)
+    need("xarray", "io")
+
+
 def check_target(parser: Parser, option: str, path: str) -> None:
     """Refuse a place where no file can be written."""
     folder = os.path.dirname(path) or "."
@@ -35,7 +45,8 @@ def check_target(parser: Parser, option: str, path: str) -> None:
         parser.error(f"argument {option}: '{path}' is a directory")
     if os.path.exists(path) and not os.path.isfile(path):
         parser.error(f"argument {option}: '{path}' is not a regular file")
-    if not os.access(path if os.path.exists(path) else folder, os.W_OK):
+    place = os.path.dirname(os.path.realpath(path))  # a file is written beside its place, and then takes it
+    if not os.access(place, os.W_OK) or (os.path.exists(path) and not os.access(path, os.W_OK)):
         parser.error(f"argument {option}: '{path}' cannot be written")
 
 
@@ -80,6 +91,11 @@ def named_case(name: str) -> Case:
         what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
         raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
     return Case.read(name)
+
+
+def as_typed(name: str) -> str:
+    """The name of a case as it is to be typed again: '-' for standard input, quoted where a shell needs it."""
+    return "-" if name == "<stdin>" else shlex.quote(name)
 
 
 def _entries(folder: str) -> list[str]:

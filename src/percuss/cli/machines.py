@@ -25,7 +25,7 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
 
     from percuss.case.catalogue import MACHINES
-    from percuss.cli.numbers import quantity
+    from percuss.case.numerals import quantity
 
     if options.json:
         import json

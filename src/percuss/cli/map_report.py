@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.clocked import clock_in_short, clock_note
+from percuss.case.numerals import counted as _counted
+from percuss.case.numerals import number, percent
 from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.numbers import number, percent
 from percuss.explore.quantities import CELL_OUTCOMES, needs
 
 if TYPE_CHECKING:
     from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
+    from percuss.explore.ranges import Range
     from percuss.model import System
 
 __all__ = ["basins_report", "experiment_report", "sweep_report"]
 
 _MOST_LABELS = 6
+_MOST_ROWS = 40
 
 
-def sweep_report(title: str, found: Sweep, curves: Boundaries | None = None) -> Report:
-    """What a map holds, quantity by quantity."""
+def sweep_report(
+    title: str,
+    found: Sweep,
+    curves: Boundaries | None = None,
+    ranges: Mapping[str, Sequence[Range]] | None = None,
+) -> Report:
+    """What a map holds, quantity by quantity; along one axis where it is stable, and its values as a table."""
     cells = int(np.prod([len(axis) for axis in found.axes]))
     over = " and ".join(axis.name for axis in found.axes)
     sections: list[Section | Grid] = [Section("Map", _map_rows(found, cells))]
     sections.append(Section("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
+    if ranges:
+        (axis,) = found.axes
+        told = tuple((name, _ranges(axis, parts)) for name, parts in ranges.items())
+        sections.append(Section(f"Along {axis.name}", told))
     if curves is not None:
         sections.append(Section("Boundaries", _curve_rows(curves)))
+    if len(found.axes) == 1:
+        sections.append(_table(found))
     return Report(title, f"{_counted(cells, 'cell')} over {over}.", PLAIN, tuple(sections))
 
 
@@ -37,7 +52,10 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     of_orbits = asked & {"orbits", "exact"} and all(axis.name != "m" for axis in found.axes)
     per_impact = f"{_counted(found.ask['periods'], 'load period')} per impact" if of_orbits else ""
     if asked & {"exact", "simulation", "lyapunov"}:
-        rows.append(("modes", f"{found.ask['modes']}{'; ' if per_impact else ''}{per_impact}"))
+        told = str(found.ask["modes"])
+        if "simulated" in found.ask:
+            told += f", simulated with {found.ask['simulated']}"
+        rows.append(("modes", f"{told}{'; ' if per_impact else ''}{per_impact}"))
     elif per_impact:
         rows.append(("periods", per_impact))
     codes, counts = np.unique(found["outcome"], return_counts=True)
@@ -98,6 +116,50 @@ def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: 
     return (", ".join(told) + ("" if answered.all() else f", of {whose}")) if told else "nowhere"
 
 
+def _ranges(axis: Axis, parts: Sequence[Range]) -> str:
+    """Where it is so; an end that is not the axis' is solved for, and has more digits."""
+    if not parts:
+        return "nowhere"
+    unit = f" {axis.unit}" if axis.unit else ""
+    if len(parts) == 1 and not parts[0].opens and not parts[0].closes:
+        return "everywhere"
+    return "; ".join(
+        f"{number(part.first, 6)} to {number(part.last, 6)}{unit}"
+        if part.first != part.last
+        else f"at {number(part.first, 6)}{unit}"
+        for part in parts
+    )
+
+
+def _table(found: Sweep) -> Grid:
+    """A line for each value of the axis, of many for some at even distances."""
+    (axis,) = found.axes
+    n = len(axis)
+    rows = np.unique(np.linspace(0, n - 1, min(n, _MOST_ROWS)).round().astype(int))
+    names = [name for name in found.quantities if found[name].ndim == 1]
+    failed = bool((found["outcome"] > 1).any())
+    units = [axis.unit, *(found.columns[name].unit if name in found.columns else "" for name in names)]
+    head = tuple(f"{name} [{unit}]" if unit else name for name, unit in zip([axis.name, *names], units, strict=True))
+    cells = [[number(float(value), 6) for value in axis.values[rows]], *(_cells(found, name, rows) for name in names)]
+    if failed:
+        head, cells = (*head, "outcome"), [*cells, _cells(found, "outcome", rows)]
+    some = "" if rows.size == n else f" ({rows.size} of {n}; --csv FILE writes all)"
+    return Grid(f"Values{some}", head, tuple(zip(*cells, strict=True)))
+
+
+def _cells(found: Sweep, name: str, rows: np.ndarray[Any, Any]) -> list[str]:
+    values = found[name][rows]
+    if name in found.words:
+        return [(*found.words[name], "")[value] or "-" for value in values.tolist()]
+    if values.dtype == bool:
+        return ["yes" if value else "no" for value in values.tolist()]
+    if values.dtype.kind == "U":
+        return [value or "-" for value in values.tolist()]
+    if values.dtype.kind == "f":
+        return ["-" if np.isnan(value) else number(value) for value in values.tolist()]
+    return ["-" if value < 0 else str(value) for value in values.tolist()]
+
+
 def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
     rows = []
     for curve in curves.curves:
@@ -109,17 +171,23 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
 
 
 def experiment_report(title: str, found: Experiment) -> Report:
-    """What random starts came to."""
+    """The results of random starts."""
     shares = found.shares
     first = shares[0]
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
         ("bar", "rigid" if found.modes == 0 else _counted(found.modes, "elastic mode")),
-        ("ends", f"after {_counted(found.stop.most_impacts, 'impact')} at the latest, or when the motion is found"),
+        ("ends", f"after at most {_counted(found.stop.most_impacts, 'impact')}, or when the motion is found"),
     ]
     tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
     summary = f"{first.label} in {percent(first.share)} of the starts"
     summary += "." if len(shares) == 1 else f"; {len(shares)} motions in all."
+    load = found.system.load
+    if found.system.is_si:
+        load = load.scaled(found.system.force_scale, frequency=found.system.frequency)
+    if note := clock_note(load):
+        rows.append(("note", note))
+    summary = f"{summary} {clock_in_short(load)}".rstrip()
     return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares, found.system)))
 
 
@@ -137,10 +205,6 @@ def basins_report(title: str, found: Basins) -> Report:
     return Report(
         title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
     )
-
-
-def _counted(number_: int, what: str) -> str:
-    return f"{number_} {what}{'s' if number_ != 1 else ''}"
 
 
 def _attractors(shares: Sequence[Share], system: System, sample: bool = True) -> Grid:

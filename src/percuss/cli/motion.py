@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from percuss.case.clocked import clock_in_short
+from percuss.case.numerals import counted, number, quantity
 from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.numbers import number, quantity
 from percuss.cli.report import system_section
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["motion_report"]
 
 _TURN = 2.0 * math.pi
+_FEW = 3  # blows of a cycle that the headline tells one by one
 
 _OUTCOMES = {
     "impacts": "the number of impacts is reached",
@@ -26,6 +29,7 @@ _OUTCOMES = {
     "work": "one flight takes too much work",
     "memory": "the record has reached 1 GB",
     "cancelled": "interrupted",
+    "unresolved": "released twice in the same state, but the period hangs on rounding",
 }
 
 
@@ -40,7 +44,8 @@ def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
     if last != 0 and len(motion.events):
         sections.append(_events_grid(answer, last))
     summary, tone = _summary(answer)
-    return Report(answer.title, summary, tone, tuple(sections))
+    clock = clock_in_short(answer.system.load)
+    return Report(answer.title, f"{summary} {clock}".rstrip(), tone, tuple(sections))
 
 
 # -- in words -------------------------------------------------------------------------------------------------------
@@ -53,15 +58,14 @@ def _summary(answer: SimulationAnswer) -> tuple[str, str]:
     if motion.label in ("rest", "departed") or figures.main_blow_rate is None:
         return f"{text}.", BAD if motion.label in ("rest", "departed") else PLAIN
     if si is not None and si.main_blow_rate_Hz is not None and si.blow_energy_J is not None:
-        text += (
-            f": {number(si.main_blow_rate_Hz)} main blows/s"
-            if _chatters(figures)
-            else (
-                f": {quantity(si.blow_energy_J, 'J')} at {number(si.main_blow_rate_Hz)} Hz, "
-                f"{number(si.impact_velocity_m_s or 0.0)} m/s"
-            )
+        blows = "main blows/s" if _chatters(figures) else "Hz"
+        speeds, energies = (
+            each if each and len(each) <= _FEW else None for each in (si.cycle_velocities_m_s, si.cycle_energies_J)
         )
-    elif figures.impact_velocity is not None and not _chatters(figures):
+        speed = _values(si.impact_velocity_m_s or 0.0, speeds, lambda v: f"{number(v)} m/s")
+        energy = _values(si.blow_energy_J, energies, lambda e: quantity(e, "J"))
+        text += f": {energy} at {number(si.main_blow_rate_Hz)} {blows}, {speed}"
+    elif figures.impact_velocity is not None:
         text += f": mean striking speed {number(figures.impact_velocity)}"
     settled = motion.label.startswith("z=")
     return f"{text}.", GOOD if settled else PLAIN
@@ -81,9 +85,11 @@ def label_in_words(motion: Trajectory) -> str:
         return "The hammer comes to rest on the wall and stays there"
     if name == "departed":
         return "The bar leaves the wall for good"
+    if motion.period_unresolved:
+        return "The hammer finds no rhythm that can be computed: it comes to rest, but when next depends on rounding"
     if name == "aperiodic":
-        return "The hammer finds no rhythm: its last impacts come back to no earlier state"
-    return "No periodic motion is found so far"
+        return "The hammer finds no rhythm: its last impacts do not return to any earlier state"
+    return "No periodic motion has been found so far"
 
 
 def _in_periods(n: int) -> str:
@@ -109,14 +115,15 @@ def _motion_section(answer: SimulationAnswer) -> Section:
     span = f"{number(length / _TURN, 6)} load periods"
     if system.is_si:
         span += f" = {quantity(length * system.time_scale, 's')}"
-    counts = [f"{motion.impacts} impacts"]
+    counts = [counted(motion.impacts, "impact")]
+    modes = counted(motion.modes, "elastic mode") if motion.modes else "no elastic modes"
     for kind, many in (("chatter", "chatters"), ("rest", "rests"), ("release", "releases"), ("grazing", "grazings")):
         size = len(motion.events.of(kind))
         if size:
             counts.append(f"{size} {kind if size == 1 else many}")
     rows = [
         ("start", _start(answer)),
-        ("followed", f"{span}; {', '.join(counts)}; {motion.modes or 'no'} elastic modes"),
+        ("followed", f"{span}; {', '.join(counts)}; {modes}"),
         ("ended", f"{_OUTCOMES[motion.outcome]} ({motion.outcome})"),
         ("label", f"{motion.label}, {_tolerance(motion)}"),
     ]
@@ -141,15 +148,17 @@ def _tolerance(motion: Trajectory) -> str:
         return (
             f"from impact {motion.transient + 1} on ({motion.transient} {impacts} before), to {motion.stop.tolerance:g}"
         )
+    if motion.period_unresolved:
+        return "released twice in the same state, but a change of 1e-12 in R changes the number of load periods between"
     if motion.label == "aperiodic":
-        return "the last 64 impacts come back to none of the 32 before each, to 1e-3"
-    return "proved" if motion.label in ("rest", "departed") else f"no return to within {motion.stop.tolerance:g}"
+        return "the last 64 impacts do not return to any of the 32 before each (within 1e-3)"
+    return "proved" if motion.label in ("rest", "departed") else f"no return within {motion.stop.tolerance:g}"
 
 
 def _figures_section(answer: SimulationAnswer) -> Section:
     figures = answer.summary
     if figures.impacts == 0:
-        return Section("Figures", (("impacts", "none: the bar never strikes in the time that was followed"),))
+        return Section("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
     shown = f"Figures (impacts {figures.first + 1} to {figures.last + 1})"
     return Section(shown, tuple(_plain_rows(answer, figures) if figures.si is None else _si_rows(answer, figures)))
 
@@ -160,8 +169,10 @@ def _plain_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, s
         rows.append(("blow rate", _rates(figures.blow_rate, figures.main_blow_rate, "per load period")))
         rows.append(("interval", _interval(answer, figures)))
     if figures.impact_velocity is not None and figures.blow_energy is not None:
-        rows.append(("striking speed", f"{number(figures.impact_velocity, 6)} (mean)"))
-        rows.append(("blow energy", f"{number(figures.blow_energy, 6)} (mean)"))
+        which = _which(figures)
+        speed = _values(figures.impact_velocity, figures.cycle_velocities, lambda v: number(v, 6))
+        energy = _values(figures.blow_energy, figures.cycle_energies, lambda e: number(e, 6))
+        rows += [("striking speed", f"{speed}{which}"), ("blow energy", f"{energy}{which}")]
     if figures.energy_lost_per_period is not None:
         rows.append(("energy lost", f"{number(figures.energy_lost_per_period, 6)} per load period, to the wall"))
     return rows
@@ -174,12 +185,30 @@ def _si_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]
         rows.append(("blow rate", _rates(si.blow_rate_Hz, si.main_blow_rate_Hz, "Hz")))
         rows.append(("interval", _interval(answer, figures)))
     if si.impact_velocity_m_s is not None and si.blow_energy_J is not None and si.delivered_energy_J is not None:
-        rows.append(("striking speed", f"{number(si.impact_velocity_m_s)} m/s (mean)"))
-        blow, taken = quantity(si.blow_energy_J, "J"), quantity(si.delivered_energy_J, "J")
-        rows.append(("blow", f"{blow} (mean), of which {taken} delivered"))
-    if si.delivered_power_kW is not None:
-        rows.append(("power", f"{quantity(1e3 * si.delivered_power_kW, 'W')} delivered"))
+        which = _which(figures)
+        speed = _values(si.impact_velocity_m_s, si.cycle_velocities_m_s, lambda v: f"{number(v)} m/s")
+        share = f"of which the wall takes {number(100.0 * (1.0 - answer.system.restitution**2))} %"
+        blow = _values(si.blow_energy_J, si.cycle_energies_J, lambda e: quantity(e, "J"))
+        rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}, {share}")]
+    if si.delivered_power_kW is not None and si.delivered_energy_per_period_J is not None:
+        each = f"{quantity(si.delivered_energy_per_period_J, 'J')} per load period"
+        rows.append(("delivered", f"{each}, {quantity(1e3 * si.delivered_power_kW, 'W')}"))
     return rows
+
+
+def _values(mean: float, each: tuple[float, ...] | None, shown: Callable[[float], str]) -> str:
+    """The values of a short cycle, or the mean; equal ones, as they are shown, once."""
+    texts = list(dict.fromkeys(shown(value) for value in each)) if each else [shown(mean)]
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def _which(figures: Summary) -> str:
+    """Of which blows a speed or an energy is told."""
+    blows = "main blows" if _chatters(figures) else "blows"
+    if figures.cycle_velocities is None:
+        return f" (mean of the {blows})"
+    many = len(figures.cycle_velocities)
+    return f" (the {blows} of one cycle)" if many > 1 else f" (the {blows[:-1]})" if _chatters(figures) else ""
 
 
 def _rates(all_blows: float, main: float | None, unit: str) -> str:

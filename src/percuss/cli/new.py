@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from percuss.cli.parser import Parser
-from percuss.errors import CaseError
+from percuss.errors import PercussError
+from percuss.whole_file import write_whole
 
 __all__ = ["run"]
 
 _DESCRIPTION = """\
-Print the commented case of a machine of the catalogue, or write it to a file together with the measured history that
-it may need."""
+Print the commented case of a machine of the catalogue, or write it to a file, together with the history that
+the case names, if any."""
 
 _EXAMPLES = """\
   percuss new hydraulic-drifter -o drifter.toml
@@ -26,7 +28,7 @@ def run(arguments: Sequence[str]) -> int:
     parser = Parser("new", _DESCRIPTION, _EXAMPLES)
     parser.add_argument("machine", metavar="MACHINE", help="a name that 'percuss machines' lists")
     parser.add_argument("-o", "--output", metavar="FILE", help="write the case to FILE, and its history beside it")
-    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
     options = parser.parsed(arguments)
 
     from percuss.case.catalogue import HISTORY_FILE, machine_text, uses_history
@@ -52,25 +54,25 @@ def _check(parser: Parser, files: list[Path], force: bool) -> None:
     if not folder.is_dir():
         parser.error(f"argument -o: '{files[0]}': there is no folder '{folder}'")
     if len(files) == 2 and files[0].name == files[1].name:
-        parser.error(f"argument -o: '{files[0]}' is the name of the history; the case needs another")
+        parser.error(f"argument -o: '{files[0]}' is the name of the history; give the case another name")
     for file in files:
         if file.is_dir():
             parser.error(f"argument -o: '{file}' is a directory; name a file")
-        if file.exists() and not force:
-            parser.error(f"'{file}' exists; give another name, or --force to overwrite it")
+        if os.path.lexists(file) and not force:  # also a link to nothing: what it names is not ours to make
+            parser.error(f"'{file}' exists; give another name, or use --force to overwrite it")
 
 
 def _write(files: list[Path], text: str) -> None:
     """Write the history first, so that a case never stands without it; leave nothing behind on failure."""
-    new = [file for file in files if not file.exists()]
+    new = [file for file in files if not os.path.lexists(file)]
     try:
         if len(files) == 2:
             from percuss.case.catalogue import write_history
 
             write_history(files[1])
-        files[0].write_text(text, encoding="utf-8")
-    except OSError as error:
+        write_whole(files[0], text)
+    except PercussError:
         for file in new:
-            if file.exists():
-                os.remove(file)
-        raise CaseError(str(files[0]), "", None, f"cannot be written: {error.strerror or error}") from None
+            with suppress(OSError):
+                file.unlink()
+        raise

@@ -1,4 +1,4 @@
-"""``percuss paper``: B77's figures and claims, made again."""
+"""``percuss paper``: B77's figures and claims, reproduced."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from percuss.cli.files import need
 from percuss.cli.parser import Parser
+from percuss.cli.terminal import raw
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
@@ -21,12 +22,12 @@ ALL = "all"
 
 _DESCRIPTION = """\
 The figures of B77 (U. Bjoerkenstam, Impact vibration of a bar, 1977) as CSV, SVG and PNG, made from the theory; the
-package's own figures of what an elastic bar adds; and the claims of its section 5, tried and judged.
+package's own figures of what an elastic bar adds; and the claims of its section 5, tested and judged.
 
   fig2, fig3   the loads                            fig6   the same, ten load periods to an impact
   fig4         impact phase, pneumatic hammer       fig7   impact phase, hydraulic hammer
   fig5         range of stable motions over R       fig8   range in which motions exist over R
-  elastic      how s moves all this                 claims the claims: claims.json and REPORT.md"""
+  elastic      how s changes all this                 claims the claims: claims.json and REPORT.md"""
 
 _EXAMPLES = """\
   percuss paper -o figures
@@ -34,15 +35,17 @@ _EXAMPLES = """\
   percuss paper claims --full --seed 7 -o audit"""
 
 
-_LOST = "the claim that was begun is lost; the finished ones are kept, the same command goes on with the next"
+_LOST = "the claim in progress is lost; finished ones are kept, and the same command continues with the next"
 
 
 def _parser() -> Parser:
     parser = Parser("paper", _DESCRIPTION, _EXAMPLES)
     parser.add_argument("names", metavar="NAME", nargs="*", help=f"{', '.join(NAMES)} or {ALL} (default {ALL})")
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="directory of the files, made if needed")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", required=True, help="directory of the files, created if needed"
+    )
     parser.add_argument("--full", action="store_true", help="10^6 starts for each claim; an hour or two, not minutes")
-    parser.add_argument("--seed", metavar="N", type=int, default=None, help="of all random numbers")
+    parser.add_argument("--seed", metavar="N", type=int, default=None, help="seed of all random numbers")
     return parser
 
 
@@ -85,7 +88,7 @@ def _named(parser: Parser, given: list[str]) -> list[str]:
             from percuss.case.suggest import did_you_mean
 
             hint = did_you_mean(name, [*NAMES, ALL])
-            there_are = f"there are {', '.join(NAMES)} and {ALL}"
+            there_are = f"the names are {', '.join(NAMES)} and {ALL}"
             parser.error(f"argument NAME: '{name}': {there_are}{f' — {hint}' if hint else ''}")
     return [name for name in NAMES if not given or ALL in given or name in given]
 
@@ -99,7 +102,8 @@ class _Watch:
     def __call__(self, progress: ClaimsProgress) -> bool:
         person = sys.stderr is not None and sys.stderr.isatty()
         if person:
-            print(f"\r\x1b[K{progress.part}: {progress.done} of {progress.steps}", end="", file=sys.stderr, flush=True)
+            told = f"\r\x1b[K{progress.part}: {progress.done} of {progress.steps}"
+            print(told, end="", file=raw(sys.stderr), flush=True)
             if progress.done >= progress.steps:
                 print(file=sys.stderr)
         elif progress.part != self.part:

@@ -76,9 +76,9 @@ def periods(text: str) -> tuple[int, ...]:
             raise argparse.ArgumentTypeError(f"'{text}': give a number, a range or a list: 2, 1..4 or 1,3")
         first, last = int(match[1]), int(match[2] or match[1])
         if not 1 <= first <= MAX_PERIODS or not 1 <= last <= MAX_PERIODS:
-            raise argparse.ArgumentTypeError(f"'{text}': the numbers go from 1 to {MAX_PERIODS}")
+            raise argparse.ArgumentTypeError(f"'{text}': the numbers must lie between 1 and {MAX_PERIODS}")
         if last < first:
-            raise argparse.ArgumentTypeError(f"'{text}': a range goes upward, {last}..{first}")
+            raise argparse.ArgumentTypeError(f"'{text}': give the smaller number first, {last}..{first}")
         found.update(range(first, last + 1))
     return tuple(sorted(found))
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from percuss.case.numerals import counted, number, ordinal, percent, quantity
+from percuss.case.summary import every, summary_of
 from percuss.cli.blocks import BAD, GOOD, Report, Section
 from percuss.cli.card import orbit_section
-from percuss.cli.numbers import number, percent, quantity
+from percuss.cli.ends import ends_section
 
 if TYPE_CHECKING:
-    from percuss.case import OrbitAnswer, PeriodAnswer, SteadyAnswer
+    from percuss.case import PeriodAnswer, SteadyAnswer
     from percuss.model import System
     from percuss.model.history import HistoryReport
 
@@ -26,45 +28,9 @@ def steady_report(answer: SteadyAnswer) -> Report:
         for i, found in enumerate(period.orbits):
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}"))
     sections.append(_rest_section(answer))
-    summary, tone = _summary(answer)
-    return Report(answer.title, summary, tone, tuple(sections))
-
-
-def _summary(answer: SteadyAnswer) -> tuple[str, str]:
-    running = answer.running
-    asked = ", ".join(str(period.states.periods) for period in answer.periods)
-    if running:
-        first = running[0]
-        how = f"one blow {every(first.orbit.periods)}"
-        figures = f"phase {number(first.orbit.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
-        if first.si is not None:
-            rate = f"{number(first.si.blow_rate_Hz)} Hz ({number(first.si.blow_rate_per_min)} blows/min)"
-            figures = f"{quantity(first.si.blow_energy_J, 'J')} at {rate}, {number(first.si.impact_velocity_m_s)} m/s"
-        margin = number(first.stability.margin, 3)
-        text = f"The hammer runs with {how}: {figures}; stable, margin {margin} ({_name(answer, first)} below)."
-        others = sorted({other.orbit.periods for other in running[1:]})
-        if others:
-            also = ", ".join(str(m) for m in others)
-            text += f" It can also settle on m = {also}; which one it takes depends on how it starts."
-        return text, GOOD
-    rest = " The bar may also come to rest on the wall." if answer.rest.possible else ""
-    if any(period.orbits for period in answer.periods):
-        return f"No motion with m = {asked} can be kept up: see below what fails.{rest}", BAD
-    return (
-        f"No steady motion with one impact per m = {asked} load periods exists: see below what would.{rest}",
-        BAD,
-    )
-
-
-def _name(answer: SteadyAnswer, found: OrbitAnswer) -> str:
-    """``orbit 2`` as the cards are numbered."""
-    number_of = {id(one): i + 1 for period in answer.periods for i, one in enumerate(period.orbits)}
-    return f"orbit {number_of[id(found)]}, m = {found.orbit.periods}"
-
-
-def every(m: int) -> str:
-    """``every load period``, ``in 3 load periods``."""
-    return "every load period" if m == 1 else f"in {m} load periods"
+    sections.append(ends_section(answer.starts, answer.name, answer.system))
+    told = summary_of(answer)
+    return Report(answer.title, told.text, GOOD if told.runs else BAD, tuple(sections))
 
 
 # -- the hammer -----------------------------------------------------------------------------------------------------
@@ -99,10 +65,11 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
 
 def _load_text(system: System) -> str:
     load = system.load
-    size = load.harmonics.size
-    shape = f"{size} harmonic{'s' if size != 1 else ''}"
+    size, last = load.harmonics.size, int(load.harmonics.max(initial=0))
+    shape = counted(size, "harmonic")
+    shape += f" up to the {ordinal(last)}" if last > size else ""
     if load.is_piecewise:
-        shape = f"{len(load.values)} exact steps ({shape} beside them)"
+        shape = f"{len(load.values)} exact steps (and {shape})"
     factor = f"mean / first harmonic = {number(load.load_factor)}"
     if not system.is_si or system.frequency is None:
         return f"mean {number(load.mean)}, {shape}, {factor}"
@@ -112,10 +79,10 @@ def _load_text(system: System) -> str:
 def _history_text(report: HistoryReport) -> str:
     found = "given" if report.frequency_given else "found"
     return (
-        f"{report.cycles} cycles, {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
+        f"{counted(report.cycles, 'cycle')}, {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
         f"{number(report.frequency, 5)} Hz ({found}), period varies by {percent(report.jitter)}; cycles scatter "
-        f"{percent(report.scatter)} about their mean, drift {percent(report.drift)}; {report.harmonics} harmonics "
-        f"kept, residual {percent(report.residual)}"
+        f"{percent(report.scatter)} about their mean, drift {percent(report.drift)}; the harmonics "
+        f"do not capture {percent(report.residual)}"
     )
 
 
@@ -127,11 +94,11 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
     count = len(states.orbits)
     heading = f"One impact {every(states.periods)} (m = {states.periods})"
     compared = f"level {number(states.level)}, greatest v_f {number(states.level_max)}"
-    if states.note:
+    if states.note and not states.exists:
         return Section(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
     if states.exists:
-        text = f"{count} steady motion{'s' if count != 1 else ''}: {compared}"
-        return Section(heading, (("exists", text),))
+        text = f"{counted(count, 'steady motion')}: {compared}"
+        return Section(heading, (("exists", text), *((("note", states.note),) if states.note else ())))
     rows = [("exists", f"no: the level is above what the load can reach ({compared})")]
     nearest = states.nearest
     if nearest is not None and nearest.load_factor is not None:
@@ -147,20 +114,50 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
     if nearest is not None and nearest.restitution is not None:
         text = f"restitution {number(nearest.restitution)} (now {number(system.restitution)})"
         rows.append(("or" if len(rows) > 1 else "nearest", text))
+    if period.greatest_drag is not None:
+        rows.append(("or" if len(rows) > 1 else "nearest", _less_damping(system, period.greatest_drag)))
     if len(rows) == 1:
-        rows.append(("nearest", "no load factor and no restitution makes one"))
+        rows.append(("nearest", "no load factor and no restitution allows one"))
     return Section(heading, tuple(rows), BAD)
+
+
+def _less_damping(system: System, d: float) -> str:
+    text = f"damping at most {percent(d / system.d)} of its present value, so that it drags the bar less"
+    if system.bar is None:
+        return f"{text}: d = {number(d)} (now {number(system.d)})"
+    drag = system.bar.damping * system.bar.length
+    return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
 
 
 def _rest_section(answer: SteadyAnswer) -> Section:
     rest, system = answer.rest, answer.system
-    force = number(rest.least_contact_force)
-    if system.is_si:
-        force = quantity(rest.least_contact_force * system.force_scale, "N")
+
+    def force(value: float) -> str:
+        return quantity(value * system.force_scale, "N") if system.is_si else number(value)
+
+    least, load = force(rest.least_contact_force), force(rest.quasi_static)
     if not math.isfinite(rest.least_contact_force):
-        text = "not possible: a bar at rest is driven in resonance"
+        text = f"not possible: a bar at rest is driven at resonance (the load itself never falls below {load})"
+    elif rest.held_by_waves:
+        text = (
+            f"possible only with every wave in the bar: with them the contact force never falls below {least}, but the "
+            f"load itself pulls with up to {force(-rest.quasi_static)}. A simulation, which leaves these waves "
+            "out at rest, lets the bar go there, so that random starts do not stay"
+        )
     elif rest.possible:
-        text = f"possible: the contact force never falls below {force}; a hammer started gently may stay there"
+        text = (
+            f"possible: the contact force never falls below {least} with the waves in the bar "
+            f"(the load itself not below {load}); a hammer started gently may stay at rest"
+        )
+    elif rest.lifted_by_waves:
+        text = (
+            f"not possible: waves in the bar let the contact force fall to {least}, which lifts the end off the wall "
+            f"briefly (for the time a wave needs there and back, 2L/C); the load itself never falls below {load}, so a "
+            "simulation, which neglects these waves while the bar rests, leaves it at rest"
+        )
     else:
-        text = f"not possible: the contact force would fall to {force}, so the load pulls the bar off"
+        text = (
+            f"not possible: the contact force would fall to {least} with the waves in the bar "
+            f"(the load itself to {load}), so the load pulls the bar off"
+        )
     return Section("At rest on the wall", (("rest", text),))

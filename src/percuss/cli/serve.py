@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import secrets
 from collections.abc import Sequence
@@ -15,33 +16,41 @@ __all__ = ["run"]
 
 _DESCRIPTION = """\
 The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
-stability map, how the bar moves, and what each blow delivers. Everything is computed on this machine, and nothing else
-is asked. It listens to this machine alone unless --host says otherwise."""
+stability map, how the bar moves, and what each blow delivers. Everything is computed on this machine; no other
+server is contacted. Only this machine can open the page unless --host says otherwise."""
 
 _EXAMPLES = """\
   percuss serve
   percuss serve breaker.toml
-  percuss serve --host 0.0.0.0 --token a-long-secret-word --workers 4"""
+  percuss serve --host 0.0.0.0 --token-file ~/percuss.token --workers 4"""
 
 _LEAST_TOKEN = 12
+_VARIABLE = "PERCUSS_TOKEN"
 
 
 def _parser() -> Parser:
     parser = Parser("serve", _DESCRIPTION, _EXAMPLES)
     add = parser.add_argument
-    add("case", metavar="CASE", nargs="?", help="what the page opens with: a TOML file, or a machine's name")
+    add("case", metavar="CASE", nargs="?", help="the case that the page opens with: a TOML file, or a machine's name")
     add("--host", type=_host, default="127.0.0.1", help="address to listen on (default 127.0.0.1: this machine alone)")
     add("--port", type=_port, default=8321, help="port to listen on, 0 for any free one (default 8321)")
     add("--workers", metavar="N", type=_workers, default=1, help="processes (default 1)")
-    add("--token", type=_token, help="a secret that the page must send; needed with --host elsewhere")
+    add(
+        "--token-file",
+        metavar="FILE",
+        type=_token_in,
+        help="a file whose first line is a secret that the page must send; needed when --host admits other machines. "
+        f"Without this option the secret is taken from the environment variable {_VARIABLE}",
+    )
+    add("--token", type=_token, help="the secret itself; everybody on this machine can see it in the list of processes")
     add(
         "--name",
         type=_host,
         action="append",
         default=[],
-        help="another name of this server, for one behind a reverse proxy",
+        help="another name of this server, for use behind a reverse proxy",
     )
-    add("--no-browser", action="store_true", help="do not open the page")
+    add("--no-browser", action="store_true", help="do not open the page in the browser")
     return parser
 
 
@@ -70,6 +79,31 @@ def _token(text: str) -> str:
     return text
 
 
+def _token_in(path: str) -> str:
+    try:
+        with open(path, encoding="utf-8") as file:
+            line = file.readline(10_000).strip()
+    except (OSError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+    try:
+        return _token(line)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"the first line of {path} is not a token: {error}") from None
+
+
+def _token_of(options: argparse.Namespace, parser: Parser) -> str:
+    """The secret: from the file, the command line or the environment; "" for none."""
+    if options.token and options.token_file:
+        parser.error("arguments --token and --token-file: give only one of them")
+    given = options.token_file or options.token
+    if given is None and os.environ.get(_VARIABLE):
+        try:
+            given = _token(os.environ[_VARIABLE])
+        except argparse.ArgumentTypeError as error:
+            parser.error(f"environment variable {_VARIABLE}: {error}")
+    return given or ""
+
+
 def run(arguments: Sequence[str]) -> int:
     """Serve the page until Ctrl-C; returns the exit code."""
     parser = _parser()
@@ -78,9 +112,13 @@ def run(arguments: Sequence[str]) -> int:
         need(package, "web")
     # cli and web are rooms of one floor, which do not import each other: this is the one door between them
     settings_room = import_module("percuss.web.settings")
-    if not settings_room.is_loopback(options.host) and not options.token:
-        word = secrets.token_urlsafe(16)
-        parser.error(f"argument --host: others can reach {options.host}: it needs a token, such as --token {word}")
+    token = _token_of(options, parser)
+    if not settings_room.is_loopback(options.host) and not token:
+        word = f"{_VARIABLE}={secrets.token_urlsafe(16)}"
+        parser.error(
+            f"argument --host: others can reach {options.host}: it needs a token, by --token-file FILE or in the "
+            f"environment, such as {word}"
+        )
     text = ""
     if options.case is not None:
         from percuss.case.tables import without_recording
@@ -89,7 +127,7 @@ def run(arguments: Sequence[str]) -> int:
         case.system()
         text = without_recording(case).to_toml()
     settings = settings_room.Settings(
-        host=options.host, port=options.port, token=options.token or "", names=tuple(options.name), case=text
+        host=options.host, port=options.port, token=token, names=tuple(options.name), case=text
     )
     import_module("percuss.web.serving").serve(settings, options.workers, not options.no_browser)
     return 0

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from percuss.cli.blocks import Grid, Report, Section
+from percuss.neutral import one_line
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -17,10 +19,23 @@ _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
 def show(report: Report) -> None:
     """Print a report to stdout, in the manner that suits what stdout is."""
+    report = _neutral(report)
     if sys.stdout is not None and sys.stdout.isatty():
         _show_rich(report)
     else:
         print(plain_text(report), end="")
+
+
+def _neutral(report: Report) -> Report:
+    """The same with all its texts in their places: none begins a line of its own or steers the terminal."""
+    sections: list[Section | Grid] = []
+    for part in report.sections:
+        heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)
+        if isinstance(part, Grid):
+            sections.append(replace(part, heading=heading, columns=tuple(map(one_line, part.columns)), rows=rows))
+        else:
+            sections.append(replace(part, heading=heading, rows=tuple((label, text) for label, text in rows)))
+    return replace(report, title=one_line(report.title), summary=one_line(report.summary), sections=tuple(sections))
 
 
 def plain_text(report: Report) -> str:

@@ -20,7 +20,7 @@ __all__ = ["run"]
 
 _DESCRIPTION = """\
 How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
-[start] and [simulation] of the case say the same as the options, which go first."""
+[start] and [simulation] of the case hold the same settings as the options; options take precedence."""
 
 _EXAMPLES = """\
   percuss simulate mini-breaker
@@ -46,9 +46,9 @@ def _parser() -> Parser:
     add("--time", metavar="T", type=time_or_text, help="end after T radians of the load, or '2 s' for a case in SI")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 (a rigid bar) to {MAX_MODES} (default 32)")
     add("--start", metavar="START", type=start_keys, help=_START)
-    add("--seed", metavar="S", type=whole, help="of a random start (default 0)")
-    add("--full", action="store_true", help="go on when a periodic motion is found")
-    add("--resume", metavar="FILE", help="follow the motion that -o saved further; N and T count from its start")
+    add("--seed", metavar="S", type=whole, help="seed of a random start (default 0)")
+    add("--full", action="store_true", help="keep going after a periodic motion is found")
+    add("--resume", metavar="FILE", help="continue the motion that -o saved; N and T count from its start")
     add("--json", action="store_true", help="print the answer as JSON")
     add("--events", metavar="WHICH", type=events, help="all, last:K or none (default: all in JSON, else last:10)")
     add("-o", "--output", metavar="FILE", help="save the motion as NetCDF, for xarray and for --resume")
@@ -85,7 +85,9 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
     if options.resume is not None:
         for name in ("case", "start", "modes", "seed"):
             if getattr(options, name) is not None:
-                parser.error(f"{'CASE' if name == 'case' else f'--{name}'} does not go with --resume: the file has it")
+                parser.error(
+                    f"{'CASE' if name == 'case' else f'--{name}'} cannot be used with --resume: the file has it"
+                )
         _need_netcdf()
     elif options.case is None:
         parser.error("the following arguments are required: CASE (or --resume FILE)")
@@ -97,7 +99,7 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
     if options.plot is not None:
         check_picture(parser, options.plot)
         if options.output is not None and os.path.abspath(options.output) == os.path.abspath(options.plot):
-            parser.error("argument --plot: the picture needs another name than the motion (-o)")
+            parser.error("argument --plot: the picture and the motion (-o) need different names")
 
 
 def _need_netcdf() -> None:

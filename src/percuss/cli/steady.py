@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.arguments import up_to
+from percuss.cli.files import PICTURES, as_typed, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
-    from percuss.case import SteadyAnswer
+    from percuss.case import Case, SteadyAnswer
+    from percuss.case.ends import Ends
 
 __all__ = ["run"]
+
+MAX_STARTS = 1000
 
 _DESCRIPTION = """\
 Every steady motion with one impact per m load periods: whether it is possible, whether it is stable and by what
@@ -21,6 +29,7 @@ margin, and what it means in joules, hertz, metres per second and megapascals.""
 _EXAMPLES = """\
   percuss steady hydraulic-drifter
   percuss steady case.toml --periods 1..3 --plot case.png
+  percuss steady hydraulic-drifter --report drifter.html
   percuss steady case.toml --json > answer.json"""
 
 
@@ -38,11 +47,19 @@ def _parser() -> Parser:
         "--modes",
         metavar="N",
         type=modes,
-        help=f"elastic modes of sums and multipliers, 0 to {MAX_MODES} (default: as many as the tolerance needs, "
+        help=f"elastic modes in sums and multipliers, 0 to {MAX_MODES} (default: as many as the tolerance needs, "
         "and 32 for the multipliers)",
+    )
+    parser.add_argument(
+        "--starts",
+        metavar="N",
+        type=up_to(MAX_STARTS, " ('percuss experiment' follows more)"),
+        help=f"random starts to follow, up to {MAX_STARTS}; 0 for none, which is quicker (default: 24 once the "
+        "simulator is compiled on this computer, none with --json)",
     )
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
     parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
+    parser.add_argument("--report", metavar="FILE", help="write figures and pictures into one HTML file")
     return parser
 
 
@@ -52,12 +69,21 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
     if options.plot is not None:
         check_picture(parser, options.plot)
-    answer = _answer(options.case, options.periods, options.modes)
+    if options.report is not None:
+        _check_report(parser, options.report)
+    starts = 0 if options.json and options.starts is None else options.starts
+    with _undisturbed():
+        case, answer = _answer(options.case, options.periods, options.modes, starts)
     text = _json(answer) if options.json else ""
     if options.plot is not None:
         from percuss import plot
 
         plot.save(plot.steady(answer), options.plot)
+    if options.report is not None:
+        from percuss.html_report import report_html
+        from percuss.whole_file import write_whole
+
+        write_whole(options.report, report_html(case, answer))
     if options.json:
         print(text)
     else:
@@ -65,20 +91,60 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.show import show
 
         show(steady_report(answer))
-    tell_made(options.json, picture=options.plot)
+    tell_made(options.json, picture=options.plot, report=options.report)
     return 0
 
 
-def _answer(name: str, asked: tuple[int, ...], kept: int | None) -> SteadyAnswer:
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """No look for cycles meanwhile: what is imported and loaded is much, and all of it stays."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _check_report(parser: Parser, path: str) -> None:
+    if not path.lower().endswith((".html", ".htm")):
+        parser.error(f"argument --report: '{path}': the name must end in .html")
+    check_target(parser, "--report", path)
+    need("matplotlib", "plot")
+
+
+def _answer(name: str, asked: tuple[int, ...], kept: int | None, starts: int | None) -> tuple[Case, SteadyAnswer]:
     from percuss.case import steady_answer
 
     case = named_case(name)
     try:
-        return steady_answer(case, asked, kept)
+        answer = steady_answer(case, asked, kept)
+        return case, replace(answer, starts=_ends(case, kept, starts))
     except CaseError:
         raise
     except PercussError as error:  # the floors below do not know the file
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
+
+
+def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
+    """Random starts; without being asked only where the simulator need not be compiled first."""
+    from percuss.case.ends import STARTS, ends_of, not_followed
+
+    if starts == 0:
+        return not_followed("none were asked for")
+    from percuss.simulate.ready import compiled  # loads the compiler
+
+    if compiled():
+        return ends_of(case, STARTS if starts is None else starts, kept)
+    if starts is None:
+        return not_followed(
+            "the simulator has not been compiled on this computer yet; "
+            f"'percuss steady {as_typed(case.file)} --starts {STARTS}' does it, and is quick from then on"
+        )
+    print("percuss: compiling the simulator, which takes up to a minute", file=sys.stderr, flush=True)
+    gc.enable()  # compiling leaves many cycles
+    return ends_of(case, starts, kept)
 
 
 def _json(answer: SteadyAnswer) -> str:

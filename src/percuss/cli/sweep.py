@@ -10,31 +10,32 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried
-from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.carrying import add_carrying, carried, watching
+from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import Boundaries, Sweep
+    from percuss.explore.ranges import Range
     from percuss.explore.sweep_job import SweepJob
 
 __all__ = ["run"]
 
 _DESCRIPTION = """\
 Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by
-what margin, what a blow delivers, and what motion a simulation finds. A range is FROM:TO:NUMBER, with :log behind it
-for equal ratios, or a list A,B,C; a quantity in SI has its unit with the numbers.
+what margin, what a blow delivers, and what motion a simulation finds. A range is FROM:TO:NUMBER, with :log after it
+for equal ratios, or a list A,B,C; a quantity in SI needs a unit with the numbers.
 
-parameters: any number of the case file, bar.length or in short length; load.scale, a factor on the load; restitution,
+parameters: any number of the case file, bar.length or length for short; load.scale, a factor on the load; restitution,
 load_factor (p_0/p_1), kappa of a square load, s, d, mean, amplitude (dimensionless); m, the load periods per impact.
-quantities: exists, orbits, phase, phases, reduced_stable, reduced_margin, stable, margin, reason, admissible,
-impact_velocity, blow_energy, power, rest; by simulation: label, blow_rate, blow_scatter, main_blow_rate,
-main_blow_scatter, lyapunov."""
+quantities: exists, orbits, phase, phases, reduced_stable, reduced_margin, stable, margin, margin_rhythm,
+margin_ringing, reason, admissible, impact_velocity, blow_energy, power, stroke, stress, delivered, efficiency, rest; by
+simulation: label, blow_rate, blow_scatter, main_blow_rate, main_blow_scatter, lyapunov."""
 
 _EXAMPLES = """\
   percuss sweep hydraulic-drifter --x restitution=0:0.9:90 --y load_factor=0.1:1:90 --plot map.png
-  percuss sweep case.toml --x frequency="20 Hz:80 Hz:61" --quantity blow_energy,stable,label
+  percuss sweep case.toml --x frequency="20 Hz:80 Hz:61" --quantity blow_energy,stable,label --csv map.csv
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr --resume"""
 
@@ -44,18 +45,20 @@ def _parser() -> Parser:
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--x", metavar="RANGE", required=True, help="a parameter and its values: restitution=0:0.9:200")
-    add("--y", metavar="RANGE", help="a second one, for a plane")
-    add("--quantity", metavar="NAMES", type=_names, help="what to compute, with commas (default: exists,orbits,phase,"
-        "reduced_stable,stable,margin)")  # fmt: skip
+    add("--y", metavar="RANGE", help="a second parameter, for a plane")
+    add("--quantity", metavar="NAMES", type=_names, help="what to compute, separated by commas (default: exists,orbits,"
+        "phase,reduced_stable,stable,margin)")  # fmt: skip
     add("--periods", metavar="M", type=periods, default=(1,), help="load periods per impact (default 1)")
-    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
-    add("--impacts", metavar="N", type=whole, help="the most impacts of a simulation (default: the case's, or 2000)")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes for every quantity, 0 to {MAX_MODES} (default: steady "
+        "motions of the continuous bar with multipliers of 32 modes; simulations with the case's, or 32)")  # fmt: skip
+    add("--impacts", metavar="N", type=whole, help="the most impacts per simulation (default: the case's, or 2000)")
     add(
         "--curves",
         action="store_true",
-        help="solve too for the curves at which motions or their stability end, over --x and --y",
+        help="also solve for the curves at which motions or their stability end, over --x and --y",
     )
     add("--json", action="store_true", help="print the map as JSON")
+    add("--csv", metavar="FILE", help="write the map as a table, a line for each cell, to open in other programs")
     add("--plot", metavar="FILE", help=f"draw the map: {', '.join(PICTURES)}")
     add_carrying(parser)
     return parser
@@ -75,6 +78,8 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
     if options.plot is not None:
         check_picture(parser, options.plot)
+    if options.csv is not None:
+        check_table(parser, options.csv)
     if len(options.periods) > 1:
         parser.error("argument --periods: one number; to compare several, make m an axis: --y m=1,2,3")
     if options.curves and options.y is None:
@@ -86,7 +91,11 @@ def run(arguments: Sequence[str]) -> int:
 
         checked_boundaries(job.family, **_boundaries(job))
     found = _swept(parser, options, job)
-    curves = _curves(job) if options.curves else None
+    curves = _curves(parser, job) if options.curves else None
+    if options.csv is not None:
+        from percuss.explore.carry.exporting import write_csv
+
+        write_csv(found.dataset, options.csv)
     if options.plot is not None:
         from percuss import plot
 
@@ -99,8 +108,8 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.map_report import sweep_report
         from percuss.cli.show import show
 
-        show(sweep_report(case.title, found, curves))
-    tell_made(options.json, map=options.output, picture=options.plot)
+        show(sweep_report(case.title, found, curves, _ranges(job, found)))
+    tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)
     return 0
 
 
@@ -131,24 +140,37 @@ def _boundaries(job: SweepJob) -> dict[str, Any]:
     from percuss.explore.quantities import needs
 
     x, y = job.axes
-    exact = bool(needs(job.quantities) & {"exact", "simulation", "lyapunov"})
+    wanted = needs(job.quantities)
+    exact, steady = bool(wanted & {"exact", "simulation", "lyapunov"}), bool(wanted & {"orbits", "exact"})
     return {
         "x": x,
         "y": (y.name, float(y.values.min()), float(y.values.max())),
         "periods": job.periods,
         "criterion": "exact" if exact else "reduced",
-        "modes": job.modes if exact else None,
+        "modes": job.modes if steady or not exact else job.simulated,
         "kinds": ("fold", "flip", "neimark-sacker"),
     }
 
 
-def _curves(job: SweepJob) -> Boundaries | None:
+def _ranges(job: SweepJob, found: Sweep) -> dict[str, tuple[Range, ...]]:
+    """Along one axis: where what is yes or no is yes."""
+    from percuss.explore.ranges import true_ranges
+
+    if len(job.axes) != 1:
+        return {}
+    return {name: true_ranges(job, found, name) for name in job.quantities if found[name].dtype == bool}
+
+
+def _curves(parser: Parser, job: SweepJob) -> Boundaries | None:
     """The boundaries of a map; None when a person does not want to wait for them."""
     from percuss.explore import boundaries
 
     try:
-        found = boundaries(job.family, **_boundaries(job))
+        with watching(parser) as watch:
+            found = boundaries(job.family, **_boundaries(job), progress=watch)
+        if watch.interrupted:
+            raise KeyboardInterrupt
         return replace(found, curves=found.of_stability)
     except KeyboardInterrupt:
-        print("percuss: interrupted: the map is whole, its boundaries are left out", file=sys.stderr)
+        print("percuss: interrupted: the map is complete, but its boundaries are left out", file=sys.stderr)
         return None
