@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic_core import PydanticSerializationError, to_json
 from starlette.requests import Request
 from starlette.responses import Response
 
+from percuss.halting import halting
 from percuss.web.cases import case_asked, case_key, is_known
 from percuss.web.gate import Halt
 from percuss.web.problems import refused
@@ -27,6 +28,7 @@ __all__ = [
     "answer_of",
     "attachment",
     "binary",
+    "check_steady",
     "compiled",
     "gate_of",
     "limits_of",
@@ -42,6 +44,9 @@ _FEW = 64
 
 _LOOK = 0.25
 """Seconds between two looks at whether the client still waits for the compiler."""
+
+_UNASKED = 256
+"""Modes that are reckoned with where none are asked for: then the sums take as many as they need."""
 
 _LOW = 4
 """The highest harmonic of a light one: its level has a handful of roots at most."""
@@ -96,8 +101,8 @@ async def answer_of(
         See `percuss.web.gate.Lane.run`, and what the work raises.
     """
     limits = limits_of(request)
-    if kernels is not None and not request.app.state.kernels.settled(kernels):
-        if not is_known(asked):  # what is no case is refused at once
+    if kernels is not None and not request.app.state.kernels.work(kernels):
+        if not is_known(asked):  # a request that is not a case is refused at once
             await gate_of(request).quick.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
         await compiled(request, kernels)
     if quick and is_small(asked):
@@ -105,7 +110,12 @@ async def answer_of(
         if is_light(case.system()):
             return work(case, Halt(limits.seconds))
     lane = gate_of(request).quick if quick else gate_of(request).heavy
-    return await lane.run(request, limits.seconds, lambda halt: work(case_asked(asked, limits.harmonics), halt))
+
+    def halted(halt: Halt) -> T:
+        with halting(halt):
+            return work(case_asked(asked, limits.harmonics), halt)
+
+    return await lane.run(request, limits.seconds, halted)
 
 
 async def compiled(request: Request, part: Part) -> None:
@@ -114,13 +124,16 @@ async def compiled(request: Request, part: Part) -> None:
     Raises
     ------
     Refusal
-        503 when the server stops, or when the client has left.
+        503 when the server stops, when the client has left, and when the kernels cannot be had.
     """
     kernels: Kernels = request.app.state.kernels
     async with gate_of(request).waiting():
         while not await kernels.wait(part, _LOOK):
             if await request.is_disconnected():
-                raise refused(503, "nobody waits for it")
+                raise refused(503, "the client no longer waits for the answer")
+    if kernels.failed(part):
+        message = "the compiled part of the program, which this needs, could not be loaded here"
+        raise refused(503, message, "the server's log says why; steady motions are answered all the same")
 
 
 def is_small(asked: CaseAsked) -> bool:
@@ -142,6 +155,23 @@ def is_light(system: System) -> bool:
     if system.load.is_constant:
         return True
     return bool(system.load.harmonics[-1] <= _LOW) and system.s >= 2.0 and system.d >= 1e-6
+
+
+def check_steady(system: System, periods: Sequence[int], modes: int | None, limits: Limits) -> None:
+    """Refuse steady motions that nobody would wait for: each of them costs a sum over harmonics and modes per period.
+
+    Raises
+    ------
+    Refusal
+        When harmonics × modes × load periods are more than a request may ask for.
+    """
+    load = system.load
+    waves = len(load.breaks) if load.is_piecewise else int(load.harmonics.max(initial=1))
+    work = max(waves, 1) * ((_UNASKED if modes is None else modes) + 1) * sum(periods)
+    if work > limits.steady_work:
+        most = f"at most {limits.steady_work:.0e}"
+        message = f"expected harmonics × (modes + 1) × load periods to be {most}; here {work:.1e}"
+        raise refused(422, message, "ask for fewer periods at once, or use percuss steady", "periods", list(periods))
 
 
 def plain_json(tree: Any, status: int = 200) -> Response:

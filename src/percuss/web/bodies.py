@@ -26,18 +26,19 @@ async def bounded_body(request: Request, most: int, seconds: float) -> bytes:
         413 when it is larger than `most` bytes, 408 when it does not come in time, 415 when it is packed.
     """
     if request.headers.get("content-encoding", "identity").strip().lower() != "identity":
-        raise refused(415, "the body must not be packed", "send it without Content-Encoding", close=True)
+        raise refused(415, "the body must not be compressed", "send it without Content-Encoding", close=True)
     told = request.headers.get("content-length", "")
     if told.isascii() and told.isdigit() and int(told[:20]) > most:
         raise _too_large(most)
-    parts, size = [], 0
+    parts, size, gate = [], 0, request.app.state.gate
     try:
-        async with request.app.state.gate.waiting(seconds):
+        async with gate.waiting(seconds) as limit:
             async for part in request.stream():
                 size += len(part)
                 if size > most:
                     raise _too_large(most)
                 parts.append(part)
+                gate.intake.add(limit, len(part))
     except ClientDisconnect:
         raise refused(400, "the request ended before its body") from None
     return b"".join(parts)
@@ -48,19 +49,32 @@ def _too_large(most: int) -> Exception:
     return refused(413, f"larger than {most / 1e6:g} MB", "send less")
 
 
-def strict_json(body: bytes, depth: int) -> Any:
+def strict_json(body: bytes, limits: Limits) -> Any:
     """The value in a JSON text.
 
     Raises
     ------
     Refusal
-        400 for what is not JSON, NaN and infinities, numbers out of range, keys given twice, and deep nesting.
+        400 for what is not JSON, NaN and infinities, numbers out of range, keys given twice, and deep nesting; 422 for
+        more values or keys than a question has, and for text that is none.
     """
+    # before it is read, and at no cost; commas in strings count too, but are far fewer
+    if body.count(b",") >= limits.values:
+        raise refused(422, f"more than {limits.values} values", "send less")
+    keys = _Keys(limits.keys, limits.text)
     try:
-        value = json.loads(body, parse_constant=_no_constant, object_pairs_hook=_once)
-        _check(value, depth)
+        value = json.loads(body, parse_constant=_no_constant, object_pairs_hook=keys.once)
+        for field in value.values() if type(value) is dict else [value]:
+            # a text that is a field itself has a bound of its own: that of a case file is high
+            _check(field, limits.depth - 1, limits.json_bytes if type(field) is str else limits.text)
     except (RecursionError, _TooDeep):
-        raise refused(400, f"JSON nested deeper than {depth} levels") from None
+        raise refused(400, f"JSON nested deeper than {limits.depth} levels") from None
+    except _TooLong:
+        raise refused(422, f"text of more than {limits.text} characters", "send less") from None
+    except _TooManyKeys:
+        raise refused(422, f"more than {limits.keys} keys", "send less") from None
+    except UnicodeEncodeError:
+        raise refused(422, "text with half of a surrogate pair, which stands for no character") from None
     except ValueError as error:  # also of text that is not UTF-8, and of numbers of thousands of digits
         raise refused(400, f"not JSON: {error}", "send a JSON object") from None
     return value
@@ -71,21 +85,53 @@ class _TooDeep(Exception):
 
 
 def _no_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number of JSON")
+    raise ValueError(f"{name} is not a JSON number")
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Each key once, as in a case file: of two values the one that was meant cannot be told."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("a key is given twice")
-    return found
+class _TooManyKeys(Exception):
+    pass
 
 
-def _check(value: Any, depth: int) -> None:
-    """Refuse what arithmetic would trip over: whole numbers beyond 64 bits, and 1e999."""
+class _TooLong(Exception):
+    pass
+
+
+class _Keys:
+    """The keys of a text: so many in all, and in each object each once, as in a case file.
+
+    Of two values the one that was meant cannot be told; and every unknown key is a problem to be reported.
+    """
+
+    def __init__(self, most: int, text: int) -> None:
+        self._left, self._text = most, text
+
+    def once(self, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """The object with these keys."""
+        self._left -= len(pairs)
+        if self._left < 0:
+            raise _TooManyKeys
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            raise ValueError("a key is given twice")
+        for key in found:
+            _check_text(key, self._text)
+        return found
+
+
+def _check_text(text: str, most: int) -> None:
+    """Refuse half a surrogate pair, which can be neither sent nor written, and long text, which problems repeat."""
+    if len(text) > most:
+        raise _TooLong
+    if not text.isascii():
+        text.encode()
+
+
+def _check(value: Any, depth: int, text: int) -> None:
+    """Refuse what arithmetic or files would trip over: whole numbers beyond 64 bits, 1e999, and text that is none."""
     kind = type(value)
-    if kind is float:
+    if kind is str:
+        _check_text(value, text)
+    elif kind is float:
         if not math.isfinite(value):
             raise ValueError("a number out of range")
     elif kind is int:
@@ -95,7 +141,7 @@ def _check(value: Any, depth: int) -> None:
         if depth <= 0:
             raise _TooDeep
         for item in value.values() if kind is dict else value:
-            _check(item, depth - 1)
+            _check(item, depth - 1, text)
 
 
 class _StrictRequest(Request):
@@ -110,7 +156,7 @@ class _StrictRequest(Request):
 
     async def json(self) -> Any:
         if not hasattr(self, "_json"):
-            self._json = strict_json(await self.body(), self.limits.depth)
+            self._json = strict_json(await self.body(), self.limits)
         return self._json
 
 

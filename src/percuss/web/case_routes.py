@@ -15,7 +15,8 @@ from percuss.case.catalogue import is_machine, machine_text, uses_history
 from percuss.case.describing import case_dict
 from percuss.case.placing import placed
 from percuss.case.tables import without_recording
-from percuss.case.uploads import uploaded_history
+from percuss.case.uploads import uploaded_case, uploaded_history
+from percuss.palette import palette_dict
 from percuss.web.answering import PROBLEMS, answer_of, gate_of, limits_of, plain_json
 from percuss.web.asking import CaseAsked, PlaceAsked
 from percuss.web.bodies import StrictRoute, bounded_body
@@ -56,6 +57,7 @@ async def about(request: Request) -> Response:
             "ready": request.app.state.kernels.settled("motions"),
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
+            "palette": palette_dict(),
             "distributions": ["wall", "field", "gentle"],
             "starts": ["rigid", "still", "ringing"],
         }
@@ -122,18 +124,51 @@ def _described(case: Any) -> dict[str, Any]:
 
 
 Text = Annotated[str, Query(max_length=200)]
+_FILE = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
+
+
+@router.post(
+    "/api/case/recorded",
+    summary="Check a case file together with the recording that it names",
+    responses=PROBLEMS,
+    openapi_extra=_FILE,
+)
+async def recorded(request: Request, name: Text, toml_bytes: Annotated[int, Query(ge=1, le=1_000_000)]) -> Response:
+    """The body is the case file, so many bytes of TOML, and right after it the recording; as POST /api/case answers."""
+    limits = limits_of(request)
+    _is_file(request)
+    body = await bounded_body(request, limits.upload_bytes, limits.body_seconds)
+    if len(body) <= toml_bytes:
+        remedy = "send the bytes of the recording right after those of the case"
+        raise refused(422, "no recording after the case", remedy, "toml_bytes", toml_bytes)
+    try:
+        text = body[:toml_bytes].decode("utf-8")
+    except UnicodeDecodeError:
+        raise refused(422, "the case is not text in UTF-8", "", "toml_bytes", toml_bytes) from None
+    most = limits.harmonics
+    found = await gate_of(request).heavy.run(
+        request, limits.seconds, lambda halt: uploaded_case(text, body[toml_bytes:], name, most, halt)
+    )
+    return plain_json(found)
+
+
+def _is_file(request: Request) -> None:
+    """Refuse what a form of another page can send without asking."""
+    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if kind in ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain"):
+        raise refused(415, "the body must be the file itself", "send Content-Type: application/octet-stream")
 
 
 @router.post(
     "/api/history",
     summary="Turn a recording into a load",
     responses=PROBLEMS,
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-        }
-    },
+    openapi_extra=_FILE,
 )
 async def history(
     request: Request,
@@ -142,6 +177,10 @@ async def history(
     unit: Text = "",
     time_column: Text = "",
     sample_rate: Text = "",
+    opposing_column: Text = "",
+    opposing_area: Text = "",
+    start: Annotated[str, Query(alias="from", max_length=200)] = "",
+    end: Annotated[str, Query(alias="to", max_length=200)] = "",
     area: Text = "",
     frequency: Text = "",
     force_scale: Text = "",
@@ -149,17 +188,18 @@ async def history(
 ) -> Response:
     """The body is the file; of its name only the suffix counts. The options are those of [load] in a case."""
     limits = limits_of(request)
-    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if kind in ("application/x-www-form-urlencoded", "multipart/form-data", "text/plain"):
-        raise refused(415, "the body must be the file itself", "send Content-Type: application/octet-stream")
+    _is_file(request)
     lane = gate_of(request).heavy
-    async with lane.place(limits.seconds):
-        data = await bounded_body(request, limits.upload_bytes, limits.body_seconds)
+    data = await bounded_body(request, limits.upload_bytes, limits.body_seconds)  # before it takes a place
     options: dict[str, Any] = {
         "column": _column(column),
         "unit": unit,
         "time_column": _column(time_column),
         "sample_rate": sample_rate,
+        "opposing_column": _column(opposing_column),
+        "opposing_area": opposing_area,
+        "from": start,
+        "to": end,
         "area": area,
         "frequency": frequency,
         "force_scale": force_scale,

@@ -6,7 +6,7 @@ import json
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from percuss.case.catalogue import is_machine, load_case
 from percuss.case.reading import parsed
@@ -24,17 +24,22 @@ T = TypeVar("T")
 
 
 class Memory(Generic[T]):
-    """The last few answers; safe for threads. What is too large for it is not kept.
+    """The last few answers, bounded in number and in size; safe for threads.
 
     Parameters
     ----------
     most
         How many.
+    size
+        Of all together; what alone is larger is not kept.
+    size_of
+        The size of one, from its key and itself.
     """
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, most: int, size: float, size_of: Callable[[Any, T], float]) -> None:
+        self._most, self._room, self._size_of = most, size, size_of
         self._kept: OrderedDict[Hashable, T] = OrderedDict()
+        self._sizes: dict[Hashable, float] = {}
         self._lock = threading.Lock()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
@@ -50,10 +55,18 @@ class Memory(Generic[T]):
     def put(self, key: Hashable, value: T) -> None:
         """Keep a value, and let the oldest go."""
         with self._lock:
-            self._kept[key] = value
-            self._kept.move_to_end(key)
-            while len(self._kept) > self._most:
-                self._kept.popitem(last=False)
+            self._forget(key)
+            size = self._size_of(key, value)
+            while self._kept and (len(self._kept) >= self._most or size > self._room):
+                self._forget(next(iter(self._kept)))
+            if size <= self._room:
+                self._kept[key], self._sizes[key] = value, size
+                self._room -= size
+
+    def _forget(self, key: Hashable) -> None:
+        if key in self._kept:
+            del self._kept[key]
+            self._room += self._sizes.pop(key)
 
     def find(self, key: Hashable) -> T | None:
         """What is kept for a key."""
@@ -61,7 +74,8 @@ class Memory(Generic[T]):
             return self._kept.get(key)
 
 
-_cases: Memory[Case] = Memory(64)
+_cases: Memory[Case] = Memory(64, 1_000_000, lambda key, _: len(key))
+"""By the characters of their requests; what is made of these takes some thirty times as many bytes."""
 
 
 def case_key(asked: CaseAsked) -> str:
@@ -81,7 +95,7 @@ def case_asked(asked: CaseAsked, harmonics: int) -> Case:
     Refusal
         When it names none or several.
     CaseError
-        When it is no case.
+        When it is not a case.
     """
     given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
     if len(given) != 1:

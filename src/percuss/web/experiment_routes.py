@@ -8,6 +8,7 @@ import logging
 import tempfile
 from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +40,10 @@ __all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 
-_experiments: Memory[Experiment] = Memory(2)
+_experiments: Memory[Experiment] = Memory(
+    2, 64_000_000, lambda key, kept: len(key) + sum(column.nbytes for column in kept.columns.values())
+)
+"""The last ones, as far as they have come: of one that was cancelled the starts that had been followed."""
 
 _PING = 1.0
 """Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
@@ -90,13 +94,14 @@ async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Respo
     await compiled(request, "motions")
 
     def work(halt: Halt) -> bytes:
+        most = min(asked.first or asked.starts, asked.starts)
         known = _experiments.find(_key(asked))
-        if known is None:
+        if known is None or _size(known) < most:
             case, job = _job(asked, limits)
-            known = _follow(case, job, asked, halt, lambda kind, what: None)
-        if known is None:
+            known = _follow(case, job, asked, halt, lambda kind, what: None, most)
+        if known is None or _size(known) < most:
             raise refused(503, "it took too long", "ask for fewer starts")
-        return _file(known, asked.format)
+        return _file(_first(known, most), asked.format)
 
     lane, seconds = gate.experiments, limits.experiment_seconds
     kind = "text/csv; charset=utf-8" if asked.format == "csv" else "application/x-netcdf"
@@ -123,15 +128,29 @@ def _key(asked: ExperimentAsked) -> str:
     return f"{case_key(asked)} {[asked.starts, asked.distribution, asked.seed, asked.modes, asked.impacts]}"
 
 
-def _follow(case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, tell: Any) -> Experiment | None:
-    """Follow the starts, telling how far it is; the experiment, or None when it was stopped."""
+def _size(found: Experiment) -> int:
+    """How many starts have been followed."""
+    return len(found.columns["time"])
+
+
+def _first(found: Experiment, most: int) -> Experiment:
+    """The first starts of an experiment as one of its own."""
+    if _size(found) == most:
+        return found
+    return replace(found, columns={name: values[:most] for name, values in found.columns.items()})
+
+
+def _follow(
+    case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, tell: Any, most: int | None = None
+) -> Experiment | None:
+    """Follow the starts, or the first of them, telling how far it is; the experiment, or None when it was stopped."""
     try:
-        for look in watched_experiment(job, halt):
+        for look in watched_experiment(job, halt, most):
+            _experiments.put(_key(asked), look.found)  # it may be stopped before the next look
             tell("progress", look.to_json_dict())
-            if look.result is not None:
-                _experiments.put(_key(asked), look.result)
-                tell("done", experiment_dict(case, look.result))
-                return look.result
+            if look.is_done:
+                tell("done", experiment_dict(case, look.found))
+                return look.found
     except (PercussError, ArithmeticError, MemoryError) as error:
         tell("error", {"problems": problems_of(error)})
         if not isinstance(error, PercussError):

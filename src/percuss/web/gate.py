@@ -10,6 +10,7 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, TypeVar
 
+from percuss.errors import Interrupted
 from percuss.web.problems import refused
 
 if TYPE_CHECKING:
@@ -114,13 +115,15 @@ class Lane:
                     if halt.late:
                         raise refused(503, "it took too long", "ask for less")
                     if await request.is_disconnected():
-                        raise refused(503, "nobody waits for it")
+                        raise refused(503, "the client no longer waits for the answer")
             finally:
                 self.hold(running)
             try:
                 return running.result()
             except CancelledError:  # it was in line when the lane was closed
                 raise refused(503, "the server is stopping") from None
+            except Interrupted:  # it looked at the clock before we did
+                raise refused(503, "it took too long", "ask for less") from None
 
     def hold(self, running: Future[T]) -> None:
         """Keep a place taken while work that was given up goes on, so that no more than is allowed ever runs."""
@@ -180,10 +183,11 @@ class Gate:
         self.heavy = Lane("heavy", limits.heavy, limits.heavy_waiting)
         self.experiments = Lane("experiment", limits.experiments, 0)
         self.closed = False
+        self.intake = Intake(limits.held_bytes)
         self._waits: set[asyncio.Timeout] = set()
 
     @asynccontextmanager
-    async def waiting(self, seconds: float | None = None) -> AsyncIterator[None]:
+    async def waiting(self, seconds: float | None = None) -> AsyncIterator[asyncio.Timeout]:
         """A block that waits for others: for some seconds, and not beyond the end of the server.
 
         Raises
@@ -197,9 +201,10 @@ class Gate:
             async with asyncio.timeout(seconds) as limit:
                 self._waits.add(limit)
                 try:
-                    yield
+                    yield limit
                 finally:
                     self._waits.discard(limit)
+                    self.intake.drop(limit)
         except TimeoutError:
             if self.closed:
                 raise refused(503, "the server is stopping") from None
@@ -213,5 +218,37 @@ class Gate:
         for lane in (self.quick, self.heavy, self.experiments):
             lane.close()
         for limit in list(self._waits):
-            if not limit.expired():  # else it ends by itself, and could not be told again
-                limit.reschedule(0.0)
+            _expire(limit)
+
+
+class Intake:
+    """Bodies that come in, bounded all together: when they are too much, the one that began first is given up.
+
+    It is the one that has taken longest; those that come in at the pace of a network are gone before it is their turn.
+
+    Parameters
+    ----------
+    most
+        Bytes.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._held: dict[asyncio.Timeout, int] = {}
+
+    def add(self, limit: asyncio.Timeout, size: int) -> None:
+        """So many more bytes have come within this wait."""
+        self._held[limit] = self._held.get(limit, 0) + size
+        while sum(self._held.values()) > self._most:
+            first = next(iter(self._held))
+            self.drop(first)
+            _expire(first)
+
+    def drop(self, limit: asyncio.Timeout) -> None:
+        """This wait has ended."""
+        self._held.pop(limit, None)
+
+
+def _expire(limit: asyncio.Timeout) -> None:
+    if not limit.expired():  # else it ends by itself, and could not be told again
+        limit.reschedule(0.0)

@@ -6,6 +6,7 @@ import hmac
 import json
 import logging
 from collections.abc import MutableMapping
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from percuss.web.problems import Refusal
     from percuss.web.settings import Settings
 
-__all__ = ["CONTENT_SECURITY_POLICY", "Guard"]
+__all__ = ["CONTENT_SECURITY_POLICY", "Guard", "overcrowded", "plain_refusal"]
 
 CONTENT_SECURITY_POLICY = "; ".join(
     [
@@ -101,7 +102,7 @@ class Guard:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         if len(headers.getlist("host")) != 1 or not self.settings.allows(_name_of(host)):
-            remedy = "open it by the address that 'percuss serve' printed; other names are given by --name"
+            remedy = "use the address that 'percuss serve' printed; --name adds other names"
             return refused(403, "this server is not known by that name", remedy, "Host", host)
         path = scope["path"]
         origin = headers.get("origin")
@@ -114,7 +115,7 @@ class Guard:
             if referer is not None and _place_of(referer) != host.lower():
                 return refused(403, "requests from other pages are not answered", "", "Referer", referer)
             if self.settings.token and path not in _OPEN and not self._knows(headers.get("authorization", "")):
-                return refused(401, "this server wants its token", "open the address that 'percuss serve' printed")
+                return refused(401, "this server needs its token", "open the address that 'percuss serve' printed")
         return None
 
     def _knows(self, authorization: str) -> bool:
@@ -149,9 +150,35 @@ def _add_headers(message: MutableMapping[str, Any], path: str) -> None:
     message["headers"] = [*message["headers"], *(pair for pair in extra if pair[0] not in given)]
 
 
+async def overcrowded(scope: Scope, receive: Receive, send: Send) -> None:
+    """The answer on a connection for which there is no room."""
+
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            _add_headers(message, scope["path"])
+        await send(message)
+
+    await _answer(refused(503, "too many connections", "try again in a few seconds", close=True), sending)
+
+
+def plain_refusal(status: int, message: str) -> bytes:
+    """A refusal as it goes over the wire, where no request could be read; the connection ends with it."""
+    start, body = _messages(refused(status, message, close=True))
+    _add_headers(start, "/api/")
+    lines = [b"HTTP/1.1 %d %s" % (status, HTTPStatus(status).phrase.encode())]
+    lines += [name + b": " + value for name, value in start["headers"]]
+    return b"\r\n".join([*lines, b"", body["body"]])
+
+
 async def _answer(refusal: Refusal, send: Send) -> None:
+    for message in _messages(refusal):
+        await send(message)
+
+
+def _messages(refusal: Refusal) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The two messages of ASGI that answer with a refusal."""
     body = json.dumps({"problems": refusal.problems or [problem("", None, "refused")]}).encode()
     headers = {"content-type": "application/json", "content-length": str(len(body)), **(refusal.headers or {})}
     pairs = [(name.lower().encode(), value.encode()) for name, value in headers.items()]
-    await send({"type": "http.response.start", "status": refusal.status_code, "headers": pairs})
-    await send({"type": "http.response.body", "body": body})
+    start = {"type": "http.response.start", "status": refusal.status_code, "headers": pairs}
+    return start, {"type": "http.response.body", "body": body}

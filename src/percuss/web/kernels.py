@@ -62,6 +62,10 @@ class Kernels:
         """Whether these can be used at once."""
         return self.settled(part) and part not in self._failed
 
+    def failed(self, part: Part) -> bool:
+        """Whether these cannot be had; the log says why."""
+        return part in self._failed
+
     async def wait(self, part: Part, seconds: float) -> bool:
         """Wait so long for them to be settled; whether they are."""
         event = self._settled.get(part)  # of this loop: another one may begin meanwhile

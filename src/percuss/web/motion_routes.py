@@ -42,8 +42,8 @@ router = APIRouter(route_class=StrictRoute)
 
 NETCDF = {**BINARY, 200: bytes_of("a file of NetCDF", "application/x-netcdf")}
 
-_motions: Memory[SimulationAnswer] = Memory(8)
-_MOST_KEPT = 8_000_000  # bytes of states
+_motions: Memory[SimulationAnswer] = Memory(8, 32_000_000, lambda key, kept: len(key) + kept.motion.states.nbytes)
+"""By the bytes of their states."""
 
 
 @router.post("/api/simulate", summary="What percuss simulate --json answers", responses=PROBLEMS)
@@ -123,6 +123,5 @@ def simulated(
     answer = simulation_answer(simulated_case(case, start, simulation, limits), halt)
     if answer.motion.outcome == "cancelled":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
-    if answer.motion.states.nbytes < _MOST_KEPT:
-        _motions.put(key, answer)
+    _motions.put(key, answer)
     return answer

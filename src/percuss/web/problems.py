@@ -70,7 +70,7 @@ def problems_of(error: Exception) -> list[dict[str, Any]]:
     if isinstance(error, RecursionError):
         return [problem("", None, "nested too deeply", "")]
     if isinstance(error, MemoryError):
-        return [problem("", None, "not enough memory for this question", "ask for less")]
+        return [problem("", None, "not enough memory for this computation", "ask for less")]
     return [problem("", None, "the server failed on this request; its log has more", "please report it with the case")]
 
 

@@ -10,11 +10,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import steady_answer
-from percuss.web.answering import PROBLEMS, answer_of, attachment, limits_of
+from percuss.html_report import report_html
+from percuss.web.answering import PROBLEMS, answer_of, attachment, check_steady, limits_of
 from percuss.web.asking import ReportAsked
 from percuss.web.bodies import StrictRoute
 from percuss.web.motion_routes import simulated
-from percuss.web.report import report_html
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -39,7 +39,9 @@ async def report(request: Request, asked: ReportAsked) -> Response:
     limits = limits_of(request)
 
     def work(case: Case, halt: Halt) -> bytes:
-        answer = steady_answer(case, tuple(sorted(set(asked.periods))), asked.modes)
+        periods = tuple(sorted(set(asked.periods)))
+        check_steady(case.system(), periods, asked.modes, limits)
+        answer = steady_answer(case, periods, asked.modes)
         motion = simulated(case, asked, None, None, limits, halt) if asked.simulate else None
         with _drawing:
             return report_html(case, answer, motion).encode()

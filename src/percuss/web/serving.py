@@ -9,13 +9,15 @@ import os
 import signal
 import socket
 import sys
+import tempfile
 import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from multiprocessing.connection import wait
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import uvicorn
@@ -27,19 +29,19 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
     from types import FrameType
 
-__all__ = ["address", "bound", "serve"]
+__all__ = ["address", "bound", "serve", "to_open"]
 
 _GRACE = 1
 """Seconds that requests under way have to end after the server is told to stop."""
 
 _REMEDIES: dict[int | None, str] = {
     errno.EADDRINUSE: "--port 0 takes a free port",
-    errno.EACCES: "ports below 1024 belong to the system: --port 8321, or --port 0 for a free one",
+    errno.EACCES: "ports below 1024 are reserved for the system: --port 8321, or --port 0 for a free one",
 }
 
 _OPEN = """\
-percuss: listening on {host}: everyone who can reach this machine and has the token can make it compute.
-percuss: what is sent is not encrypted; in a network that is not yours put a reverse proxy with TLS before it."""
+percuss: listening on {host}: everyone who can reach this machine and has the token can use it to compute.
+percuss: what is sent is not encrypted; in a network that is not yours, put a reverse proxy with TLS in front of it."""
 
 _TICK = 0.1
 """Seconds between two looks of the supervisor at whether the end is asked for."""
@@ -106,20 +108,43 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
     if not is_loopback(settings.host):
         print(_OPEN.format(host=settings.host), file=sys.stderr, flush=True)
 
-    def tell() -> None:
-        print(f"percuss workbench: {address(settings)}  (Ctrl-C ends it)", flush=True)
-        if browser and _has_screen():
-            webbrowser.open(address(settings))
+    with tempfile.TemporaryDirectory(prefix="percuss-") if settings.token else nullcontext("") as folder:
 
+        def tell() -> None:
+            print(f"percuss workbench: {address(settings)}  (Ctrl-C ends it)", flush=True)
+            if browser and _has_screen():
+                webbrowser.open(to_open(settings, folder))
+
+        if workers == 1:
+            _run(settings, listening, tell)
+        else:
+            tell()  # who is early waits in the socket's line
+            _supervise(settings, listening, workers)
     if workers == 1:
-        _work(settings, listening, tell)
-    else:
-        tell()  # who is early waits in the socket's line
-        _supervise(settings, listening, workers)
+        _end()
 
 
-def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
-    """Serve in this process; also what every worker process does."""
+def to_open(settings: Settings, folder: str) -> str:
+    """What the browser is told to open: with a token a page in our folder that leads to the address.
+
+    The command line of the browser is in the list of processes, which everybody on this machine can read.
+    """
+    if not settings.token:
+        return address(settings)
+    page = Path(folder, "percuss.html")
+    page.touch(0o600)
+    page.write_text(f'<!doctype html><meta http-equiv="refresh" content="0; url={address(settings)}">', "utf-8")
+    return page.as_uri()
+
+
+def _work(settings: Settings, listening: socket.socket) -> None:
+    """What every worker process does."""
+    _run(settings, listening)
+    _end()
+
+
+def _run(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
+    """Serve in this process."""
     from percuss.web.app import create_app
     from percuss.web.wire import protocol
 
@@ -134,15 +159,12 @@ def _work(settings: Settings, listening: socket.socket, ready: Callable[[], None
         log_level="warning",
         server_header=False,
         proxy_headers=False,
-        timeout_keep_alive=30,
         timeout_graceful_shutdown=_GRACE,
-        limit_concurrency=512,
     )
     server = _Server(config)
     server.ready = ready
     _end_with_parent(server)
     server.run([listening])
-    _end()
 
 
 def _supervise(settings: Settings, listening: socket.socket, workers: int) -> None:

@@ -18,10 +18,21 @@ class Limits:
     ----------
     json_bytes, upload_bytes, depth
         Of a request: size of a JSON body, of an uploaded history, and how deep JSON may nest.
+    values, keys, text
+        Of a JSON body: values and keys in it, and characters of a text within a case; more is no question, and would
+        take seconds to look through.
+    held_bytes
+        Of all bodies that come in at once, together.
     head_bytes, head_seconds
         Of what comes before a body: its size, and after how long a connection that does not send one is closed.
+    idle_seconds, write_seconds
+        After which a connection without a request is closed, and one whose client does not read.
+    connections, connections_per_address
+        At once in one worker, and of one address.
     modes, simulation_modes, harmonics
         Elastic modes of a steady answer and of a simulation; the highest harmonic of a load.
+    steady_work
+        Harmonics × (modes + 1) × load periods of a steady answer, all its numbers of periods together.
     impacts, periods, m
         Impacts of a simulation; numbers of load periods per impact in one request, and the greatest of them.
     cells, slow_cells, boundary_points
@@ -39,11 +50,20 @@ class Limits:
     json_bytes: int = 1_000_000
     upload_bytes: int = 10_000_000
     depth: int = 32
+    values: int = 50_000
+    keys: int = 1_000
+    text: int = 10_000
+    held_bytes: int = 100_000_000
     head_bytes: int = 65_536
     head_seconds: float = 15.0
+    idle_seconds: float = 30.0
+    write_seconds: float = 15.0
+    connections: int = 512
+    connections_per_address: int = 128
     modes: int = 256
     simulation_modes: int = 256
     harmonics: int = 1024
+    steady_work: float = 2e6
     impacts: int = 20_000
     periods: int = 8
     m: int = 100

@@ -15,7 +15,7 @@ from percuss.case.curves import boundaries_dict, curves_dict
 from percuss.case.placing import placed
 from percuss.case.quick import quick_dict
 from percuss.case.tables import json_tables
-from percuss.web.answering import PROBLEMS, answer_of, binary, limits_of, plain_json
+from percuss.web.answering import PROBLEMS, answer_of, binary, check_steady, limits_of, plain_json
 from percuss.web.asking import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
 from percuss.web.bodies import StrictRoute
 from percuss.web.packing import packed
@@ -38,7 +38,7 @@ router = APIRouter(route_class=StrictRoute)
 
 
 def bytes_of(what: str, *kinds: str) -> dict[str, Any]:
-    """The answer of a route that is no JSON, for the schema."""
+    """The answer of a route that is not JSON, for the schema."""
     return {
         "description": what,
         "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in kinds},
@@ -71,10 +71,13 @@ async def quick(request: Request, asked: QuickAsked) -> Response:
 @router.post("/api/steady", summary="What percuss steady --json answers", responses=PROBLEMS)
 async def steady(request: Request, asked: SteadyAsked) -> Response:
     """Every steady motion, with proofs, energies and figures in SI."""
-    periods = tuple(sorted(set(asked.periods)))
-    return plain_json(
-        await answer_of(request, asked, lambda case, _: steady_answer(case, periods, asked.modes).to_json_dict())
-    )
+    periods, limits = tuple(sorted(set(asked.periods))), limits_of(request)
+
+    def work(case: Case, _: Halt) -> dict[str, Any]:
+        check_steady(case.system(), periods, asked.modes, limits)
+        return steady_answer(case, periods, asked.modes).to_json_dict()
+
+    return plain_json(await answer_of(request, asked, work))
 
 
 @router.post("/api/curves", summary="v_f, the load, and the branches over the load factor", responses=PROBLEMS)

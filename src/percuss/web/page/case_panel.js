@@ -77,7 +77,7 @@ function build() {
     : "";
   const back = tables.system && physical();
   parts.before.hidden = !back;
-  const words = "SI leads back to the machine as it was: what is changed in this form stays in this form.";
+  const words = "SI brings back the machine as it was: changes made in this form are not carried over.";
   put(parts.before, back ? words : "");
   const now = JSON.stringify([Boolean(tables.bar), tables.load?.kind, tables.load?.coefficients?.length]);
   if (now !== shape) {
@@ -103,7 +103,7 @@ const group = (title, fields, folded = false) => {
     "fieldset",
     {},
     h("legend", {}, title),
-    h("p", { class: "hint small muted" }, "For the motion from a start. Empty: at rest, one bar length off the wall."),
+    h("p", { class: "hint small muted" }, "For the motion from a start. When empty: at rest, one bar length off the wall."),
     inside,
   );
 };
@@ -183,7 +183,7 @@ function problems() {
     const input = document.getElementById(idOf(key));
     if (input) words ? input.setAttribute("aria-invalid", "true") : input.removeAttribute("aria-invalid");
   }
-  const refused = ofFile.length > 0 && "The file was not taken; the case is the one of before.";
+  const refused = ofFile.length > 0 && "The file was not accepted; the previous case is kept.";
   put(
     parts.general,
     refused && h("p", { class: "note bad" }, refused),
@@ -213,7 +213,7 @@ function facts() {
   const part = (title, what) => h("div", {}, h("h3", {}, title), what);
   put(
     parts.facts,
-    h("h2", {}, "What follows from it"),
+    h("h2", {}, "What follows from the case"),
     h(
       "div",
       { class: "grid" },

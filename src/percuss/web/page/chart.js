@@ -155,7 +155,7 @@ export class Chart {
 
   legends(items) {
     const named = items.filter((item) => item.name);
-    const now = JSON.stringify(named.map((item) => [item.name, item.colour, item.shape, item.dash, theme().dark]));
+    const now = JSON.stringify(named.map((item) => [item.name, item.colour, item.hatch, item.shape, item.dash, theme().dark]));
     if (now === this.legend) return;
     this.legend = now;
     const seen = new Set();

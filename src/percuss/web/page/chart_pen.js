@@ -2,6 +2,7 @@
 
 import { number } from "./format.js";
 import { theme } from "./colours.js";
+import { fillHatch, hatched } from "./hatch.js";
 
 const FONT = "12.5px system-ui, sans-serif";
 
@@ -20,6 +21,7 @@ export function swatch(item) {
   } else if (item.type === "patch") {
     pen.fillStyle = item.colour;
     pen.fillRect(2, 1, 22, 10);
+    fillHatch(pen, item.hatch, 2, 1, 22, 10, 2);
   } else if (item.type === "points") {
     mark(pen, item.shape, 13, 6, Math.min(item.size ?? 5, item.shape === "diamond" ? 3.8 : 4.6), item.colour);
   } else {
@@ -107,18 +109,27 @@ export function paint(pen, spec, frame) {
 }
 
 /** Cells about their values: the outermost reach half a cell beyond the plane. */
-function image(pen, { canvas, under, smooth }, { left, right, top, bottom }) {
-  pen.imageSmoothingEnabled = smooth;
+function image(pen, shown, { left, right, top, bottom }) {
+  const [width, height] = [right - left, bottom - top];
+  pen.imageSmoothingEnabled = shown.smooth;
   pen.save();
   pen.beginPath();
-  pen.rect(left, top, right - left, bottom - top);
+  pen.rect(left, top, width, height);
   pen.clip();
-  pen.translate(left, bottom);
-  pen.scale(1, -1);
-  for (const cells of [under, canvas].filter(Boolean)) {
-    const width = (right - left) / Math.max(cells.width - 1, 1);
-    const height = (bottom - top) / Math.max(cells.height - 1, 1);
-    pen.drawImage(cells, -width / 2, -height / 2, width * cells.width, height * cells.height);
+  pen.translate(left, top);
+  const place = (into, cells) => {
+    const [across, up] = [width / Math.max(cells.width - 1, 1), height / Math.max(cells.height - 1, 1)];
+    into.translate(0, height);
+    into.scale(1, -1);
+    into.drawImage(cells, -across / 2, -up / 2, across * cells.width, up * cells.height);
+  };
+  for (const one of [shown.under, shown].filter(Boolean)) {
+    pen.save();
+    place(pen, one.canvas);
+    pen.restore();
+    if (!one.hatches?.length) continue;
+    const layer = hatched(one, width, height, pen.getTransform().a, place);
+    pen.drawImage(layer, 0, 0, width, height);
   }
   pen.restore();
 }

@@ -40,7 +40,7 @@ export function coefficients(found) {
       "div",
       { class: "row" },
       h("button", { type: "button", onclick: add }, "Add a harmonic"),
-      h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Take the last out"),
+      h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Remove the last"),
     ),
     h("div", { class: "problem", id: "field-load-coefficients-problem" }),
   );

@@ -62,20 +62,22 @@ export function select(label, options, value, onchange, attributes = {}) {
   return h("label", { class: "pick" }, h("span", {}, label), box);
 }
 
+const due = new Set();
+
 /** A function that runs at most once a frame, with its latest arguments. */
 export function framed(action) {
-  let waiting = false;
   let latest = [];
+  const run = () => due.delete(run) && action(...latest);
   return (...args) => {
     latest = args;
-    if (waiting) return;
-    waiting = true;
-    requestAnimationFrame(() => {
-      waiting = false;
-      action(...latest);
-    });
+    if (due.has(run)) return;
+    due.add(run);
+    requestAnimationFrame(run);
   };
 }
+
+/** Run what waits for a frame, for there will be none: the page is about to be printed. */
+export const flushFrames = () => [...due].forEach((run) => run());
 
 /** A function that runs once the next frame is out, at most once a frame: for words beside a picture one waits for. */
 export function afterFrame(action) {

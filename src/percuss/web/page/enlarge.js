@@ -2,6 +2,7 @@
 // installed Python package and loaded only when it is asked for.
 
 import { $, h, put } from "./dom.js";
+import { hatched } from "./hatch.js";
 
 let loading = null;
 
@@ -106,17 +107,26 @@ function plane({ image, x, y }) {
   const { width, height } = image.canvas;
   const step = [(x.to - x.from) / Math.max(width - 1, 1), (y.to - y.from) / Math.max(height - 1, 1)];
   const place = { x: x.from - step[0] / 2, y: y.to + step[1] / 2, sizex: step[0] * width, sizey: step[1] * height };
-  return { source: upright(image.canvas), xref: "x", yref: "y", ...place, sizing: "stretch", layer: "below" };
+  return { source: upright(image), xref: "x", yref: "y", ...place, sizing: "stretch", layer: "below" };
 }
 
-/** The image with its first row at the top, as a data address. */
-function upright(canvas) {
+/** The image with its first row at the top and its hatches, as a data address. */
+function upright(image) {
+  const { width: nx, height: ny } = image.canvas;
+  const [width, height] = [1200, 800];
   const turned = document.createElement("canvas");
-  turned.width = canvas.width;
-  turned.height = canvas.height;
+  turned.width = width;
+  turned.height = height;
   const pen = turned.getContext("2d");
-  pen.translate(0, canvas.height);
-  pen.scale(1, -1);
-  pen.drawImage(canvas, 0, 0);
+  pen.imageSmoothingEnabled = false;
+  const place = (into, cells) => {
+    into.translate(0, height);
+    into.scale(1, -1);
+    into.drawImage(cells, 0, 0, nx, ny, 0, 0, width, height);
+  };
+  pen.save();
+  place(pen, image.canvas);
+  pen.restore();
+  if (image.hatches?.length) pen.drawImage(hatched({ ...image }, width, height, 1, place), 0, 0);
   return turned.toDataURL();
 }

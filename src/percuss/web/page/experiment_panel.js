@@ -9,7 +9,8 @@ import { data, on, show, view } from "./state.js";
 const DISTRIBUTIONS = { wall: "near the wall", field: "all over, ringing", gentle: "gentle" };
 const parts = {};
 let running = null; // the abort controller of the experiment under way
-let finished = null; // the question that the shown result answers
+let finished = null; // the question that the shown result answers; of one that was cancelled with `first`, its starts
+let followed = { done: 0, size: 0 }; // how far the one under way is
 
 export function startExperiment(panel) {
   parts.form = h("form", { class: "row", id: "experiment-form", onsubmit: (event) => (event.preventDefault(), run()) });
@@ -36,7 +37,7 @@ export function startExperiment(panel) {
       h(
         "p",
         { class: "muted small" },
-        "Where does the hammer end when it is started anyhow? Bars: the share of the starts; the dark line: its 95 % range.",
+        "Where does the hammer end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.",
       ),
       parts.form,
       parts.problem,
@@ -116,6 +117,7 @@ async function run() {
   running = new AbortController();
   const { signal } = running;
   finished = null;
+  followed = { done: 0, size: asked.starts };
   busy(true);
   put(parts.problem);
   put(parts.shares);
@@ -124,13 +126,24 @@ async function run() {
   put(parts.status, "Starting …");
   try {
     await stream("experiment", asked, (event, found) => heard(event, found, asked), signal);
-    if (!finished && !parts.problem.textContent) put(parts.problem, "The answer ended early: start it again.");
+    if (!finished && !parts.problem.textContent) put(parts.problem, "The answer ended early: start the experiment again.");
+    if (!finished) kept("Ended early", asked);
   } catch (error) {
-    if (error.name === "AbortError") put(parts.status, `Cancelled. ${parts.status.textContent}`);
-    else put(parts.problem, error.message);
+    if (error.name !== "AbortError") put(parts.problem, error.message);
+    kept(error.name === "AbortError" ? "Cancelled" : followed.done ? "Ended early" : "Not started", asked);
   }
   running = null;
   busy(false);
+}
+
+/** What there is of an experiment that did not come to its end: its first starts can be kept. */
+function kept(how, asked) {
+  const { done, size } = followed;
+  const since = data.tables === asked.case ? "" : " The case has changed since.";
+  if (!done) return put(parts.status, `${how}: no start was followed.${since}`);
+  put(parts.status, `${how}: ${done} of ${counted(size, "start")} were followed; their results can be downloaded.${since}`);
+  finished = { ...asked, first: done };
+  parts.files.hidden = false;
 }
 
 function busy(on_) {
@@ -141,6 +154,7 @@ function busy(on_) {
 function heard(event, found, asked) {
   if (event === "error") return put(parts.problem, new Refusal(0, found.problems).message);
   if (event === "progress") {
+    followed = found;
     parts.bar.value = found.fraction ?? found.done / found.size;
     const rest = found.seconds_left ? `, about ${number(Math.ceil(found.seconds_left))} s left` : "";
     put(parts.status, `${found.done} of ${counted(found.size, "start")}${rest}.`);
@@ -200,5 +214,5 @@ async function save(format) {
 function changed() {
   if (!finished && !running) return;
   running?.abort();
-  if (finished) put(parts.status, "The case has changed since: this is the result for the one before.");
+  if (finished) put(parts.status, "The case has changed since: this is the result for the previous case.");
 }

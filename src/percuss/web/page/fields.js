@@ -23,18 +23,18 @@ export const SYSTEM = [
 
 const SI_ONLY = [
   ["load.frequency", "Frequency", "of the fundamental, as 60 Hz or 402 blows/min"],
-  ["load.area", "Piston area", "on which a pressure works; leave empty for forces"],
+  ["load.area", "Piston area", "that a pressure acts on; leave empty for forces"],
 ];
 
 const LOADS = {
   harmonic: [
     ["load.mean", "Mean", "positive toward the wall"],
     ["load.amplitude", "Amplitude", "of the cosine"],
-    ["load.harmonic", "Harmonic", "which multiple of the fundamental; 1 when empty"],
+    ["load.harmonic", "Harmonic", "multiple of the fundamental; 1 when empty"],
   ],
   square: [
-    ["load.amplitude", "Amplitude", "pushes with this, then pulls with it"],
-    ["load.kappa", "κ", "0 to 2: it pushes for κ/2 of each period"],
+    ["load.amplitude", "Amplitude", "the load pushes with this force, then pulls with it"],
+    ["load.kappa", "κ", "0 to 2: the load pushes for κ/2 of each period"],
     ["load.harmonics", "Harmonics", "Fourier coefficients kept; 64 when empty"],
   ],
   fourier: [["load.unit", "Unit of the coefficients", "as kN or bar"]],
@@ -60,7 +60,7 @@ export const START = [
   ["start.modal_velocity", "Modes, velocity", "u₀′, u₁′, … in bar lengths per radian"],
   ["start.time", "Load phase", "at the start, in rad, or a time"],
   ["start.orbit", "Steady motion", "instead: just after the blow of motion 1, 2 …"],
-  ["start.periods", "of so many load periods", "with a steady motion; 1 when empty"],
+  ["start.periods", "Load periods per blow", "with a steady motion; 1 when empty"],
   ["start.random", "Random", "instead: rigid, still or ringing"],
   ["start.seed", "Seed", "of the random start"],
   ["simulation.modes", "Elastic modes", "0: a rigid bar; 32 when empty"],

@@ -26,6 +26,9 @@ function superscript(power) {
 
 export const withUnit = (value, unit, digits = 4) => `${number(value, digits)}${unit ? THIN + unit : ""}`;
 
+/** A quantity before its unit, as on every axis: "stress [MPa]". */
+export const inUnit = (name, unit) => (unit ? `${name} [${unit}]` : name);
+
 const LADDER = [
   [1e9, "G"],
   [1e6, "M"],
@@ -52,7 +55,10 @@ export function si(value, unit, digits = 4) {
 }
 
 /** "1 start", "2 starts". */
-export const counted = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+export const counted = (count, word) => {
+  const text = Number.isInteger(count) ? String(count) : number(count, 4);
+  return `${text} ${word}${text === "1" ? "" : "s"}`;
+};
 
 /** An angle in radians and degrees. */
 export const angle = (phase) => `${number(phase)}${THIN}rad (${number((phase * 180) / Math.PI)}°)`;

@@ -1,11 +1,12 @@
-// The answer first: what the hammer gives, whether it can keep it up, and why.
+// The answer first: what the hammer delivers, whether it can sustain it, and why.
 
 import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
+import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
 import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export function startHeadline() {
-  on("quick steady problems view info", unhurried(paint));
+  on("quick steady problems view info played", unhurried(paint));
 }
 
 function paint() {
@@ -17,6 +18,8 @@ function paint() {
     view.orbit,
     data.problems,
     data.info?.title,
+    data.info?.clock,
+    ...playedKey(),
   ]);
   if (box.dataset.key === key) return; // nothing new to say
   box.dataset.key = key;
@@ -32,13 +35,28 @@ function paint() {
     return;
   }
   if (!data.quick) return;
+  if (plays()) {
+    const [kind, text, words] = playedVerdict();
+    const row = h("div", { class: "row middle" }, title, badge(kind, text));
+    const cells = playedFigures().map(([name, value, unit]) => figure(name, value, unit));
+    return put(box, h("div", { class: "verdict" }, row, words), h("dl", { class: "figures" }, cells));
+  }
   const found = chosen();
   const [mark, words] = found ? verdict(found) : none();
   put(
     box,
-    h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, mark), words, orbits()),
+    h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, mark), words, clock(), orbits()),
     found && figures(found),
   );
+}
+
+/** Of a load that switches as a valve does: what the verdict takes for granted. */
+function clock() {
+  const note = data.info?.clock;
+  if (!note) return null;
+  const words =
+    "The load switches as a valve does. Stability is judged as if the load kept time by itself; a valve would re-time it.";
+  return h("p", { class: "small muted", id: "clock", title: note }, words);
 }
 
 const badge = (kind, text) => h("span", { class: `badge ${kind}`, id: "verdict" }, text);
@@ -47,12 +65,12 @@ function verdict(found) {
   const { quick, full } = found;
   const stable = quick.stable;
   if (full && !full.admissible) {
-    const why = full.violation
+    const why = full.violation && quick.impact_velocity > 0
       ? "between two blows the striking end would have to pass through the wall"
       : "the end does not strike forward";
     return [
       badge("bad", "Not possible"),
-      h("p", {}, `This steady motion cannot happen: ${why}. It is ${reasonOf(found)}.`),
+      h("p", {}, `This steady motion cannot happen: ${why}. Its stability: ${reasonOf(found)}.`),
     ];
   }
   return [
@@ -77,7 +95,7 @@ function none() {
     h(
       "p",
       { id: "reason" },
-      `No steady motion with one impact in ${m === 1 ? "every load period" : `${m} load periods`}. ${words}${way}`,
+      `No steady motion has one impact ${m === 1 ? "every load period" : `in ${m} load periods`}. ${words}${way}`,
     ),
   ];
 }
@@ -92,14 +110,18 @@ function figures({ quick, full }) {
         ["blow rate", si.blow_rate_Hz, "Hz"],
         ["striking speed", si.impact_velocity_m_s, "m/s"],
         ["percussive power", si.percussive_power_kW * 1000, "W"],
-        ["peak stress", full?.si ? full.si.peak_stress_MPa * 1e6 : null, "Pa"],
+        ["peak stress", full?.si ? (full.si.peak_stress_MPa ?? Number.NaN) * 1e6 : null, "Pa"],
       ]
     : [
         ["blow energy", quick.blow_energy, ""],
         ["striking speed", quick.impact_velocity, ""],
-        ["impact phase, rad", quick.phase, ""],
+        ["impact phase [rad]", quick.phase, ""],
       ];
-  cells.push(["stability margin", (full ?? quick).margin, ""]);
+  if (!(quick.impact_velocity > 0))
+    for (const cell of cells) if (cell[0] !== "impact phase [rad]") cell[1] = Number.NaN; // there is no blow
+  const { margin_rhythm: rhythm, margin_ringing: ringing } = full ?? quick;
+  cells.push(["rhythm margin", rhythm, ""]);
+  if (!full || ringing !== null) cells.push(["ringing margin", ringing, ""]);
   return h(
     "dl",
     { class: "figures" },

@@ -32,43 +32,43 @@ const REBOUND = { position: 0, velocity: -2.4, time: 2.85 };
 export const LESSONS = [
   {
     title: "Does it strike at all? Existence and the fold",
-    goal: "A steady motion exists where the curve v_f reaches the level. Raise the mean load and the two motions meet and vanish.",
+    goal: "A steady motion exists where the curve v_f reaches the level. Raise the mean load, and the two motions meet and vanish.",
     scenes: [
       scene(
         "Set the scene",
         ORBITS,
-        pneumatic(0.5, 0.4),
-        "The curve is the speed that the load alone would give the bar; the dashed level is what the mean load asks of each blow. They cross twice: two steady motions.",
+        pneumatic(0.6, 0.4),
+        "The curve is the speed that the load alone would give the bar; the dashed level is the speed that the mean load requires at each blow. They cross twice: two steady motions.",
       ),
       scene(
         "Just before the fold",
         ORBITS,
         pneumatic(0.73, 0.4),
-        "Now move the load factor to the right. The level rises, the two crossings come together: that is the fold. Beyond it no steady motion is left, and the headline says so.",
+        "Now move the load factor to the right. The level rises and the two crossings come together: that is the fold. Beyond it no steady motion is left, and the headline says so.",
       ),
       scene(
         "See it on the map",
         MAP,
         pneumatic(0.73, 0.4),
-        "On the map the fold is the solid curve. Above it there is nothing; drag the point across it.",
+        "On the map the fold is the solid curve. Above the curve there is no steady motion; drag the point across it.",
       ),
     ],
   },
   {
     title: "Does it stay? Stability and the flip",
-    goal: "Of the two motions one falls apart at once. The other is stable only while the load at the moment of impact stays within its band.",
+    goal: "Of the two motions, one falls apart at once. The other is stable only while the load at the moment of impact stays within its band.",
     scenes: [
       scene(
         "A stable motion",
         { ...ORBITS, orbit: 2 },
         pneumatic(0.65, 0.4),
-        "The filled disc is stable, the ring is not. In the picture of the load, the green band is where a blow must fall. Multipliers inside the unit circle die out.",
+        "The filled disc is stable, the ring is not. In the load chart, the blow must fall in the green band. Disturbances whose multipliers lie inside the unit circle die out.",
       ),
       scene(
-        "Beyond the flip",
+        "Across the flip",
         { ...ORBITS, orbit: 2 },
-        pneumatic(0.5, 0.4),
-        "Lower the load factor. The moment of impact slides down out of the band, and one multiplier passes −1: the flip. From there every second blow differs.",
+        pneumatic(0.58, 0.4),
+        "Still stable, but only just. Lower the load factor: at about 0.55 the moment of impact slides down out of the band, and one multiplier passes −1: the flip. Beyond it every second blow differs.",
       ),
       scene(
         "The strip on the map",
@@ -80,7 +80,7 @@ export const LESSONS = [
   },
   {
     title: "Hear period doubling",
-    goal: "Below the flip the blows alternate, strong and weak; further down they take four periods to repeat, then they never do. Turn the sound on.",
+    goal: "Below the flip the blows alternate, strong and weak; further down they take four periods to repeat, then they never repeat. Turn the sound on.",
     scenes: [
       scene(
         "One blow, always the same",
@@ -92,25 +92,25 @@ export const LESSONS = [
         "Two by two",
         heard(8),
         pneumatic(0.86, 0.8, REBOUND),
-        "The load factor is a little smaller. Strong, weak, strong, weak: two blows to repeat, two points in the picture of the impacts, and the motion is called z=2/2.",
+        "The load factor is a little smaller. Strong, weak, strong, weak: the motion repeats after two blows, the impact chart shows two points, and the motion is called z=2/2.",
       ),
       scene(
         "Four by four",
         heard(8),
         pneumatic(0.805, 0.8, REBOUND),
-        "Smaller still: four blows to repeat.",
+        "Smaller still: the motion repeats after four blows.",
       ),
       scene(
         "Never the same",
         heard(32),
         pneumatic(0.78, 0.8, REBOUND),
-        "And then never again: the points of the impacts fill a curve. Find the places between with the slider of the load factor.",
+        "Now the motion never repeats: the points in the impact chart fill a curve. Find what lies in between with the load factor slider.",
       ),
     ],
   },
   {
     title: "The same hammer, other motions",
-    goal: "Several motions live side by side. Which one you get is decided by how the hammer is started.",
+    goal: "Several motions live side by side. How you start the hammer decides which one you get.",
     scenes: [
       scene(
         "One blow in one period",
@@ -122,43 +122,43 @@ export const LESSONS = [
         "One blow in two",
         { panel: "orbits", m: 2 },
         pneumatic(0.945, 0.8),
-        "The same case with one blow in two load periods, harder and half as often: stable as well.",
+        "The same case with one blow in two load periods, harder and half as often. It is stable as well.",
       ),
       scene(
         "Count the ends",
         { panel: "experiment", m: 1, starts: 300, distribution: "wall", seed: 1, emodes: 0 },
         pneumatic(0.945, 0.8),
-        "Start it from 300 random places and count where they end: press Start. Chatter and a motion of three unlike blows take their share, too.",
+        "Follow the hammer from 300 random starts and count where they end: press Start. Some end in chatter, and some in a motion of three unequal blows.",
       ),
     ],
   },
   {
     title: "Chatter and rest",
-    goal: "While the load pushes, ever smaller bounces pile up in a finite time. The bar comes to rest on the wall and leaves when the load pulls.",
+    goal: "While the load pushes, ever smaller bounces accumulate in a finite time. The bar comes to rest on the wall and leaves when the load pulls.",
     scenes: [
       scene(
         "Chatter, rest, release",
         heard(4),
         pneumatic(0.9, 0.2, FALL),
-        "Watch the striking end: the bounces grow smaller and closer until it lies still; then the load turns and takes it away.",
+        "Watch the striking end: the bounces grow smaller and closer until it lies still; then the load reverses and pulls it away.",
       ),
       scene(
         "Rest for good",
         { panel: "motion", source: "start", window: "start", cycles: 8 },
         pneumatic(1.1, 0.5, FALL),
-        "If the load never pulls, the bar rests for good: the mean is greater than the amplitude.",
+        "Here the mean is greater than the amplitude: the load never pulls, and the bar rests for good.",
       ),
       scene(
         "In the report",
         { panel: "report" },
         pneumatic(1.1, 0.5),
-        "The report says whether lying at rest is possible, and the least force that holds the bar.",
+        "The report says whether the bar can lie at rest, and gives the least force that holds it there.",
       ),
     ],
   },
   {
     title: "Why the hydraulic hammer of 1977 cannot settle, and a real one does",
-    goal: "A square wave is always at full push or full pull at the moment of impact: outside the band, whatever the tuning. A real pressure falls gently.",
+    goal: "A square wave is always at full push or full pull at the moment of impact: outside the band, however it is tuned. A real pressure falls gently.",
     scenes: [
       scene(
         "The square wave",
@@ -170,13 +170,13 @@ export const LESSONS = [
         "See what it does",
         heard(16),
         square(FALL),
-        "So no equal blows: it takes many unlike ones, some of them chatter, before anything repeats. Look at the picture of the impacts, and at the name of the motion.",
+        "The blows are not equal: many different ones follow, some of them chatter, before anything repeats. Look at the impact chart and at the name of the motion.",
       ),
       scene(
         "A real drifter",
         ORBITS,
         { machine: "hydraulic-drifter" },
-        "A drifter as it is built: its pressure rises and falls in a round shape, and the blow comes where it is small, inside the band. It settles.",
+        "A drifter as it is built: its pressure rises and falls smoothly, and the blow comes where the pressure is low, inside the band. The hammer settles.",
       ),
     ],
   },

@@ -33,7 +33,7 @@ export function startLessons(panel) {
       h(
         "p",
         { class: "muted" },
-        "Each takes some minutes. They use the panels as they are: change anything, and come back to a scene whenever you like.",
+        "Each takes a few minutes. The lessons use the ordinary panels: change anything, and return to a scene whenever you like.",
       ),
     ),
     h("ol", { class: "lessons" }, LESSONS.map(item)),

@@ -3,8 +3,8 @@
 import { get, takeToken } from "./api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
 import { startCase } from "./case_panel.js";
-import { forgetTheme } from "./colours.js";
-import { $, $$, h, put } from "./dom.js";
+import { forPaper, forgetTheme, usePalette } from "./colours.js";
+import { $, $$, flushFrames, h, put } from "./dom.js";
 import { startExperiment } from "./experiment_panel.js";
 import { startHeadline } from "./headline.js";
 import { startLessons } from "./lessons_panel.js";
@@ -45,11 +45,20 @@ function startTheme() {
     const now = document.documentElement.dataset.theme ?? "auto";
     setTheme(THEMES[(THEMES.indexOf(now) + 1) % THEMES.length]);
   });
+  addEventListener("beforeprint", () => paper(true));
+  addEventListener("afterprint", () => paper(false));
   for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)"])
     matchMedia(wish).addEventListener("change", () => {
       forgetTheme();
       tell("theme");
     });
+}
+
+/** Paper is light: what is drawn is drawn anew for it, and again for the screen. */
+function paper(whether) {
+  forPaper(whether);
+  tell("theme");
+  flushFrames();
 }
 
 /* tabs */
@@ -125,12 +134,13 @@ function paintMachines() {
 /* the state */
 
 let server = null;
-const about = () => (server ??= get("about"));
+/** What the server is; its palette is taken with it. */
+const about = () => (server ??= get("about").then((found) => (usePalette(found.palette), found)));
 
 async function load(address) {
   const served = async () => ((await about()).case ? get("case") : null);
   const newest = wish();
-  const { info, tables } = await fromAddress(address, FIRST, served);
+  const [{ info, tables }] = await Promise.all([fromAddress(address, FIRST, served), about()]);
   if (!newest()) return;
   data.base = info?.tables ?? null;
   data.physical = null;

@@ -1,7 +1,7 @@
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
 import { $, $$, h, put, select } from "./dom.js";
-import { plainNumber } from "./format.js";
+import { inUnit, plainNumber, withUnit } from "./format.js";
 import { data, show, view } from "./state.js";
 
 const TITLES = {
@@ -24,6 +24,8 @@ const SHOWN = {
   reduced_margin: { label: "stability margin", quantities: ["reduced_margin"] },
   stable: { label: "verdict with elastic modes", quantities: ["orbits", "stable"] },
   margin: { label: "margin with elastic modes", quantities: ["margin"] },
+  margin_rhythm: { label: "rhythm margin", quantities: ["margin_rhythm"] },
+  margin_ringing: { label: "ringing margin", quantities: ["margin_ringing"] },
   blow_energy: { label: "blow energy", quantities: ["blow_energy"] },
   impact_velocity: { label: "striking speed", quantities: ["impact_velocity"] },
   power: { label: "percussive power", quantities: ["power"] },
@@ -32,6 +34,9 @@ const SHOWN = {
 
 /** What the colour shows. */
 export const shown = () => SHOWN[view.q] ?? SHOWN.verdict;
+
+/** A value of an axis in words: "bar length = 300 mm". */
+export const told = ({ name, unit }, value, digits = 4) => `${TITLES[name] ?? name} = ${withUnit(value, unit, digits)}`;
 
 export const parameter = (name) => data.info?.parameters.find((p) => p.name === name);
 
@@ -46,7 +51,7 @@ export function axis(which) {
 
 const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
 
-export const labelOf = ({ name, unit }) => `${TITLES[name] ?? name}${unit ? `, ${unit}` : ""}`;
+export const labelOf = ({ name, unit }) => inUnit(TITLES[name] ?? name, unit);
 
 /** The row of choices, made anew only when there is another choice: a range that is typed leaves its fields alone. */
 export function choices(row) {
@@ -86,7 +91,7 @@ function edge(which, end) {
     const [from, to] = ends.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
     const taken = good(from, to);
     for (const input of ends) input.setAttribute("aria-invalid", String(!taken && input === event.target));
-    const words = "A range goes from a number to a greater one; the map keeps the one before.";
+    const words = "A range must go from a number to a greater one; the map keeps the previous range.";
     put($("#map-range-problem"), taken ? "" : words);
     if (taken) show({ [`${which}r`]: `${from}:${to}` });
   };

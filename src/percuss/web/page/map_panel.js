@@ -6,9 +6,9 @@ import { Chart } from "./chart.js";
 import { theme } from "./colours.js";
 import { framed, h, latest, put } from "./dom.js";
 import { number, plainNumber } from "./format.js";
-import { axis, choices, labelOf, parameter, shown } from "./map_axes.js";
+import { axis, choices, labelOf, parameter, shown, told } from "./map_axes.js";
 import { curves, level, wanted } from "./map_levels.js";
-import { content, legends, picture } from "./map_picture.js";
+import { cellAt, content, legends, picture } from "./map_picture.js";
 import { present } from "./moves.js";
 import { data, move, on, show, view } from "./state.js";
 
@@ -34,6 +34,8 @@ export function startMap(panel) {
     h("div", { class: "card" }, parts.choice),
     h("div", { class: "card" }, parts.chart.figure, parts.readout, below),
   );
+  parts.tip = h("div", { class: "tip", id: "map-tip", hidden: true });
+  parts.chart.figure.append(parts.tip);
   pointer(parts.chart.canvas);
   on("tables", () => {
     if (!moveOnly()) since = data.changed;
@@ -120,6 +122,7 @@ async function draw(exact) {
 }
 
 function take(found, { x, y }, under) {
+  if (under) under.under = null; // of three one on top of the other the lowest is out of sight
   plane = { x, y, under, nx: found.nx, ny: found.ny, rows: found.rows, ...content(found, shown()) };
   picture(plane);
   repaint();
@@ -127,6 +130,9 @@ function take(found, { x, y }, under) {
 
 /** Whether a map's axis is this one: over another range its picture would be wrong. */
 const like = (one, other) => ["name", "unit", "from", "to"].every((part) => one[part] === other[part]);
+
+/** Whether the latest map is over the axes that are wanted now. */
+const shownHere = (x, y) => Boolean(plane?.canvas && like(plane.x, x) && like(plane.y, y));
 
 /** Where the design stands in the plane. */
 function design() {
@@ -142,13 +148,13 @@ const repaint = framed(() => {
   if (view.panel !== "map" || !data.info) return;
   const x = axis("x");
   const y = axis("y");
-  const same = plane?.canvas && like(plane.x, x) && like(plane.y, y);
+  const same = shownHere(x, y);
   const items = [...legends(plane, theme()), ...(same ? lines.map(line) : []), marked(x, y)];
   parts.chart.draw({
     x: { label: labelOf(x), from: x.from, to: x.to },
     y: { label: labelOf(y), from: y.from, to: y.to },
     items: items.filter(Boolean),
-    image: same ? { canvas: plane.canvas, under: plane.under?.canvas, smooth: false } : null,
+    image: same ? { canvas: plane.canvas, hatches: plane.hatches, under: plane.under, smooth: false } : null,
     about: `Map over ${labelOf(x)} and ${labelOf(y)}; arrow keys move the design`,
   });
 });
@@ -169,8 +175,10 @@ function marked(x, y) {
   if (here.x === undefined || here.y === undefined) return null;
   const orbits = data.quick?.orbits ?? [];
   const verdict = orbits.some((orbit) => orbit.stable) ? "stable" : orbits.length ? "unstable" : "no steady motion";
-  const place = `${labelOf(x)} = ${number(here.x)}, ${labelOf(y)} = ${number(here.y)}${data.quick ? `: ${verdict}` : ""}`;
-  put(parts.readout, `The design stands at ${place}. Drag it, click anywhere, or use the arrow keys.`);
+  const place = `${told(x, here.x)}, ${told(y, here.y)}${data.quick ? `: ${verdict}` : ""}`;
+  const cell = plane?.kind === "families" && shownHere(x, y) ? cellAt(plane, here) : "";
+  const found = cell ? ` A simulation finds ${cell} there.` : "";
+  put(parts.readout, `The design stands at ${place}.${found} Drag it, click anywhere, or use the arrow keys.`);
   parts.chart.canvas.dataset.design = `${here.x},${here.y}`;
   const colour = theme().dark ? "#ffffff" : "#101820";
   return { type: "points", x: [here.x], y: [here.y], shape: "diamond", size: 9, colour, name: "the present design" };
@@ -187,7 +195,9 @@ function pointer(canvas) {
     canvas.setPointerCapture(event.pointerId);
     go(event);
   });
-  canvas.addEventListener("pointermove", (event) => dragging && go(event));
+  const looked = framed(hover);
+  canvas.addEventListener("pointermove", (event) => (dragging ? go(event) : looked(event)));
+  canvas.addEventListener("pointerleave", () => looked(null));
   for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (dragging = false));
   canvas.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
@@ -200,6 +210,25 @@ function pointer(canvas) {
       return here[which] + k * (whole ? 1 : share * (to - from));
     };
     goTo({ x: next("x", step[0]), y: next("y", step[1]) }, step);
+  });
+}
+
+/** What stands in the cell under the pointer, beside it: of a motion the exact label. */
+function hover(event) {
+  const at = event && !dragging ? parts.chart.at(event) : null;
+  const [x, y] = [axis("x"), axis("y")];
+  const cell = at && shownHere(x, y) ? cellAt(plane, at) : "";
+  parts.tip.hidden = !cell;
+  if (!cell) return;
+  const place = `${told(x, at.x, 3)}, ${told(y, at.y, 3)}`;
+  put(parts.tip, h("strong", {}, cell), h("br"), place);
+  const box = parts.chart.canvas.getBoundingClientRect();
+  const left = event.clientX - box.left;
+  const right = left > box.width / 2; // on the side where there is room
+  Object.assign(parts.tip.style, {
+    left: right ? "auto" : `${left + 14}px`,
+    right: right ? `${box.width - left + 14}px` : "auto",
+    top: `${parts.chart.canvas.offsetTop + event.clientY - box.top + 14}px`,
   });
 }
 
@@ -216,6 +245,6 @@ function goTo(at, step = [1, 1]) {
     else refused = labelOf({ name });
   }
   if (refused)
-    put(parts.readout, `This case cannot take another ${refused} by itself: change its load on the Case panel.`);
+    put(parts.readout, `The ${refused} of this case cannot be changed by itself: change the load on the Case panel.`);
   if (Object.keys(values).length) move(values);
 }

@@ -1,69 +1,115 @@
-// The image of a map: verdicts and words as flat colours, sizes as a ramp.
+// The image of a map: verdicts and families of motions as flat colours, sizes and margins as ramps.
 
 import { span } from "./chart.js";
-import { ramp, rgb, theme } from "./colours.js";
-import { withUnit } from "./format.js";
+import { familyOf, ramp, rgb, theme } from "./colours.js";
+import { number, withUnit } from "./format.js";
 
-const VERDICTS = ["no steady motion", "steady motion, unstable", "stable steady motion"];
+const VERDICTS = { none: "no steady motion", unstable: "steady motion, unstable", stable: "stable steady motion" };
 
-/** One number a cell: a code for verdicts and words, a value for the rest. */
+/** One number a cell: a code for verdicts and words, a value for the rest; `words` is what stands in each cell. */
 export function content({ arrays, quantities }, kind) {
   const [first, second] = kind.quantities;
-  if (second)
-    return { codes: arrays[first].map((n, i) => (n > 0 ? (arrays[second][i] === 1 ? 2 : 1) : 0)), words: VERDICTS };
-  if (quantities[first].words) return { codes: arrays[first], words: quantities[first].words, many: true };
   const values = arrays[first];
+  if (second) {
+    const codes = values.map((n, i) => (n > 0 ? (arrays[second][i] === 1 ? 2 : 1) : n >= 0 ? 0 : -1));
+    return { kind: "verdicts", codes, words: Object.values(VERDICTS), labels: codes };
+  }
+  if (quantities[first].words) {
+    const { words } = quantities[first];
+    const family = words.map(familyOf); // once a word: a map has many cells and few words
+    return { kind: "families", codes: values.map((n) => family[n] ?? -1), words, labels: values };
+  }
+  const margin = first.includes("margin");
   const [low, high] = span([values], 0);
-  return { values, low: first.includes("margin") ? Math.max(low, -1) : low, high, unit: quantities[first].unit ?? "" };
+  const ends = margin ? { low: Math.min(Math.max(low, -1), 0), high: Math.max(high, 0) } : { low, high };
+  return { kind: margin ? "margins" : "sizes", values, ...ends, unit: quantities[first].unit ?? "" };
+}
+
+/** What stands in the cell at a point of the plane, in words; "" beside the plane and where nothing is known yet. */
+export function cellAt(plane, { x, y }) {
+  const index = (at, { from, to }, count) => Math.round(((at - from) / (to - from)) * (count - 1));
+  const [i, j] = [index(x, plane.x, plane.nx), index(y, plane.y, plane.ny)];
+  if (!(i >= 0 && i < plane.nx && j >= 0 && j < plane.rows)) return "";
+  const cell = j * plane.nx + i;
+  if (plane.words) return plane.words[plane.labels[cell]] ?? "no value";
+  return Number.isFinite(plane.values[cell]) ? withUnit(plane.values[cell], plane.unit) : "none";
 }
 
 const word = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
-const RAMP = Uint32Array.from({ length: 256 }, (_, i) => word(ramp(i / 255)));
+const words = (values) => Uint32Array.from({ length: 256 }, (_, i) => word(ramp(values, i / 255)));
+
+/** Where a value stands on its ramp, 0 to 1; a margin has its border in the middle, whatever its ends. */
+function shareOf({ kind, low, high }, value) {
+  if (kind !== "margins") return (value - low) / (high - low || 1);
+  return value < 0 ? 0.5 - 0.5 * Math.min(value / (low || -1), 1) : 0.5 + (0.5 * value) / (high || 1);
+}
+
+const rampOf = ({ kind }, colours) => (kind === "margins" ? colours.stability : colours.shares);
 
 /** The image of a map, one pixel a cell, the first row at the bottom of the plane; rows to come are left clear. */
 export function picture(plane) {
-  const { nx, ny, rows, codes, values, low, high } = plane;
+  const { nx, ny, rows, codes, values } = plane;
+  const colours = theme();
+  plane.palette =
+    plane.kind === "families" ? colours.families.map(({ colour }) => colour) : Object.keys(VERDICTS).map((name) => colours.verdicts[name]);
+  const flat = plane.palette.map((colour) => word(rgb(colour)));
+  const shades = words(rampOf(plane, colours));
+  const none = word(rgb(colours.verdicts.none));
+  const shade = (i) => {
+    if (codes) return codes[i] >= 0 ? flat[codes[i]] : none;
+    if (!Number.isFinite(values[i])) return none;
+    return shades[Math.min(Math.max(255 * shareOf(plane, values[i]), 0), 255) | 0];
+  };
+  plane.canvas = cells(nx, ny, rows, shade);
+  plane.used = codes ? new Set(codes) : null; // once for a plane: there are tens of thousands, and a move redraws
+  plane.hatches = [];
+  if (plane.kind !== "families") return;
+  for (const [i, { hatch }] of colours.families.entries())
+    if (hatch && plane.used.has(i))
+      plane.hatches.push({ hatch, canvas: cells(nx, ny, rows, (k) => (codes[k] === i ? 0xffffffff : 0)) });
+}
+
+/** A canvas with a pixel for each of the first rows of cells. */
+function cells(nx, ny, rows, shade) {
   const canvas = document.createElement("canvas");
   canvas.width = nx;
   canvas.height = ny;
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(nx, ny);
   const pixels = new Uint32Array(image.data.buffer);
-  const colours = theme();
-  plane.palette = plane.many
-    ? [...colours.kinds, ...colours.kinds]
-    : [colours["map-none"], colours["map-unstable"], colours["map-stable"]];
-  const palette = plane.palette.map((colour) => word(rgb(colour)));
-  const none = word(rgb(colours["map-none"]));
-  const scale = 255 / (high - low || 1);
-  for (let i = 0; i < nx * rows; i++) {
-    if (codes) pixels[i] = codes[i] >= 0 ? palette[codes[i] % palette.length] : none;
-    else if (Number.isFinite(values[i])) pixels[i] = RAMP[Math.min(Math.max((values[i] - low) * scale, 0), 255) | 0];
-    else pixels[i] = none;
-  }
+  for (let i = 0; i < nx * rows; i++) pixels[i] = shade(i);
   pen.putImageData(image, 0, 0);
-  plane.canvas = canvas;
+  return canvas;
 }
 
 /** What its colours mean. */
 export function legends(plane, colours) {
   if (!plane?.canvas) return [];
-  if (plane.codes) {
-    plane.used ??= new Set(plane.codes); // once for a plane: there are tens of thousands of them, and a move redraws
-    return plane.words
-      .map((name, i) => ({ type: "patch", name, colour: plane.palette[i % plane.palette.length], i }))
+  if (plane.kind === "families")
+    return colours.families
+      .map(({ name, colour, hatch }, i) => ({ type: "patch", name, colour, hatch, i }))
       .filter(({ i }) => plane.used.has(i));
-  }
+  if (plane.codes)
+    return plane.words
+      .map((name, i) => ({ type: "patch", name, colour: plane.palette[i], i }))
+      .filter(({ i }) => plane.used.has(i));
   const step = (plane.high - plane.low) / 200 || 1;
   const rounded = (value) => Math.round(value / step) * step;
   const patch = (share) =>
-    `#${ramp(share)
+    `#${ramp(rampOf(plane, colours), share)
       .map((v) => v.toString(16).padStart(2, "0"))
       .join("")}`;
+  const at = (share) => {
+    if (plane.kind !== "margins") return plane.low + share * (plane.high - plane.low);
+    return share < 0.5 ? plane.low * (1 - 2 * share) : plane.high * (2 * share - 1);
+  };
   const steps = [0, 0.25, 0.5, 0.75, 1].map((share) => ({
     type: "patch",
-    name: withUnit(rounded(plane.low + share * (plane.high - plane.low)), plane.unit, 3),
+    name:
+      plane.kind === "margins" && share === 0.5
+        ? `${number(0)}: the border of stability`
+        : withUnit(rounded(at(share)), plane.unit, 3),
     colour: patch(share),
   }));
-  return [...steps, { type: "patch", name: "none", colour: colours["map-none"] }];
+  return [...steps, { type: "patch", name: "none", colour: colours.verdicts.none }];
 }

@@ -3,7 +3,7 @@
 import { Chart, PHASES, span } from "./chart.js";
 import { theme } from "./colours.js";
 import { h } from "./dom.js";
-import { scaleOf } from "./format.js";
+import { counted, inUnit, scaleOf } from "./format.js";
 
 const parts = {};
 
@@ -23,6 +23,15 @@ export function motionCharts(picked) {
   return h("div", { class: "grid" }, card(parts.history), card(parts.portrait), card(parts.poincare));
 }
 
+/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. */
+export function blowsOf(motion) {
+  const length = motion.end - motion.begin;
+  const near = 1e-5 * length;
+  const struck = motion.blows.filter(({ kind }) => kind === "impact");
+  const again = motion.period && struck.some(({ time }) => time < near);
+  return again ? struck.filter(({ time }) => time < length - near) : struck;
+}
+
 /** In what the motion is told: factors from its plain numbers, and their units. */
 export function unitsOf(motion) {
   const { arrays } = motion;
@@ -38,7 +47,7 @@ export function unitsOf(motion) {
   };
 }
 
-const labelOf = (name, unit) => `${name}${unit.name ? `, ${unit.name}` : ""}`;
+const labelOf = (name, unit) => inUnit(name, unit.name);
 const times = (list, k) => Float64Array.from(list, (value) => value * k);
 
 /** The pictures of a motion. */
@@ -66,7 +75,7 @@ export function drawCharts(motion, units) {
     x,
     y: distance,
     items: [wall, { type: "line", x: t, y: gap, colour: kinds[0], width: 2, name: "striking end" }, marks],
-    about: `Distance of the striking end from the wall over time, ${struckAt.length} blows`,
+    about: `Distance of the striking end from the wall over time, ${counted(blowsOf(motion).length, "blow")}`,
   });
   const [vLow, vHigh] = span([speed]);
   const hits = {
@@ -106,7 +115,7 @@ function poincare(motion, units, kinds) {
     { type: "points", ...some(true), shape: "disc", size: 5, colour: kinds[1], name: "settled" },
   ].filter((item) => item.x.length);
   parts.poincare.draw({
-    x: { label: "phase of the load at the impact, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
+    x: { label: inUnit("phase of the load at the impact", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
     y: { label: labelOf("striking speed", units.speed), from, to },
     items,
     about: `Poincaré points of ${phase.length} impacts`,

@@ -3,13 +3,13 @@
 
 import { postBinary } from "./api.js";
 import { $, framed, h, latest, put, settled } from "./dom.js";
-import { number, plainNumber, si, withUnit } from "./format.js";
-import { drawCharts, followCharts, motionCharts, unitsOf } from "./motion_charts.js";
-import { knobs, moment, player, stop, toggle } from "./motion_player.js";
+import { counted, number, plainNumber, si, withUnit } from "./format.js";
+import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./motion_charts.js";
+import { begin, knobs, moment, player, stop, toggle } from "./motion_player.js";
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
-import { asked, chosen, data, on, show, uptodate, view } from "./state.js";
-import { blow as heard } from "./sound.js";
+import { asked, chosen, data, on, show, tell, uptodate, view } from "./state.js";
+import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
 const parts = {};
@@ -19,7 +19,7 @@ let key = "";
 
 export function startMotion(panel) {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "The bar and the wall" });
-  parts.stage = new Stage(canvas, framed(cursor), struck);
+  parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   put(
@@ -86,9 +86,13 @@ const askMotion = latest(
     motion = found;
     sourceProblems(data.problems); // of a later start, when this is a late answer to the one before
     take();
+    data.played = { motion: { label: motion.label, summary: motion.summary }, change };
+    tell("played");
     parts.stage.canvas.dataset.change = String(change); // of the case, as it is drawn
   },
   (error) => {
+    data.played = null;
+    tell("played");
     if (error.status !== 422) key = ""; // the same question would be refused again
     stop();
     if (sourceProblems(error.problems ?? [])) return put(parts.status, "See the start above.");
@@ -105,14 +109,17 @@ function take() {
   facts();
   parts.stage.canvas.setAttribute(
     "aria-label",
-    `The bar and the wall: ${motion.label}, ${motion.blows.length} events in view`,
+    `The bar and the wall: ${motion.label}, ${counted(blowsOf(motion).length, "blow")} in view`,
   );
   parts.stage.canvas.dataset.label = motion.label;
   parts.stage.canvas.dataset.modes = String(motion.modes);
   const steps = `${arrays.displacement.shape[0]} frames of ${arrays.x.length} places, ${motion.modes} elastic modes`;
-  put(parts.status, `${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
-  if (!parts.stage.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "motion")
-    toggle();
+  const leaves =
+    motion.source === "orbit" && !kept()
+      ? "This steady motion is unstable: the least disturbance grows, and the hammer leaves the motion. Choose “From a start” to see what it does instead. "
+      : "";
+  put(parts.status, `${leaves}${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "motion") begin();
 }
 
 /** The load as a share of its greatest value, by phase, from the curve that the server gave. */
@@ -126,15 +133,31 @@ function force() {
   };
 }
 
+const ENDS = {
+  periodic: "when it repeated",
+  rest: "at rest for good",
+  departed: "off the wall for good",
+  impacts: "after the impacts asked for",
+  time: "after the time asked for",
+  work: "after the work allowed",
+  unresolved: "when it was released a second time in the same state",
+};
+
+/** Whether the steady motion that is shown is stable. */
+const kept = () => Boolean(chosen()?.quick.stable);
+
 function facts() {
-  const { label, outcome, blows } = motion;
-  const seconds = (motion.end - motion.begin) * (motion.time_scale_s ?? 1);
-  const last = blows.filter((b) => b.kind === "impact").at(-1);
+  const { label, outcome } = motion;
+  const length = motion.end - motion.begin;
+  const seconds = length * (motion.time_scale_s ?? 1);
+  const struck = blowsOf(motion);
+  const last = struck.filter((b) => b.kind === "impact").at(-1);
+  const time = motion.time_scale_s ? si(seconds, "s", 3) : withUnit(seconds, "rad", 3);
   const rows = [
     ["motion", label],
-    ["ended by", outcome ?? "steady"],
-    ["shown", motion.time_scale_s ? si(seconds, "s", 3) : withUnit(seconds, "rad", 3)],
-    ["blows in view", String(blows.filter((b) => b.kind === "impact" || b.kind === "chatter").length)],
+    outcome ? ["the simulation ended", ENDS[outcome] ?? outcome] : ["steady motion", kept() ? "stable" : "unstable"],
+    ["shown", `${time}, ${counted(length / (2 * Math.PI), "load period")}`],
+    ["blows in view", String(struck.length)],
     [
       "delivered by the last blow",
       last
@@ -167,10 +190,17 @@ function startThere({ x, y }) {
   show({ source: "start", window: "start", cycles: Math.max(view.cycles, 8), zoom: 0 });
 }
 
-function struck(event, share, delay) {
-  const { pitch, loudness } = heard({ frequency: motion.first_mode_Hz, energy: event.energy_J, share, delay });
+const shown = framed(cursor);
+
+function ticked(time) {
+  if (motion) follow(parts.stage, motion.first_mode_Hz);
+  shown(time);
+}
+
+function struck(event) {
   const place = $("#heard");
-  if (place) put(place, `${si(pitch, "Hz", 3)}, ${number(100 * loudness, 2)} %`);
+  const about = { frequency: motion.first_mode_Hz, energy: event.energy_J, share: parts.stage.share(event) };
+  if (place) put(place, heardAs(about));
   parts.stage.canvas.dataset.blows = String(Number(parts.stage.canvas.dataset.blows ?? 0) + 1);
 }
 

@@ -17,7 +17,7 @@ export function player(stage) {
     max: 1000,
     step: 1,
     "aria-label": "Time in the motion",
-    oninput: (event) => (stop(), parts.stage.seek((parts.stage.length * event.target.value) / 1000)),
+    oninput: (event) => ((parts.held = true), stop(), parts.stage.seek((parts.stage.length * event.target.value) / 1000)),
   });
   parts.time = h("output", { class: "time", for: "scrub" }, "–");
   parts.slow = h("input", {
@@ -51,8 +51,17 @@ export function player(stage) {
   ];
 }
 
+/** Play, or pause, as the user wants it; a motion that comes later stays as the one before was left. */
 export function toggle() {
+  parts.held = parts.stage.playing;
   if (parts.stage.playing) return stop();
+  play();
+}
+
+/** A motion has come: it plays by itself unless the user has paused. */
+export const begin = () => !parts.held && !parts.stage.playing && play();
+
+function play() {
   parts.stage.play();
   put(parts.play, "Pause");
 }
@@ -87,7 +96,7 @@ export function knobs() {
     ? seconds / real < 1.01
       ? "real time"
       : `${number(seconds / real, 2)} times slower`
-    : `${number(seconds, 2)} s a load period`;
+    : `${number(seconds, 2)} s per load period`;
   put(parts.slowly, words);
   put(parts.grown, parts.stage.magnified());
 }

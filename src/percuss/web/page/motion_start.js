@@ -21,7 +21,7 @@ const FIELDS = {
   modal_velocity: ["Modes, velocity", "u₀′, u₁′, … in lengths per radian", "u₀′, u₁′, … in lengths per radian", 18],
   orbit: ["Motion", "1, 2 … as in the table of orbits", "1, 2 … as in the table of orbits", 5],
   periods: ["Load periods per blow", "1 when empty", "1 when empty", 5],
-  seed: ["Seed", "the same seed, the same start", "the same seed, the same start", 7],
+  seed: ["Seed", "the same seed gives the same start", "the same seed gives the same start", 7],
 };
 const DISTURBANCE = {
   position: ["Moved off by", "0 when empty; −1 mm, or in bar lengths", "0 when empty; in bar lengths", 9],

@@ -4,6 +4,7 @@ import { post } from "./api.js";
 import { Chart, PHASES } from "./chart.js";
 import { theme } from "./colours.js";
 import { latest, settled } from "./dom.js";
+import { inUnit } from "./format.js";
 import { REST, data, on, uptodate, view } from "./state.js";
 
 let chart = null;
@@ -100,7 +101,7 @@ export function drawBranches() {
       from: Math.min(...values, now ?? Infinity),
       to: Math.max(...values, now ?? -Infinity),
     },
-    y: { label: "impact phase, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
+    y: { label: inUnit("impact phase", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
     items,
     about: "Impact phases of the steady motions against the load factor; both branches meet in the fold",
   });

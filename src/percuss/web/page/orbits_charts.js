@@ -3,7 +3,7 @@
 import { Chart, PHASES, span } from "./chart.js";
 import { theme } from "./colours.js";
 import { h } from "./dom.js";
-import { angle, counted, number, scaleOf } from "./format.js";
+import { angle, counted, inUnit, number, scaleOf } from "./format.js";
 import { branchChart, drawBranches } from "./orbits_branches.js";
 import { chosen, data } from "./state.js";
 
@@ -13,7 +13,7 @@ const parts = {};
 export function orbitCharts() {
   parts.phase = new Chart("Impact phases: where the curve meets the level");
   parts.load = new Chart("The load, and the moment of impact");
-  parts.circle = new Chart("Multipliers: what becomes of a disturbance", { kind: "square" });
+  parts.circle = new Chart("Multipliers: how a disturbance grows or dies out", { kind: "square" });
   const card = (chart) => h("div", { class: "card" }, chart.figure);
   const charts = [parts.phase, branchChart(points), parts.load, parts.circle];
   return h("div", { class: "grid" }, charts.map(card));
@@ -78,8 +78,8 @@ function phases(quick) {
   const found = counted(quick.orbits.length, "steady motion");
   const words = `The curve v_f over the phase of the load with its level ${number(level)}: ${found}`;
   parts.phase.draw({
-    x: { label: "phase of the load, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
-    y: { label: "v_f, dimensionless", from: near[0], to: near[1] },
+    x: { label: inUnit("phase of the load", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
+    y: { label: inUnit("v_f", "dimensionless"), from: near[0], to: near[1] },
     items,
     about: words,
   });
@@ -120,16 +120,17 @@ function loads(quick) {
       `motion ${i + 1} strikes at ${angle(o.phase)} where the load is ${number(o.waveform.force * k)} ${scale.unit}`,
   );
   parts.load.draw({
-    x: { label: "phase of the load, rad", from: 0, to: 2 * Math.PI, ticks: PHASES },
-    y: { label: scale.unit ? `load, ${scale.unit}` : "load p, dimensionless", from, to },
+    x: { label: inUnit("phase of the load", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
+    y: { label: inUnit(scale.unit ? "load" : "load p", scale.unit || "dimensionless"), from, to },
     items,
     about: `The load over its period; ${words.join("; ")}`,
   });
 }
 
 function circle(quick) {
-  const { kinds, muted } = theme();
+  const { ink, kinds, muted } = theme();
   const found = chosen();
+  const rigid = found?.quick.multipliers?.rigid ?? [];
   const values = found?.quick.multipliers?.values ?? [];
   const held = values.map(([re, im]) => {
     const size = Math.hypot(re, im);
@@ -146,6 +147,13 @@ function circle(quick) {
     { type: "circle", radius: 1, colour: muted, width: 2 },
     some(inside, "dot", kinds[2], "inside: dies out", 4),
     some(outside, "ring", kinds[1], "outside: grows", 6),
+    some(
+      rigid.map((i) => held[i]).filter(Boolean),
+      "ring",
+      ink,
+      "the two of the rhythm",
+      9,
+    ),
   ].filter(Boolean);
   const largest = found?.quick.multipliers?.largest;
   const words = found

@@ -35,7 +35,7 @@ function table() {
       h("p", { class: "muted" }, data.problems.length ? "No answer: see the problem above." : "…"),
     );
   const now = chosen()?.number;
-  const head = ["Motion", "Impact phase", "Possible", "Verdict", "Margin", "Load at impact over mean", "Blow"];
+  const head = ["Motion", "Impact phase", "Possible", "Verdict", "Rhythm", "Ringing", "Load at impact over mean", "Blow"];
   const rows = quick.orbits.map((orbit, i) => {
     const full = fullOf(i);
     const { ratio, lower, upper } = orbit.waveform;
@@ -49,19 +49,20 @@ function table() {
       full
         ? full.admissible
           ? "yes"
-          : full.violation
+          : full.violation && orbit.impact_velocity > 0
             ? "no: passes through the wall"
             : "no: does not strike forward"
         : "…",
       reasonOf({ quick: orbit, full }),
-      number((full ?? orbit).margin, 4),
+      margin(full, orbit, "margin_rhythm"),
+      margin(full, orbit, "margin_ringing"),
       `${number(ratio, 4)} (stable between ${number(lower, 3)} and ${number(upper, 3)})`,
-      orbit.si ? si(orbit.si.blow_energy_J, "J") : number(orbit.blow_energy),
+      !(orbit.impact_velocity > 0) ? "–" : orbit.si ? si(orbit.si.blow_energy_J, "J") : number(orbit.blow_energy),
     ];
     return h(
       "tr",
       { class: now === i + 1 ? "chosen" : "" },
-      cells.map((cell, j) => h("td", { class: j === 4 || j === 6 ? "n" : "" }, cell)),
+      cells.map((cell, j) => h("td", { class: j === 4 || j === 5 || j === 7 ? "n" : "" }, cell)),
     );
   });
   const title = `Steady motions with one impact ${quick.m === 1 ? "every load period" : `in ${quick.m} load periods`}`;
@@ -92,24 +93,30 @@ function table() {
           ),
           h("tbody", {}, rows),
         )
-      : h("p", {}, "There are none: the level lies above the curve."),
+      : h("p", {}, "There is none: the level lies above the curve."),
   );
+}
+
+/** One of the two margins, which come with the full answer; a rigid bar has no ringing. */
+function margin(full, orbit, which) {
+  const value = (full ?? orbit)[which];
+  return value === null ? (full ? "–" : "…") : number(value, 4);
 }
 
 function about() {
   const found = chosen();
   const full = found?.full;
-  if (!found) return put(parts.about, h("p", { class: "muted" }, "No steady motion to tell of."));
+  if (!found) return put(parts.about, h("p", { class: "muted" }, "There is no steady motion to describe."));
   const key = JSON.stringify([data.changed, found.number, Boolean(full)]);
   if (parts.about.dataset.key === key) return;
   parts.about.dataset.key = key;
   const { lower, upper, ratio, stable } = found.quick.waveform;
-  const rule = `At the moment of impact the load is ${number(ratio)} of its mean. A rigid, undamped bar keeps the motion up while this lies between ${number(lower)} (flip) and ${number(upper)} (fold): here it ${stable ? "does" : "does not"}.`;
+  const rule = `At the moment of impact the load is ${number(ratio)} of its mean. A rigid, undamped bar sustains the motion while this ratio lies between ${number(lower)} (flip) and ${number(upper)} (fold): here it ${stable ? "does" : "does not"}.`;
   const notes = [full?.disagreement, ...(full?.warnings ?? [])].filter(Boolean);
   const reduced = found.quick.reduced;
   put(
     parts.about,
-    h("h2", {}, `Motion ${found.number}, looked at closely`),
+    h("h2", {}, `Motion ${found.number} in detail`),
     h("p", {}, rule),
     h(
       "dl",
@@ -119,7 +126,7 @@ function about() {
         ["largest multiplier, reduced criterion", number(Math.max(...reduced.moduli))],
         ["largest multiplier, with elastic modes", number(found.quick.multipliers?.largest)],
         ["σ, the bar's elasticity in the criterion", number(reduced.sigma)],
-        ["proved", full ? (full.proven ? "yes, with all modes" : "left open by the modes left out") : "…"],
+        ["proved", full ? (full.proven ? "yes, with all modes" : "not proved: the omitted modes leave it open") : "…"],
       ].map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
     ),
     notes.map((text) => h("p", { class: "note warn" }, text)),

@@ -4,8 +4,8 @@ import { get } from "./api.js";
 import { $, put } from "./dom.js";
 
 const WORDS =
-  "The simulator is being compiled, once on this machine, for up to a minute. " +
-  "Steady motions are answered already; curves, maps of stability and simulated motions follow.";
+  "The simulator is being compiled; this happens once on this machine and takes up to a minute. " +
+  "Steady motions are available already; curves, stability maps and simulated motions follow.";
 const PATIENCE = 3000; // ms; kernels that were compiled before are loaded by then
 
 /** Say so until it is done; `about` is what the server told of itself when the page was opened. */

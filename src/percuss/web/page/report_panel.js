@@ -19,7 +19,7 @@ export function startReport(panel) {
   );
   parts.simulated = h("input", { type: "checkbox", id: "report-simulated" });
   parts.status = h("p", { class: "small muted", role: "status", id: "report-status" });
-  const tick = h("label", { class: "row middle" }, parts.simulated, "with a simulation from the case's start");
+  const tick = h("label", { class: "row middle" }, parts.simulated, "include a simulation from the case's start");
   put(
     panel,
     parts.head,
@@ -57,20 +57,27 @@ async function save() {
 // [name, key, factor to the base unit, unit, what it is]; the unit "" is a share
 const CARDS = [
   ["Blow energy", "blow_energy_J", 1, "J", "kinetic energy just before the blow, all modes"],
-  ["Delivered energy", "delivered_energy_J", 1, "J", "what the blow takes from the bar"],
+  ["Delivered energy", "delivered_energy_J", 1, "J", "energy that the blow takes from the bar"],
   ["Blow rate", "blow_rate_Hz", 1, "Hz", "blows per second"],
   ["Blow rate", "blow_rate_per_min", 1, "blows/min", "blows per minute"],
   ["Striking speed", "impact_velocity_m_s", 1, "m/s", "of the striking end"],
-  ["Percussive power", "percussive_power_kW", 1e3, "W", "blow energy times blow rate"],
+  ["Percussive power", "percussive_power_kW", 1e3, "W", "blow energy times blow rate; the rebound keeps a part"],
   ["Input power", "input_power_kW", 1e3, "W", "mean of force times speed at the driven end"],
   ["Efficiency", "efficiency", 100, "%", "delivered power over input power"],
   ["Stroke", "stroke_mm", 1e-3, "m", "range of the striking end"],
-  ["Peak stress, hammer", "peak_stress_MPa", 1e6, "Pa", "at first contact"],
-  ["Peak stress, struck rod", "receiving_stress_MPa", 1e6, "Pa", "of the same material, at first contact"],
+  ["Peak compression, hammer", "peak_stress_MPa", 1e6, "Pa", "its size, at first contact"],
+  ["Peak compression, struck rod", "receiving_stress_MPa", 1e6, "Pa", "of the same material, at first contact"],
   ["Contact time", "contact_time_us", 1e-6, "s", "a wave's way there and back"],
   ["Mean force", "mean_force_kN", 1e3, "N", "on the wall, over time"],
   ["Momentum", "momentum_N_s", 1, "N·s", "of the bar at the blow"],
+  ["Drag", "drag_force_kN", 1e3, "N", "of the damping on the whole bar, at the striking speed"],
 ];
+
+const marginsOf = (full) => {
+  if (!full) return "";
+  const ringing = full.margin_ringing === null ? "" : `, ringing margin ${number(full.margin_ringing)}`;
+  return `; rhythm margin ${number(full.margin_rhythm)}${ringing}`;
+};
 
 const SCALED = new Set(["J", "W", "m", "Pa", "s", "N"]);
 
@@ -91,7 +98,9 @@ function paint() {
   const possible = full
     ? full.admissible
       ? "It is possible."
-      : "It is not possible: the striking end would pass through the wall."
+      : quick.impact_velocity > 0
+        ? "It is not possible: the striking end would pass through the wall."
+        : "It is not possible: at the blow the striking end would be leaving the wall."
     : "";
   put(
     parts.head,
@@ -99,10 +108,11 @@ function paint() {
     h(
       "p",
       {},
-      `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}; margin ${number((full ?? quick).margin)}.`,
+      `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}${marginsOf(full)}.`,
     ),
   );
-  put(parts.cards, full?.si ? CARDS.map((row) => card(full.si, row)) : plain(found));
+  const strikes = quick.impact_velocity > 0;
+  put(parts.cards, strikes && (full?.si ? CARDS.map((row) => card(full.si, row)) : plain(found)));
   rest();
 }
 
@@ -147,15 +157,23 @@ function rest() {
   const found = data.steady?.rest;
   if (!found) return put(parts.rest, h("p", { class: "muted" }, "…"));
   const force = data.info?.scales?.force_N;
-  const value = force ? scaleOf(found.least_contact_force * force, "N") : { factor: 1, unit: "" };
-  const least = `${number(found.least_contact_force * (force ?? 1) * value.factor)} ${value.unit}`.trim();
-  const words = found.possible
-    ? `Possible: the load always holds the bar against the wall, with at least ${least}.`
-    : `Not possible: the contact force would fall to ${least}, so the load pulls the bar off.`;
+  const inUnits = (least) => {
+    if (least === null) return "minus infinity (resonance)";
+    const value = force ? scaleOf(least * force, "N") : { factor: 1, unit: "" };
+    return `${number(least * (force ?? 1) * value.factor)} ${value.unit}`.trim();
+  };
+  const [least, load] = [inUnits(found.least_contact_force), inUnits(found.quasi_static)];
+  const words = found.held_by_waves
+    ? `Possible only with every wave in the bar: with them the contact force never falls below ${least}, but the load itself falls to ${load}. A simulation goes by the load and lets the bar go there.`
+    : found.possible
+    ? `Possible: with the waves in the bar the contact force never falls below ${least} (the load itself not below ${load}).`
+    : found.lifted_by_waves
+      ? `Not possible: waves in the bar let the contact force fall to ${least} and lift the end off briefly (for 2L/C), though the load itself never falls below ${load}.`
+      : `Not possible: with the waves in the bar the contact force would fall to ${least} (the load itself to ${load}), so the load pulls the bar off.`;
   const warnings = (chosen()?.full?.warnings ?? []).map((text) => h("p", { class: "note warn" }, text));
   const energy = chosen()?.full?.energy;
   const closes =
     energy &&
-    `Energy in per blow is closed by the blow (${percent(energy.impact / energy.input)}) and damping (${percent(energy.damping / energy.input)}).`;
+    `The energy put in per blow goes to the blow (${percent(energy.impact / energy.input)}) and to damping (${percent(energy.damping / energy.input)}).`;
   put(parts.rest, h("h3", {}, "Lying at rest on the wall"), h("p", {}, words), closes && h("p", {}, closes), warnings);
 }

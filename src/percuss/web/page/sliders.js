@@ -17,7 +17,7 @@ const WANTED = [
   "d",
 ];
 const NAMES = {
-  restitution: ["Restitution R", "0: the blow is swallowed; 1: the bar bounces off whole"],
+  restitution: ["Restitution R", "0: the bar does not rebound; 1: it rebounds at full speed"],
   load_factor: ["Load factor p₀/p₁", "mean of the load over the amplitude of its first harmonic"],
   kappa: ["Load κ", "the square load pushes for κ/2 of each period"],
   "load.amplitude": ["Load amplitude", ""],

@@ -2,14 +2,16 @@
 // Stroke and strain differ by orders of magnitude, so each is drawn on its own scale, and the scales are told.
 
 import { signed, theme } from "./colours.js";
-import { number } from "./format.js";
+import { number, si } from "./format.js";
 
 const FLASH = 0.22; // seconds that a blow is seen
+const LATE = 0.2; // seconds behind its sound from which on the picture jumps to it
 
 export class Stage {
-  /** `ticked(time)` is called for every frame, `struck(blow)` when the play passes a blow. */
-  constructor(canvas, ticked, struck) {
-    Object.assign(this, { canvas, ticked, struck });
+  /** `ticked(time)` is called for every frame, `struck(blow)` when the play passes a blow, `stopped()` when it pauses
+   * or jumps; `lag(stage)` tells how many seconds the picture is behind its sound. */
+  constructor(canvas, { ticked, struck, stopped, lag }) {
+    Object.assign(this, { canvas, ticked, struck, stopped, lag });
     this.motion = null;
     this.time = 0; // rad after the begin of the motion
     this.rate = 1; // rad per second
@@ -55,7 +57,8 @@ export class Stage {
     this.frames = [];
     const step = (now) => {
       if (!this.playing) return;
-      this.advance(Math.min(Math.max((now - this.before) / 1000, 0), 0.25));
+      const [gone, lag] = [Math.min(Math.max((now - this.before) / 1000, 0), 0.25), this.lag(this)];
+      this.advance(Math.max(gone + (Math.abs(lag) > LATE ? lag : 0.1 * lag), 0));
       this.before = now;
       this.count(now);
       requestAnimationFrame(step);
@@ -65,9 +68,11 @@ export class Stage {
 
   pause() {
     this.playing = false;
+    this.stopped();
   }
 
   seek(time) {
+    this.stopped();
     this.time = Math.min(Math.max(time, 0), this.length);
     this.draw();
     this.ticked(this.time);
@@ -76,10 +81,10 @@ export class Stage {
   advance(seconds) {
     const from = this.time;
     let to = from + seconds * this.rate;
-    this.blows(from, to, from);
+    this.blows(from, to);
     if (to >= this.length) {
       to = this.length > 0 ? to % this.length : 0;
-      this.blows(-1e-9, to, from - this.length);
+      this.blows(-1e-9, to);
     }
     this.time = to;
     this.flash.left = Math.max(0, this.flash.left - seconds);
@@ -87,13 +92,18 @@ export class Stage {
     this.ticked(to);
   }
 
-  /** The blows of a stretch; each is told how many seconds of the play after `now` it comes. */
-  blows(from, to, now) {
+  /** The blows of a stretch, seen and counted; when they are heard is another matter. */
+  blows(from, to) {
     for (const blow of this.heard) {
       if (blow.time <= from || blow.time > to) continue;
-      this.flash = { left: FLASH, size: Math.sqrt(Math.max(blow.energy ?? 0, 0) / this.loudest) };
-      this.struck(blow, (blow.energy ?? 0) / this.loudest, (blow.time - now) / this.rate);
+      this.flash = { left: FLASH, size: Math.sqrt(this.share(blow)) };
+      this.struck(blow);
     }
+  }
+
+  /** The energy of a blow over that of the strongest. */
+  share(blow) {
+    return Math.max(blow.energy ?? 0, 0) / this.loudest;
   }
 
   /** The frames of the last second, for whoever wants to know whether they come fast enough. */
@@ -226,14 +236,18 @@ export class Stage {
     pen.font = "12.5px system-ui, sans-serif";
     pen.textAlign = "left";
     const stress = this.motion.stress_scale_Pa;
-    const most = stress ? `${number((this.strain * stress) / 1e6, 3)} MPa` : `strain ${number(this.strain, 3)}`;
+    if (this.strain < 1e-11) return; // nothing is strained: at rest, without a load
+    const most = stress ? si(this.strain * stress, "Pa", 3) : number(this.strain, 3);
     const y = height - 20;
-    const bar = Math.min(150, width * 0.25);
+    const bar = Math.min(120, width * 0.2);
+    const [from, to] = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
+    pen.fillStyle = colours.muted;
+    const left = 14 + pen.measureText(from).width + 8;
+    pen.fillText(from, 14, y + 10);
+    pen.fillText(to, left + bar + 8, y + 10);
     for (let i = 0; i < bar; i++) {
       pen.fillStyle = signed((2 * i) / bar - 1);
-      pen.fillRect(14 + i, y, 1.5, 10);
+      pen.fillRect(left + i, y, 1.5, 10);
     }
-    pen.fillStyle = colours.muted;
-    pen.fillText(`compression … tension, ±${most}`, 22 + bar, y + 10);
   }
 }

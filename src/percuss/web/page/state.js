@@ -41,6 +41,7 @@ export const data = {
   info: null,
   quick: null,
   steady: null,
+  played: null, // the motion that plays: {motion: {label, summary}, change}
   problems: [],
   changed: 0, // counts the changes of the case, so that late answers are known
   moved: null, // parameters of the last change when it was a move, else null
@@ -50,7 +51,7 @@ export const data = {
 
 const listeners = new Map();
 
-/** Be told of a topic: view, tables, quick, info, steady, problems, theme. */
+/** Be told of a topic: view, tables, quick, info, steady, played, problems, theme. */
 export function on(topics, heard) {
   for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
 }
