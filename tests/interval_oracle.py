@@ -15,6 +15,10 @@ The coefficients come from `flint.arb`, so each is a ball that holds the true nu
 2. balls decide what is left: an interval on which y rises and may cross zero (interval Newton), and the
    neighbourhood of an extremum too near zero for floats (sign of y'', then the extremum itself).
 
+Flights that are long, or quick at first and slow later, are cut by eight from the whole on, and the terms that an
+interval resolves are evaluated there anew. A mode so near critical damping that its two exponentials all but cancel is
+``e^{-dt/2} (A cosh kt + B sinh kt / k)`` to the floats, two exponentials to the balls.
+
 Nothing here is shared with the package: it must not be imported.
 """
 
@@ -39,6 +43,8 @@ _U = 2.0**-53  # half an ulp of 1
 _PARTS = 8  # an undecided interval is cut into so many
 _FAST = 1.4  # a term with |lambda| r above this is bounded by its amplitude, not evaluated
 _PRECISIONS = (128, 256, 512, 1024)
+_CLOSE = 0.04  # a mode with |k| below this part of d/2 is near critical damping
+_MANY = 240  # more intervals than this to begin with, and the cuts begin at the whole
 _TURNS = 10_000  # intervals the balls look at alone, in one stretch, before the search gives up
 _SHARP = 1e-17  # the radius to which a contact time is refined
 
@@ -100,6 +106,7 @@ class _Stretch:
         x, w = u[0] - start[0], v[0] - slope[0]
         self.rest = (arb(0), arb(0), arb(0))
         mode_terms: list[list[tuple[Any, Any]]] = [[]]
+        self.near: dict[int, tuple[Any, Any, Any]] = {}  # modes near critical damping: A, B and -k^2
         span = arb(length) + 1
         if d == 0:
             self.poly = [x, w, constant / 2]
@@ -125,6 +132,9 @@ class _Stretch:
         for n in range(1, len(u)):
             x, w = u[n] - start[n], v[n] - slope[n]
             discriminant = omega2[n] - quarter
+            if abs(discriminant) < _CLOSE**2 * quarter:
+                weight = 2 if n % 2 == 0 else -2
+                self.near[n] = (weight * x, weight * (w + half * x), discriminant)
             if discriminant > 0:
                 root = discriminant.sqrt()
                 mode_terms.append([(acb(x, -(w + half * x) / root), acb(-half, root))])
@@ -140,8 +150,10 @@ class _Stretch:
         self.still = start
         c_all: list[Any] = list(amplitudes)
         lam_all: list[Any] = list(rates)
+        self.plain = [True] * len(c_all)
         for n, terms in enumerate(mode_terms):
             for c, lam in terms:
+                self.plain.append(n not in self.near)
                 c_all.append(c if n == 0 else (2 * c if n % 2 == 0 else -2 * c))
                 lam_all.append(lam)
         self.gap_poly = list(self.poly)
@@ -280,15 +292,45 @@ def _steps(flight: Flight, horizon: float) -> Iterator[tuple[Any, Any, float]]:
 # ------------------------------------------------------------------------------------------------ the screen, floats
 
 
+class _Pair:
+    """``e^{-ht} (A C + B S)``, C = cosh kt and S = sinh kt / k, or cos and sin where k^2 < 0; in floats."""
+
+    def __init__(self, a: float, b: float, half: float, minus_k2: float) -> None:
+        self.half, self.root = half, math.sqrt(abs(minus_k2))
+        self.turns = minus_k2 > 0.0
+        self.slow = half if self.turns else half - self.root  # k is far below h: nothing cancels
+        self.ab = [(a, b)]
+        for _ in range(3):  # the derivatives have the same form
+            a, b = b - half * a, -half * b - minus_k2 * a
+            self.ab.append((a, b))
+
+    def value(self, order: int, t: Floats) -> Floats:
+        a, b = self.ab[order]
+        fade, angle = np.exp(-self.slow * t), self.root * t
+        if self.turns:
+            return np.asarray(fade * (a * np.cos(angle) + b * np.sin(angle) / self.root))
+        reach = -np.expm1(-2.0 * angle) / (2.0 * self.root)
+        return np.asarray(fade * (0.5 * a * (1.0 + np.exp(-2.0 * angle)) + b * reach))
+
+    def most(self, order: int, t: Any) -> Any:
+        """A bound on the magnitude of a derivative from t on: C <= 1 and S <= t but for the slower decay."""
+        a, b = self.ab[order]
+        rounding = 16 * _U * self.half**order * (abs(self.ab[0][0]) * self.half + abs(self.ab[0][1])) / self.half
+        at = np.maximum(t, 1.0 / self.slow)
+        size, push = abs(a) + rounding, abs(b) + rounding * self.half
+        return size * np.exp(-self.slow * t) + push * at * np.exp(-self.slow * at)
+
+
 class _Screen:
     """The closed form in floats, with a bound on everything the floats leave out."""
 
     def __init__(self, stretch: _Stretch, tolerance: float) -> None:
         length = stretch.length
-        c = np.array([complex(x) for x in stretch.c], dtype=complex)
-        lam = np.array([complex(x) for x in stretch.lam], dtype=complex)
-        blur = math.fsum(float(x.rad()) for x in stretch.c) * 1.01
-        fuzz = max((float(x.rad()) / (1e-300 + abs(complex(x))) for x in stretch.lam), default=0.0)
+        terms = [(c, lam) for c, lam, plain in zip(stretch.c, stretch.lam, stretch.plain, strict=True) if plain]
+        c = np.array([complex(x) for x, _ in terms], dtype=complex)
+        lam = np.array([complex(x) for _, x in terms], dtype=complex)
+        blur = math.fsum(float(x.rad()) for x, _ in terms) * 1.01
+        fuzz = max((float(x.rad()) / (1e-300 + abs(complex(x))) for _, x in terms), default=0.0)
         if fuzz > 1e-17:
             raise Undecided("rates too blurred for the screen")
         order = np.argsort(np.abs(lam), kind="stable")
@@ -315,12 +357,20 @@ class _Screen:
         self.poly2 = 1.0001 * (sums[2] + float(stretch.rest[2].abs_upper())) + 1e-200
         cubic = sum(m * (m - 1) * (m - 2) * abs(a) * span ** (m - 3) for m, a in enumerate(poly) if m > 2)
         self.poly3 = 1.0001 * (cubic + float(stretch.rest[2].abs_upper())) + 1e-200
-        # each exponential: phase error |lambda| t, a handful of roundings per level, and the sum of the products
-        relative = _U * (12 * rate * span + 8 * len(c) + 600)
+        # each exponential: phase error |lambda| t while it lasts, some roundings per level, and the sum of the products
+        lasts = np.minimum(span, 1.0 / np.maximum(-self.lam.real, 1e-300))
+        relative = _U * (12 * rate * lasts + 8 * len(c) + 600)
         self.e0 = 1.01 * (float(size @ relative) + 32 * _U * len(poly) * sums[0] + lost0 + blur) + 1e-290
         self.e1 = 1.01 * (float((size * rate) @ relative) + 32 * _U * len(poly) * sums[1] + lost1 + blur1) + 1e-290
         self.e0 += float(stretch.rest[0].abs_upper())
         self.e1 += float(stretch.rest[1].abs_upper()) + blur * float(rate.max(initial=0.0))
+        half = 0.5 * float(stretch.d)
+        self.pairs = [_Pair(float(a), float(b), half, float(k2)) for a, b, k2 in stretch.near.values()]
+        for pair, balls in zip(self.pairs, stretch.near.values(), strict=True):
+            if float(balls[2].rad()) > 1e-16 * abs(float(balls[2])):
+                raise Undecided("critical damping too blurred for the screen")
+            self.e0 += (8 * len(c) + 600) * _U * pair.most(0, 0.0) + float(balls[0].rad()) + float(balls[1].rad())
+            self.e1 += (8 * len(c) + 600) * _U * pair.most(1, 0.0) + pair.half * float(balls[0].rad() + balls[1].rad())
         self.length, self.tolerance = length, tolerance
         self.turns = 0
         self.slack = 64 * _U * length
@@ -331,8 +381,9 @@ class _Screen:
         self.group[np.arange(self.lam.size), group] = 1.0
         quickest = float(-self.real[0]) if self.real.size else 0.0
         count = math.ceil(length / min(0.25, 30 / (quickest + 1e-9)))
-        self.half = [length / (2 * max(count, 4))]
-        self.roots = max(count, 4)
+        self.direct = count > _MANY or bool(self.pairs)
+        self.roots = _PARTS if self.direct else max(count, 4)
+        self.half = [length / (2 * self.roots)]
         self._levels: dict[int, tuple[Any, ...]] = {}
 
     def level(self, number: int) -> tuple[Any, ...]:
@@ -343,7 +394,8 @@ class _Screen:
             r = self.half[number]
             low = int(np.searchsorted(self.rate * r, _FAST))
             offset = (2 * np.arange(_PARTS) + 1 - _PARTS) * r
-            turn = np.exp(np.outer(self.lam, offset)) if number else np.ones((self.lam.size, 1), dtype=complex)
+            carries = number > 0 and not self.direct
+            turn = np.exp(np.outer(self.lam, offset)) if carries else np.ones((self.lam.size, 1), dtype=complex)
             part, slope = turn[:low], self.lam[:low, None] * turn[:low]
             gemm = np.block([[part.real, slope.real], [-part.imag, -slope.imag]]) if low else np.zeros((0, 0))
             size, rate = self.size.copy(), self.rate
@@ -353,6 +405,29 @@ class _Screen:
             bound[2] = np.where(np.arange(size.size) < low, 0.0, size * rate)  # |y'|, the others
             self._levels[number] = (r, low, offset, turn, gemm, (bound @ self.group) * (1 + 1e-9))
         return self._levels[number]
+
+    def bounds(self, number: int, left: Floats) -> tuple[Any, Any, Any]:
+        """On intervals of a level: of |y''| of what is evaluated there, and of |y| and |y'| of what is not."""
+        r, _, _, _, _, bound = self.level(number)
+        m2, a0, a1 = bound @ (np.exp(np.outer(self.real, left)) * (1 + 1e-9))
+        for pair in self.pairs:
+            if pair.half * r < _FAST:
+                m2 = m2 + pair.most(2, left)
+            else:
+                a0, a1 = a0 + pair.most(0, left), a1 + pair.most(1, left)
+        return m2, a0, a1
+
+    def values(self, number: int, t: Floats) -> tuple[Any, Any]:
+        """y and y' at times, of what a level evaluates."""
+        r, low, _, _, _, _ = self.level(number)
+        p0, p1 = self.polynomial(t)
+        if low:
+            e = np.exp(np.outer(t, self.lam[:low])) * self.c[:low]
+            p0, p1 = p0 + e.real.sum(axis=1), p1 + (e @ self.lam[:low]).real
+        for pair in self.pairs:
+            if pair.half * r < _FAST:
+                p0, p1 = p0 + pair.value(0, t), p1 + pair.value(1, t)
+        return p0, p1
 
     def polynomial(self, t: Floats) -> tuple[Any, Any]:
         p0: Any = np.zeros_like(t)
@@ -366,19 +441,21 @@ class _Screen:
         """y and y' at a time, in floats."""
         e = self.c * np.exp(self.lam * t)
         p0, p1 = self.polynomial(np.array(t))
+        for pair in self.pairs:
+            p0, p1 = p0 + pair.value(0, np.array(t)), p1 + pair.value(1, np.array(t))
         return float(p0 + e.real.sum()), float(p1 + (e * self.lam).real.sum())
 
     def second(self, t: float) -> float:
         """A bound on |y''| from the time t on (t may be negative by a rounding)."""
-        if not self.lam.size:
-            return self.poly2
         decay = np.exp(np.minimum(self.lam.real * max(t, 0.0), 0.0))
-        return float((self.size * self.rate**2) @ decay) * 1.0001 + self.poly2
+        pairs = sum(float(pair.most(2, max(t, 0.0))) for pair in self.pairs)
+        return (float((self.size * self.rate**2) @ decay) + pairs) * 1.0001 + self.poly2
 
     def third(self, t: float) -> float:
         """A bound on |y'''| from the time t on."""
         decay = np.exp(np.minimum(self.lam.real * max(t, 0.0), 0.0))
-        return float((self.size * self.rate**3) @ decay) * 1.0001 + self.poly3
+        pairs = sum(float(pair.most(3, max(t, 0.0))) for pair in self.pairs)
+        return (float((self.size * self.rate**3) @ decay) + pairs) * 1.0001 + self.poly3
 
 
 _SPLIT, _RISING, _FLOOR = 1, 2, 3
@@ -401,12 +478,10 @@ def _judge(screen: _Screen, number: int, centre: Floats, y: Floats, y1: Floats) 
     """The verdict on each interval: 0 done, else split, rising or floor; and the count that matters."""
     r, _, _, _, _, bound = screen.level(number)
     r = r * (1 + 1e-9) + screen.slack
-    if screen.steady:
+    if screen.steady and not screen.pairs:
         m2, a0, a1 = (bound[i].sum() for i in range(3))
     else:
-        left = np.maximum(centre - r, 0.0)
-        decay = np.exp(np.outer(screen.real, left)) * (1 + 1e-9)
-        m2, a0, a1 = bound @ decay
+        m2, a0, a1 = screen.bounds(number, np.maximum(centre - r, 0.0))
     m2 = (m2 + screen.poly2) * 1.0001
     e0, e1 = screen.e0 + a0, screen.e1 + a1
     swing = (m2 * r + e1) * (1 + 1e-12)
@@ -450,12 +525,16 @@ def _search(stretch: _Stretch, begin: Any, horizon: float, tolerance: float) -> 
     screen = _Screen(stretch, tolerance)
     r, low, _, _, gemm, _ = screen.level(0)
     centre = (2 * np.arange(screen.roots) + 1) * r
-    carried = screen.c * np.exp(np.outer(centre, screen.lam))
-    p0, p1 = screen.polynomial(centre)
-    if low:
-        value = np.concatenate((carried.real[:, :low], carried.imag[:, :low]), axis=1) @ gemm
-        p0, p1 = p0 + value[:, 0], p1 + value[:, 1]
-    found, crossed = _gather(screen, 0, centre, p0, p1, lambda run: carried[run])
+    if screen.direct:
+        p0, p1 = screen.values(0, centre)
+        found, crossed = _gather(screen, 0, centre, p0, p1, lambda run: None)
+    else:
+        carried = screen.c * np.exp(np.outer(centre, screen.lam))
+        p0, p1 = screen.polynomial(centre)
+        if low:
+            value = np.concatenate((carried.real[:, :low], carried.imag[:, :low]), axis=1) @ gemm
+            p0, p1 = p0 + value[:, 0], p1 + value[:, 1]
+        found, crossed = _gather(screen, 0, centre, p0, p1, lambda run: carried[run])
     stack = found[::-1]
     take = 8
     while stack:
@@ -470,15 +549,23 @@ def _search(stretch: _Stretch, begin: Any, horizon: float, tolerance: float) -> 
             if contact is not None:
                 return contact
             continue
-        assert batch.carried is not None
+        parents: Any = batch.carried
         if batch.centre.size > take:
-            stack.append(_Batch(_SPLIT, batch.level, batch.centre[take:], batch.carried[take:]))
-            batch = _Batch(_SPLIT, batch.level, batch.centre[:take], batch.carried[:take])
+            rest, some = (None, None) if parents is None else (parents[take:], parents[:take])
+            stack.append(_Batch(_SPLIT, batch.level, batch.centre[take:], rest))
+            batch, parents = _Batch(_SPLIT, batch.level, batch.centre[:take], some), some
             take = min(2 * take, 256)
         number = batch.level + 1
         r, low, offset, turn, gemm, _ = screen.level(number)
-        parents: Any = batch.carried
         times = (batch.centre[:, None] + offset).ravel()
+        if screen.direct:
+            p0, p1 = screen.values(number, times)
+            found, cut = _gather(screen, number, times, p0, p1, lambda run: None)
+            if cut:
+                stack.clear()
+                crossed = True
+            stack.extend(found[::-1])
+            continue
         p0, p1 = screen.polynomial(times)
         if low:
             value = np.concatenate((parents.real[:, :low], parents.imag[:, :low]), axis=1) @ gemm
@@ -591,7 +678,7 @@ def _turn(stretch: _Stretch, screen: _Screen, low: float, high: float, begin: An
         return None
     screen.turns += 1
     if screen.turns > _TURNS:
-        raise ArithmeticError("too near resonance or critical damping for the screen in floats")
+        raise ArithmeticError("too near resonance for the screen in floats")
     mid = 0.5 * (low + high)
     half = max(high - mid, mid - low)
     y, y1, y2 = stretch.at(arb(mid))
@@ -676,7 +763,7 @@ def first_contact(flight: Flight, horizon: float, on_wall: bool = False, toleran
 
     `ValueError` where the flight does not start as told; `Undecided` where 1024 bits do not decide (a summit at zero
     to 200 digits, with tolerance 0); `ArithmeticError` where the floats see nothing and the balls would take too long
-    (resonance or critical damping within about 1e-9, relative).
+    (resonance within about 1e-9, relative).
     """
     precision = flint.ctx.prec
     try:

@@ -135,5 +135,7 @@ if __name__ == "__main__":  # jobs.py ARCHIVE SIZE SLEEP CHUNK WORKERS: carry on
     from percuss.explore.carry.running import carry_out
 
     path, size, sleep, chunk, workers = sys.argv[1:]
-    carry_out(Sines(int(size), sleep=float(sleep)), archive=path, resume=True, workers=int(workers), chunk=int(chunk))
+    carry_out(
+        Sines(int(size), sleep=float(sleep)), archive=path, resume=True, workers=int(workers), chunk=int(chunk) or None
+    )
     print("complete")

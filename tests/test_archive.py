@@ -25,7 +25,7 @@ from jobs import COLUMNS, Grid, Sines, same, whole
 from percuss.cli import main
 from percuss.errors import ArchiveError, PercussError
 from percuss.explore.carry import archive as module
-from percuss.explore.carry.archive import RESULTS, Archive, check_free
+from percuss.explore.carry.archive import FORMAT, RESULTS, Archive, check_free
 from percuss.explore.carry.ask import differences
 from percuss.explore.carry.exporting import dataset_of, plain_dataset, write_csv
 from percuss.explore.carry.lock import LOCK, Lock, is_locked
@@ -125,15 +125,15 @@ class Other(Sines):
 @pytest.mark.parametrize(
     ("job", "told"),
     [
-        (Other(95, seed=4), "seed: 3 there, 4 asked for"),
-        (Sines(96), "size: 95 there, 96 asked for"),
-        (Grid(), 'kind: "sines" there, "sweep" asked for'),
+        (Other(95, seed=4), "seed: 3 in the archive, 4 asked for"),
+        (Sines(96), "size: 95 in the archive, 96 asked for"),
+        (Grid(), 'kind: "sines" in the archive, "sweep" asked for'),
         (Other(95, extra=True), "what is kept of the items"),
     ],
 )
 def test_another_ask_is_refused(tmp_path, job, told):
     halfway(tmp_path / "a.zarr")
-    with pytest.raises(ArchiveError, match="something else") as error:
+    with pytest.raises(ArchiveError, match="another question") as error:
         carry_out(job, archive=tmp_path / "a.zarr", resume=True)
     assert told in str(error.value)
     assert not is_locked(tmp_path / "a.zarr")
@@ -145,9 +145,12 @@ def test_differences_name_the_parts():
 
     assert differences(axes([1.0, 2.0]), axes([1.0, 2.0])) == ""
     assert differences({"a": (1, 2)}, {"a": [1, 2]}) == ""
-    assert differences(axes([1.0, 2.0]), axes([1.0, 2.5])) == "axes[restitution].values[1]: 2.0 there, 2.5 asked for"
+    assert (
+        differences(axes([1.0, 2.0]), axes([1.0, 2.5]))
+        == "axes[restitution].values[1]: 2.0 in the archive, 2.5 asked for"
+    )
     told = differences(axes([float(i) for i in range(9)]), axes([0.0]))
-    assert told == "axes[restitution].values: 9 values from 0.0 to 8.0 there, [0.0] asked for"
+    assert told == "axes[restitution].values: 9 values from 0.0 to 8.0 in the archive, [0.0] asked for"
     assert differences({"a": 1}, {"a": True}) and differences({"a": 0.0}, {"a": -0.0})
     assert not differences({"a": float("nan")}, {"a": float("nan")})
     assert "more" in differences({f"k{i}": i for i in range(20)}, {f"k{i}": -1 - i for i in range(20)})
@@ -156,7 +159,7 @@ def test_differences_name_the_parts():
 def test_another_version_is_refused(tmp_path, monkeypatch):
     job = halfway(tmp_path / "a.zarr")
     monkeypatch.setattr(module, "versions", lambda: {"percuss": "99.0"})
-    with pytest.raises(ArchiveError, match=r"percuss 0\..* began it and this is 99\.0"):
+    with pytest.raises(ArchiveError, match=r"percuss 0\..* started it and this is 99\.0"):
         carry_out(job, archive=tmp_path / "a.zarr", resume=True)
 
 
@@ -164,7 +167,7 @@ def test_a_newer_format_is_refused(tmp_path):
     halfway(tmp_path / "a.zarr")
     file = tmp_path / "a.zarr" / "zarr.json"
     about = json.loads(file.read_text())
-    about["attributes"]["format"] = 2
+    about["attributes"]["format"] = FORMAT + 1
     file.write_text(json.dumps(about))
     with pytest.raises(ArchiveError, match="newer version"):
         Archive.open(tmp_path / "a.zarr")
@@ -178,7 +181,7 @@ def test_what_exists_is_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "folder").mkdir()
     for name in ("file", "folder"):
-        with pytest.raises(ArchiveError, match="no archive"):
+        with pytest.raises(ArchiveError, match="not an archive"):
             carry_out(job, archive=tmp_path / name)
         with pytest.raises(ArchiveError, match="not an archive"):
             carry_out(job, archive=tmp_path / name, resume=True)
@@ -373,7 +376,7 @@ def test_full_disk(tmp_path):
     with small_disk(tmp_path / "disk", "400k") as disk:
         with pytest.raises(ArchiveError, match="No space left on device") as error:
             carry_out(job, archive=disk / "a.zarr", chunk=50)
-        assert "make room" in str(error.value) and "--resume" in str(error.value)
+        assert "free some space" in str(error.value) and "--resume" in str(error.value)
         with Archive.open(disk / "a.zarr") as archive:
             assert 0 < archive.done.sum() < 80
             found, known = archive.read(), np.repeat(archive.done, 50)
@@ -452,7 +455,7 @@ def test_show(run, tmp_path):
         assert text in out, out
     carry_out(Grid(), archive=tmp_path / "a.zarr", resume=True)
     _, out, _ = run("show", "a.zarr")
-    assert "complete" in out and "to go on" not in out and "resumed" in out
+    assert "complete" in out and "to continue" not in out and "resumed" in out
     _, out, _ = run("show", "a.zarr", "--json")
     about = json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
     assert about["complete"] and about["size"] == 12 and about["columns"]["sine"]["unit"] == "rad"

@@ -121,7 +121,7 @@ def test_the_axes_of_a_dataset_have_scales():
         ({"x": ("u_3", -1.0, 0.5, 3)}, "modes"),
         ({"x": ("u_0", -1.0, 0.5, 3)}, "u_1"),
         ({"x": "time"}, "name, first"),
-        ({"at": {"velocity": 1.0}}, "no axis"),
+        ({"at": {"velocity": 1.0}}, "not on an axis"),
         ({"at": {"place": 1.0}}, "position, velocity, time"),
         ({"at": {"position": 1.0}}, "wall"),
         ({"modes": -1}, "modes"),
@@ -132,3 +132,19 @@ def test_the_axes_of_a_dataset_have_scales():
 def test_bad_planes(asked, word):
     with pytest.raises(ParameterError, match=word):
         basins(ELASTIC, **{"x": ("time", 0.0, 6.0, 3), "y": ("velocity", -1.0, 0.0, 3), "modes": 2, **asked})
+
+
+def test_pictures_of_a_case_in_si_have_axes_in_si():
+    from percuss import plot
+
+    bar = Bar(length=0.09, diameter=0.06)
+    system = System.from_si(bar, Load.harmonic(mean=900.0, amplitude=1200.0, frequency=33.0), Contact(restitution=0.3))
+    speed = 8.0 / system.speed_scale
+    found = basins(system, ("time", 0.1, 6.2, 6), ("velocity", -speed, -0.1 * speed, 5), modes=0, workers=1)
+    panel = plot.basins(found).axes[0]
+    assert panel.get_xlabel().endswith("[ms]") and panel.get_ylabel() == "velocity of the start [m/s]"
+    assert panel.get_ylim()[0] == pytest.approx(-8.9) and 30.0 < panel.get_xlim()[1] < 34.0
+    starts = plot.experiment(experiment(system, 40, modes=0, workers=1)).axes[1]
+    assert starts.get_xlabel().endswith("[ms]") and "[m/s]" in starts.get_ylabel()
+    plain = plot.basins(basins(ELASTIC, ("time", 0.1, 6.2, 4), ("position", -3.0, -0.1, 3), modes=0, workers=1)).axes[0]
+    assert plain.get_xlabel() == "load phase of the start [rad]" and "[bar lengths]" in plain.get_ylabel()

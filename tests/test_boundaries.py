@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -13,12 +14,19 @@ import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
+from percuss.explore.carry.progress import JobProgress
 from percuss.explore.edges.boundary import boundaries
+from percuss.explore.edges.branches import folds_and_stretches
+from percuss.explore.edges.crossings import exact_crossings
 from percuss.explore.edges.curves import KINDS, Boundaries, Curve
+from percuss.explore.edges.lines import Line, orbit_on
 from percuss.explore.edges.roots import bracketed_roots, roots_on
-from percuss.explore.family import vary
+from percuss.explore.family import SystemFamily, vary
+from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
+from percuss.stability.linear_map import linear_map
 from percuss.steady import Orbit
+from percuss.steady.admissible import flight_check, stays_off, tops
 from strategies import oracle
 
 R = np.linspace(0.0, 0.9, 31)
@@ -287,7 +295,203 @@ def test_elastic_instability_that_b77_cannot_see():
     assert verdict.multipliers.largest == pytest.approx(1.000147, abs=5e-7)
 
 
+def outside(stretch, t: float, modes: int) -> int:
+    """How many multipliers are outside the circle at a place of a branch: all eigenvalues of the dense map."""
+    orbit, side = orbit_on(stretch, t)
+    return int(np.count_nonzero(np.abs(np.linalg.eigvals(linear_map(orbit, modes, side).dense())) > 1.0))
+
+
+def crossings_and_misses(seed: int, systems: int, places: int) -> tuple[int, list[str]]:
+    """Changes of the number of multipliers outside the circle on a dense scan, and those that were not solved for.
+
+    Random systems with up to twelve harmonics, three modes, R, d and s over their ranges.
+    """
+    rng = np.random.default_rng(seed)
+    seen, missed = 0, []
+    for _ in range(systems):
+        harmonics = int(rng.integers(1, 13))
+        waves = (rng.normal(size=harmonics) + 1j * rng.normal(size=harmonics)) / np.sqrt(np.arange(1, harmonics + 1))
+        s, d = float(10 ** rng.uniform(-0.3, 1.3)), float(10 ** rng.uniform(-3, -0.5))
+        r, m = float(rng.uniform(0, 0.95)), int(rng.choice([1, 1, 2]))
+        system = System(s, d, r, Load.fourier(np.array([0.3, *waves])))
+        line = Line(SystemFamily(system), {"restitution": r}, "load_factor", 0.0, 2.0, m, 2)
+        for stretch in folds_and_stretches(line, 33)[1]:
+            phases = np.array([crossing.phase for crossing in exact_crossings(stretch, None, 2)])
+            found = np.mod(phases - stretch.start, 2.0 * math.pi) / (stretch.stop - stretch.start)
+            nodes = np.linspace(1e-6, 1.0 - 1e-6, places)
+            counts = [outside(stretch, float(t), 2) for t in nodes]
+            for i in np.flatnonzero(np.diff(counts)):
+                seen += 1
+                if not np.any((found >= nodes[i] - 1e-8) & (found <= nodes[i + 1] + 1e-8)):
+                    missed.append(f"{system!r}, m = {m}, t = {nodes[i]}: {counts[i]} to {counts[i + 1]}")
+    return seen, missed
+
+
+def test_flips_beside_a_striking_speed_of_zero_are_found():
+    """There the secular function has a pole, which once hid the root between the same two samples."""
+    seen, missed = crossings_and_misses(1, 3, 401)
+    assert seen > 8 and missed == []
+
+
+@pytest.mark.slow
+def test_no_crossing_of_the_exact_map_is_missed():
+    seen, missed = crossings_and_misses(2, 45, 1201)
+    assert seen >= 140 and missed == []
+
+
+def test_points_on_motions_that_strike_backward_are_kept_apart():
+    """A soft bar's end can fly off the wall when its equations have it strike; no curve of real motions goes there."""
+    rng = np.random.default_rng(0)
+    backward = forward = 0
+    for _ in range(12):
+        load = Load.fourier(np.array([0.3, *(rng.normal(size=3) + 1j * rng.normal(size=3))]))
+        system = System(float(rng.uniform(0.3, 1.5)), 0.05, 0.4, load)
+        found = boundaries(system, ("restitution", [0.2, 0.6]), ("load_factor", 0.0, 2.0), kinds=("fold", "flip"))
+        for curve in found.curves:
+            for i in np.flatnonzero(curve.found):
+                here = vary(system, {"restitution": float(curve.x[i]), "load_factor": float(curve.y[i])})
+                speed = Orbit(here, 1, float(curve.phase[i])).impact_velocity
+                assert (curve.impact_velocity[i] > 0.0) == (speed > 0.0)
+                backward, forward = backward + (speed <= 0.0), forward + (speed > 0.0)
+        kept = [int(curve.found.sum()) for curve in found.real]
+        assert sum(kept) == sum(int((c.found & (c.impact_velocity > 0.0)).sum()) for c in found.curves)
+        assert all((curve.impact_velocity[curve.found] > 0.0).all() for curve in (*found.real, *found.of_stability))
+    assert backward > 5 and forward > 5
+
+
+def test_progress_counts_values_of_x_and_can_end_it():
+    seen: list[JobProgress] = []
+    plane = ("restitution", np.linspace(0.0, 0.8, 9)), ("load_factor", 0.0, 2.0)
+    found = boundaries(pneumatic(20.0), *plane, kinds=("fold", "grazing"), progress=seen.append)
+    assert seen[-1].done == seen[-1].size == 9 and seen[-1].seconds_left == 0.0 and found.failed == ()
+    ended = boundaries(pneumatic(20.0), *plane, kinds=("fold", "grazing"), progress=lambda p: p.done >= 1)
+    assert 0 < len(ended.failed) < 9 and {why for _, why in ended.failed} == {"given up"}
+    assert np.isfinite(ended.greatest("fold")[0]) and np.isnan(ended.greatest("fold")[-1])
+
+
+def test_one_value_of_x_has_an_estimate_and_can_be_ended(monkeypatch):
+    clock = itertools.count(0.0, 0.2)
+    monkeypatch.setattr("percuss.explore.carry.progress.time.monotonic", lambda: next(clock))
+    plane = ("restitution", [0.5]), ("load_factor", 0.0, 2.0)
+    for asked in ({"kinds": ("grazing",)}, {"kinds": ("flip", "neimark-sacker"), "criterion": "exact", "modes": 4}):
+        seen: list[JobProgress] = []
+        found = boundaries(pneumatic(20.0, 0.005, 0.5), *plane, **asked, progress=seen.append)
+        under_way = [p for p in seen if 0.0 < p.fraction < 1.0]
+        assert len(under_way) > 10 and all(p.done == 0 for p in under_way) and found.failed == ()
+        assert all(math.isfinite(p.rate) and math.isfinite(p.seconds_left) for p in under_way[2:])
+        assert np.all(np.diff([p.fraction for p in seen]) >= 0.0) and seen[-1].fraction == 1.0
+        asked_again: list[float] = []
+        ended = boundaries(
+            pneumatic(20.0, 0.005, 0.5), *plane, **asked,
+            progress=lambda p, told=asked_again: told.append(p.fraction) or p.fraction > 0.2,
+        )  # fmt: skip
+        assert ended.failed == ((0.5, "given up"),) and ended.curves == ()
+        assert sum(fraction > 0.2 for fraction in asked_again) <= 2  # once when it ends, and the last word
+
+
+def test_what_stops_the_caller_stops_the_boundaries():
+    with halting(lambda: True):
+        found = boundaries(pneumatic(20.0), ("restitution", [0.5]), ("load_factor", 0.0, 2.0), kinds=("grazing",))
+    assert found.failed == ((0.5, "given up"),)
+
+
 # ---------------------------------------------------------------- grazing
+
+
+def deepest(system: System, phase: float) -> float:
+    """The greatest gap between the impacts, all modes at very many times."""
+    orbit = Orbit(system, 1, phase, tolerance=1e-11)
+    t = np.linspace(0.0, orbit.period, 2001)[1:-1]
+    for _ in range(4):
+        y = orbit.end_motion(t, orbit.modes)[0]
+        best = int(np.argmax(y))
+        t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], 401)
+    return float(y[best])
+
+
+def test_grazing_of_a_bar_that_rings():
+    """To 1e-10, where 1300 modes take part; halves of a step, each with a proof, came to 1e-8."""
+    system = pneumatic(20.0, 0.005, 0.5)
+    curve = only(boundaries(system, ("restitution", [0.5]), ("load_factor", 0.0, 2.0), kinds=("grazing",)), "grazing")
+    y = float(curve.y[0])
+    stroke = Orbit(system, 1, float(curve.phase[0])).rigid_stroke
+    depths = []
+    for step in (-1e-6, 0.0, 1e-6):
+        here = vary(system, {"load_factor": y + step})
+        orbit = min(steady_states(here).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
+        depths.append(deepest(here, orbit.phase))
+    assert depths[0] > 0.0 > depths[2]
+    assert abs(depths[1] / (depths[2] - depths[0]) * 2e-6) < 1e-10
+    assert abs(depths[1]) < 1e-10 * stroke
+
+
+def test_grazing_proves_few_motions(monkeypatch):
+    """What each proof takes grows with the modes: of one touch there is one, beside it, and none on the way there."""
+    proved = []
+    monkeypatch.setattr("percuss.steady.orbit.flight_check", lambda m: proved.append(m) or flight_check(m))
+    plane = ("restitution", [0.5]), ("load_factor", 0.0, 2.0)
+    found = boundaries(pneumatic(20.0, 0.005, 0.5), *plane, kinds=("grazing",))
+    assert len(found.curves) == 1 and len(proved) < 2 * 33 + 5  # the samples of two branches, and a few
+
+
+def square_loaded() -> System:
+    """Steps ring up 512 modes, whose ringing after the impact comes back each time the impact moves by a round trip."""
+    return System(20.0, 0.005, 0.5, Load.square(1.0, 1.3))
+
+
+def test_grazing_under_steps_looks_with_few_modes(monkeypatch):
+    """A first look at each motion once took 512 modes at 4096 times, two million products of both."""
+    looks = []
+    plain = Orbit.end_motion
+    monkeypatch.setattr(Orbit, "end_motion", lambda o, t, n: looks.append(t.size * n) or plain(o, t, n))
+    plane = ("restitution", [0.5]), ("kappa", 1.40, 1.42)
+    found = boundaries(square_loaded(), *plane, kinds=("grazing",), samples=9)
+    assert found.failed == () and len(found.curves) == 1
+    assert sum(looks) < 3_000_000  # for 18 motions and one root
+
+
+def test_grazing_under_steps_by_slow_looks_on_both_sides():
+    """With all modes at 5·10⁴ times: the bar touches at the root, and passes the wall on one side of it alone."""
+    plane = ("restitution", [0.5]), ("kappa", 1.50, 1.57)
+    found = boundaries(square_loaded(), *plane, kinds=("grazing",), samples=33)
+    assert len(found.curves) >= 2
+    for curve in found.curves:
+        depths = []
+        for step in (-1e-6, 0.0, 1e-6):
+            here = vary(square_loaded(), {"kappa": float(curve.y[0]) + step})
+            orbit = min(steady_states(here).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
+            t = np.linspace(0.0, orbit.period, 50_001)[1:-1]
+            for _ in range(4):
+                y = orbit.end_motion(t, orbit.modes)[0]
+                best = int(np.argmax(y))
+                t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], 101)
+            depths.append(float(y[best]))
+        assert min(depths[0], depths[2]) < 0.0 < max(depths[0], depths[2])
+        assert abs(depths[1]) < 1e-10 * orbit.rigid_stroke
+
+
+def test_a_short_proof_says_what_the_long_one_says():
+    rng = np.random.default_rng(5)
+    verdicts = []
+    for load in (Load.square(1.0, 1.3), WAVY, Load.harmonic(0.9, 1.0)):
+        for phase in rng.uniform(0.0, 2.0 * math.pi, 12):
+            motion = Orbit(System(7.0, 0.02, float(rng.uniform()), load), 1, float(phase))
+            verdicts.append(stays_off(motion))
+            assert verdicts[-1] == (flight_check(motion).violation is None)
+    assert 5 < sum(verdicts) < 31
+
+
+def test_the_greatest_gap_is_in_the_cells_that_are_left():
+    rng = np.random.default_rng(6)
+    for load in (Load.square(1.0, 1.3), WAVY):
+        for phase in rng.uniform(0.0, 2.0 * math.pi, 4):
+            motion = Orbit(System(5.0, 0.02, 0.4, load), 1, float(phase))
+            low, high = np.sort(rng.uniform(0.3, motion.period - 0.3, 2))
+            centres, half = tops(motion, float(low), float(high))
+            t = np.linspace(low, high, 20_001)
+            y = motion.end_motion(t, motion.truncation.some)[0]
+            assert np.min(np.abs(centres - t[np.argmax(y)])) <= half * (1.0 + 1e-9) + 2e-4
+            assert 2.0 * half * centres.size < 0.5 * (high - low)
 
 
 def test_grazing_from_rest_at_once():

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss.case import Case, CaseErrors, steady_answer
+from percuss.case.family import CaseFamily
 from percuss.case.writing import toml_text
 from percuss.errors import CaseError, LoadError, ResonanceError
 
@@ -326,6 +327,54 @@ def test_history_of_a_plain_system(tmp_path: Path) -> None:
     assert case.system().load.coefficients == pytest.approx(si.load.coefficients, rel=1e-12)
     assert case.history_report is not None
     assert not case.system().is_si
+
+
+def two_faces_case(tmp_path: Path, table: str, header: str = "time [s],p1 [bar],p2 [MPa]") -> Case:
+    """A record from 100 s on: 60 + 140 cos bar on one face, 4 − 2 cos MPa on the other, nothing useful after 0.5 s."""
+    case = history_case(tmp_path, table)
+    t = np.arange(40 * 200) / 12_000.0
+    c = np.where(t < 0.5, np.cos(2.0 * math.pi * 60.0 * t), 0.0)
+    rows = "\n".join(f"{100 + a:.9g},{60 + 140 * b:.9g},{4 - 2 * b:.9g}" for a, b in zip(t, c, strict=True))
+    (tmp_path / "pressure.csv").write_text(f"{header}\n{rows}\n", encoding="utf-8")
+    return case
+
+
+TWO_FACES = """file = "pressure.csv"
+column = "p1"
+area = "6.5 cm^2"
+opposing_column = "p2"
+opposing_area = "4 cm^2"
+from = "100 s"
+to = "100.5 s"
+"""
+
+
+def test_two_faces_of_a_part_of_a_record(tmp_path: Path) -> None:
+    case = two_faces_case(tmp_path, TWO_FACES)
+    load = case.load()
+    assert load.report is not None and load.report.cycles == 30
+    assert load.mean == pytest.approx(60e5 * 6.5e-4 - 4e6 * 4e-4, rel=1e-4)
+    assert abs(load.coefficients[1]) == pytest.approx(140e5 * 6.5e-4 + 2e6 * 4e-4, rel=1e-4)
+    again = Case.from_text(case.to_toml(), folder=tmp_path)
+    assert again == case and 'from = "100 s"' in case.to_toml()
+    assert not {"load.area", "load.opposing_area", "load.from", "load.to"} & set(CaseFamily(case, {})._keys)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "part"),
+    [
+        ('opposing_area = "4 cm^2"\n', "", "load.opposing_area: a recorded pressure needs the area"),
+        ('opposing_column = "p2"\n', "", "load.opposing_area = '4 cm^2': there is no opposing pressure"),
+        ('"100.5 s"', '"99 s"', "nothing lies between 100 s and 99 s"),
+        ('"100.5 s"', '"0.5 bar"', "load.to = '0.5 bar'"),
+        ("from =", "form =", "unknown key"),
+        ('"p2"', '"p3"', "no column 'p3'"),
+    ],
+)
+def test_wrong_two_faces(tmp_path: Path, old: str, new: str, part: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        two_faces_case(tmp_path, TWO_FACES.replace(old, new)).system()
+    assert part in str(caught.value), caught.value
 
 
 @pytest.mark.parametrize(

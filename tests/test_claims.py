@@ -20,11 +20,12 @@ from percuss.paper.claim_common import (
     tried,
     upper_curve,
 )
-from percuss.paper.claim_ends import End, ends_of, verdict_a
+from percuss.paper.claim_ends import End, ends_of, starts_each, verdict_a
 from percuss.paper.claim_hydraulic import Scatter, verdict_d
 from percuss.paper.claim_periods import Allowed, Reach, Smallest, allowed, verdict_b, verdict_c
 from percuss.paper.claim_ranges import Motions, verdict_e
 from percuss.paper.claim_stiffness import Stiffness, verdict_f
+from percuss.paper.report import report
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
@@ -213,6 +214,19 @@ def test_the_same_seed_gives_the_same_numbers():
     assert ends_of(trial) == ends_of(trial)
     draws = [t.of(pneumatic(0.6, 0.9), 20, "wall").columns["time"].tolist() for t in (trial, replace(trial, seed=4))]
     assert draws[0] != draws[1]
+
+
+def test_all_rows_share_their_starts_and_the_report_says_so(small):
+    """At other points of the plane the same starts, those of `wall` in units of 2πp_0/(1 + R)."""
+    trial = Trial(Size(starts=200, impacts=5), 3)
+    for name in ("wall", "field", "gentle"):
+        one, other = (trial.of(pneumatic(r, x), 20, name) for r, x in ((0.6, 0.9), (0.2, 0.4)))
+        assert one.columns["time"].tolist() == other.columns["time"].tolist()
+        unit = 1.0 if name != "wall" else (0.9 / 1.6) / (0.4 / 1.2)
+        assert one.columns["velocity"] == pytest.approx(unit * other.columns["velocity"], rel=1e-12)
+    assert starts_each(claims.DEFAULT) == 476
+    assert "all rows of a table have the same ones" in report(small[0])
+    assert f"({starts_each(small[0].size)} of each" in " ".join(report(small[0]).split())
 
 
 def test_an_audit_that_is_no_longer_wanted_writes_nothing(tmp_path):

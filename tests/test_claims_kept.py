@@ -75,4 +75,4 @@ def test_the_command_says_what_is_lost(tmp_path, monkeypatch, capsys, how):
     monkeypatch.setattr(claims, "run", run)
     assert main(["paper", "claims", "-o", str(tmp_path)]) == 130
     told = capsys.readouterr().err
-    assert "after 4 of 11" in told and "begun is lost" in told and "archive" not in told
+    assert "after 4 of 11" in told and "in progress is lost" in told and "archive" not in told

@@ -158,7 +158,7 @@ def test_json_of_a_plain_case(run: Run) -> None:
     assert first["level"] < first["level_max"]
     assert third["exists"] is False
     assert third["orbits"] == []
-    assert set(third["nearest"]) == {"load_factor", "restitution"}
+    assert set(third["nearest"]) == {"load_factor", "restitution", "d"}
     phases = [orbit["phase"] for orbit in first["orbits"]]
     assert phases == sorted(phases)
     for orbit in first["orbits"]:
@@ -205,9 +205,9 @@ def test_report_for_people(run: Run) -> None:
     assert done.returncode == 0
     assert "\x1b" not in done.stdout  # no colours into a pipe
     for part in (
-        "The hammer runs with one blow every load period: 180 J at 17.5 Hz",
+        "The hammer can run with one blow every load period: 180 J at 17.5 Hz",
         "Orbit 2 of 2, m = 1: stable, possible",
-        "a stable blow of a rigid, undamped bar needs it between",
+        "a stable blow of a rigid, undamped bar needs a force between",
         "(m = 2)",
         "nearest         load factor",
         "a mean force of",
@@ -255,14 +255,22 @@ def test_plot(run: Run, tmp_path: Path) -> None:
         (["steady", "case.toml", "--jsn"], ["unknown option '--jsn'", "did you mean '--json'?"]),
         (["steady", "case.toml", "--period", "2"], ["unknown option '--period'", "did you mean '--periods'?"]),
         (["steady", "case.toml", "other.toml"], ["one argument too many: 'other.toml'"]),
-        (["steady", "case.toml", "--periods", "0"], ["--periods", "from 1 to 1000"]),
+        (["steady", "case.toml", "--periods", "0"], ["--periods", "between 1 and 1000"]),
         (["steady", "case.toml", "--periods", "-1"], ["--periods"]),
-        (["steady", "case.toml", "--periods", "3..1"], ["--periods", "upward"]),
-        (["steady", "case.toml", "--periods", "1..1000000"], ["--periods", "from 1 to 1000"]),
+        (["steady", "case.toml", "--periods", "3..1"], ["--periods", "smaller number first"]),
+        (["steady", "case.toml", "--periods", "1..1000000"], ["--periods", "between 1 and 1000"]),
         (["steady", "case.toml", "--periods", "one"], ["--periods", "2, 1..4 or 1,3"]),
         (["steady", "case.toml", "--modes", "-1"], ["--modes"]),
         (["steady", "case.toml", "--modes", "1.5"], ["--modes", "whole number"]),
         (["steady", "case.toml", "--modes", "99999"], ["--modes", "4096"]),
+        *(
+            (["steady", "case.toml", "--starts", wrong], [f"'{wrong}'", "from 0 to 1000 ('percuss experiment' follows"])
+            for wrong in ("-1", "1.5", "nan", "1001", "1000000001", "")
+        ),
+        *(
+            (["sweep", "case.toml", "--x", "restitution=0:0.5:3", "--csv", wrong], ["--csv", f"'{wrong}'", "in .csv"])
+            for wrong in ("-", "", "x.txt", "csv")
+        ),
         (["steady", "case.toml", "--plot", "picture.gif"], ["picture.gif", ".png, .svg or .pdf"]),
         (["steady", "case.toml", "--plot", "nowhere/picture.png"], ["there is no folder 'nowhere'"]),
         (["steady", "cas.toml"], ["cas.toml: no such file", "did you mean 'case.toml'?"]),
@@ -343,7 +351,7 @@ def test_new_then_steady(run: Run, tmp_path: Path) -> None:
     refused(run("new", "hydraulic-drifter", "-o", "other.toml"), "drifter_pressure.csv' exists")
     assert not (tmp_path / "other.toml").exists()
     assert run("new", "hydraulic-drifter", "-o", "other.toml", "--force").returncode == 0
-    refused(run("new", "hydraulic-drifter", "-o", "drifter_pressure.csv", "--force"), "needs another")
+    refused(run("new", "hydraulic-drifter", "-o", "drifter_pressure.csv", "--force"), "another name")
 
 
 # -- interruptions --------------------------------------------------------------------------------------------------

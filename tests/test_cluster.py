@@ -188,7 +188,7 @@ def test_an_item_that_kills_workers(tmp_path):
     try:
         for _ in range(5):
             found.worker()
-        with cluster_of(found, 5) as pool, pytest.raises(PercussError, match="workers died of the items 0 to 9"):
+        with cluster_of(found, 5) as pool, pytest.raises(PercussError, match="while computing items 0 to 9"):
             carry_out(Kills(10, bad=5), pool=pool, chunk=10)
     finally:
         found.end()

@@ -193,22 +193,37 @@ def test_no_file_names_a_machine_or_an_address_of_packages():
 
 
 @pytest.mark.parametrize("pins", sorted((ROOT / "requirements").glob("*.txt")), ids=name)
-def test_pins_are_names_and_versions_only(pins):
-    pattern = re.compile(r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+!]*( ; [\w .'<>=!()]+)?")
-    assert [line for line in pins.read_text().splitlines() if not pattern.fullmatch(line)] == []
+def test_pins_are_names_versions_and_hashes_only(pins):
+    """Each name with its version and a hash of every file; no address, no option."""
+    pin = re.compile(
+        r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+!]*( ; [\w .'<>=!()]+)?"
+        r"( \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+    )
+    assert pin.sub("", pins.read_text()) == ""
+
+
+def test_everything_is_installed_with_its_hash():
+    """In a recipe of the Makefile a package comes from a file of pins, or from this folder."""
+    recipes = re.findall(r"\$\(PIP\) install (.*)", (ROOT / "Makefile").read_text())
+    assert len(recipes) == 4
+    for recipe in recipes:
+        pinned = re.fullmatch(r"--require-hashes -r requirements/(\w+)\.txt", recipe)
+        assert recipe == "--no-deps --no-build-isolation -e ." or pinned, recipe
 
 
 def test_pins_cover_the_dependencies_and_agree():
     def versions(file: str) -> dict[str, str]:
         lines = (ROOT / "requirements" / file).read_text().splitlines()
-        return dict(line.partition(" ")[0].split("==") for line in lines)
+        return dict(line.partition(" ")[0].split("==") for line in lines if "==" in line)
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     needed = [*project["dependencies"], *extras["plot"], *extras["io"]]
-    run, dev = versions("run.txt"), versions("dev.txt")
+    run, dev, build = versions("run.txt"), versions("dev.txt"), versions("build.txt")
     assert {re.split(r"[<>=\[]", item)[0].lower() for item in needed} <= run.keys()
     assert run.items() <= dev.items()
+    assert {"pip", "setuptools", "hatchling"} <= build.keys()
+    assert all(dev[item] == build[item] for item in dev.keys() & build.keys())
 
 
 def test_every_key_of_the_json_is_documented():

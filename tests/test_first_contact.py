@@ -11,11 +11,11 @@ from percuss.simulate.events import IMPACT
 RESOLUTION = 1e-12 * 2.0 * np.pi
 
 
-def simulated(flight: Flight, horizon: float) -> tuple[str, float, float]:
+def simulated(flight: Flight, horizon: float, restitution: float = 0.5) -> tuple[str, float, float]:
     """Kind, time and speed of the first event of the engine."""
     steps = bool(flight.breaks)
     load = Load.steps(flight.breaks, flight.values) if steps else Load.fourier(np.asarray(flight.coefficients))
-    system = System(s=flight.s, d=flight.d, restitution=0.5, load=load)
+    system = System(s=flight.s, d=flight.d, restitution=restitution, load=load)
     start = Start.modal(flight.displacement, flight.velocity, flight.time)
     stop = Stop(impacts=1, time=horizon, periodic=False)
     motion = run(system, start, modes=len(flight.displacement) - 1, stop=stop)

@@ -229,14 +229,14 @@ def test_frequency_given():
 def test_frequency_given_that_is_a_fraction_of_the_true_one():
     time, values = record(DECAYING)
     found, report = analyse(time, values, frequency=30.0)
-    assert re_match(report, "repeats 2 times a period, at 60 Hz")
+    assert re_match(report, "repeats 2 times in each period, at 60 Hz")
     assert distance(found[::2], DECAYING) < 1e-3
     assert not np.any(found[1::2])
 
 
 def test_frequency_given_at_which_the_strokes_alternate():
     _, report = analyse(*record([1.0, 0.05, 1.0, 0.03j], frequency=30.0, noise=0.005), frequency=60.0)
-    assert re_match(report, "the cycles differ in turn: the record repeats at 30")
+    assert re_match(report, "successive cycles differ: the record repeats at 30")
 
 
 # -- which harmonics --
@@ -343,6 +343,46 @@ def test_cycles_that_hardly_repeat_give_a_warning():
     values[777] += 300.0
     _, report = analyse(time, values)
     assert re_match(report, "hardly resemble each other")
+
+
+def test_a_record_that_does_not_run_evenly_gives_a_warning():
+    _, report = analyse(*record(DECAYING, drift=3.14, noise=0.01))
+    assert re_match(report, r"the mean drifts by 31\d % .*from, to")
+    _, report = analyse(*record(DECAYING, jitter=0.06, noise=0.01, seed=3))
+    assert re_match(report, r"the period varies by \d\.?\d* %")
+    for good in ({}, {"drift": 0.05, "jitter": 0.01}):
+        assert analyse(*record(DECAYING, noise=0.02, **good))[1].warnings == ()
+
+
+CLIPPED = {
+    "above": (-np.inf, 3.9, "highest"),
+    "below": (2.2, np.inf, "lowest"),
+    "both": (2.2, 3.9, "lowest.*highest"),
+}
+
+
+@pytest.mark.parametrize("steps", [0.0, 1e-3, 0.02])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("name", CLIPPED)
+def test_clipping_gives_a_warning(name, noise, steps):
+    low, high, words = CLIPPED[name]
+    time, values = record(DECAYING, noise=noise)
+    assert np.min(values) < 1.8 and np.max(values) > 4.3
+    values = np.round(values / steps) * steps if steps else values
+    _, report = analyse(time, np.clip(values, low, high))
+    assert re.search(words, " ".join(report.warnings))
+    assert ("lowest" in str(report)) == (name != "above") and ("highest" in str(report)) == (name != "below")
+
+
+@pytest.mark.parametrize("steps", [0.0, 1e-3, 0.02, 0.1])
+@pytest.mark.parametrize("wave_of", [DECAYING, np.array([0.0, 1.0]), np.array([0.0, 1.0, 0.0, 0.1j])])
+def test_rounded_peaks_and_square_waves_are_not_taken_for_clipped(wave_of, steps):
+    for noise in (0.0, 0.01):
+        time, values = record(wave_of, noise=noise)
+        values = np.round(values / steps) * steps if steps else values
+        assert "reached its limit" not in str(analyse(time, values)[1])
+    time, values = record(np.array([0.0, 1.0]))
+    assert "reached its limit" not in str(analyse(time, np.where(values > 0.3, 1.0, -1.0))[1])
 
 
 # -- the report, the load, the sample --

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +12,15 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
-from percuss import Load, System
+from matplotlib import colors, rc_params_from_file
+
+from percuss import Load, Start, System, palette, run
+from percuss.case import load_case, steady_answer
 from percuss.explore import Sweep, sweep
+from percuss.plot import steady as steady_picture
 from percuss.plot import sweep as picture
+from percuss.plot import trajectory as trajectory_picture
 from percuss.plot.map_axes import round_ticks
-from percuss.plot.map_plane import SHADES
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 PLANE = ("restitution=0.2:0.8:4", "load_factor=0.3:0.9:3")
@@ -89,6 +94,97 @@ def test_one_value_is_seen(axes):
 
 
 def test_twelve_colours_of_their_own():
-    colours = np.array([[int(shade[i : i + 2], 16) for i in (1, 3, 5)] for shade in SHADES])
-    assert len(SHADES) == 12
+    colours = np.array([[int(shade[i : i + 2], 16) for i in (1, 3, 5)] for shade in palette.AREAS])
+    assert len(palette.AREAS) == 12
     assert all(np.abs(a - b).max() > 60 for a, b in itertools.combinations(colours, 2))
+
+
+FAMILIES = {
+    "rest": 0,
+    "z=1/1": 1,
+    "z=1/2": 2,
+    "z=1/17": 2,
+    "z=2/1": 3,
+    "z=2/2": 3,
+    "z=11/11": 3,
+    "chatter/1": 4,
+    "chatter/105": 4,
+    "rest/3": 4,
+    "aperiodic": 5,
+    "undecided": 6,
+    "departed": 6,
+}
+
+
+def test_every_motion_belongs_to_one_of_seven_families():
+    assert len(palette.FAMILIES) == 7
+    assert {label: palette.family_of(label) for label in FAMILIES} == FAMILIES
+    looks = [(family.colour.light, family.hatch) for family in palette.FAMILIES]
+    assert len({colour for colour, _ in looks}) == 7
+    assert len({hatch for _, hatch in looks if hatch}) == 5  # the two without are the darkest ones
+
+
+class _Motions:
+    """A map of found motions, which are these."""
+
+    quantities, columns, words = ("label",), {}, {}
+
+    def __init__(self, *labels: str) -> None:
+        self.axes = a_map(*PLANE).axes
+        self.arrays = {
+            "label": np.array([labels[i % len(labels)] for i in range(12)]).reshape(4, 3),
+            "outcome": np.zeros((4, 3), dtype=int),
+        }
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.arrays[name]
+
+
+def _look(figure) -> dict[str, tuple[str, str]]:
+    """Of every entry of the legend beside the first panel its colour and its hatch."""
+    patches = figure.axes[0].get_legend().get_patches()
+    return {patch.get_label(): (colors.to_hex(patch.get_facecolor()), patch.get_hatch()[:1]) for patch in patches}
+
+
+def test_found_motions_look_the_same_in_every_map():
+    many = [f"chatter/{n}" for n in range(1, 6)] + [f"z={n}/{n + 1}" for n in range(1, 6)] + ["rest", "z=1/1"]
+    seen: dict[str, set[tuple[str, str]]] = {}
+    for labels in (many, ["z=1/1", "rest"], ["rest", "undecided", "z=1/1"], ["aperiodic"]):
+        found = _Motions(*labels)
+        figure = picture(found)
+        mesh = figure.axes[0].collections[0]
+        drawn = mesh.cmap(mesh.norm(mesh.get_array())).reshape(3, 4, 4)
+        for i, j in itertools.product(range(4), range(3)):
+            family = palette.FAMILIES[palette.family_of(str(found["label"][i, j]))]
+            assert colors.to_hex(drawn[j, i]) == family.colour.light
+        for name, look in _look(figure).items():
+            seen.setdefault(name, set()).add(look)
+    assert len(seen) == 7 and all(len(looks) == 1 for looks in seen.values())
+    assert seen["at rest for good"] != seen["z=1/1, one blow a period"]
+
+
+def _ends(mappable) -> tuple[str, str]:
+    """The colours of the greatest compression (negative) and of the greatest tension."""
+    low, high = mappable.norm.vmin, mappable.norm.vmax
+    assert low == -high
+    return colors.to_hex(mappable.cmap(mappable.norm(low))), colors.to_hex(mappable.cmap(mappable.norm(high)))
+
+
+def test_compression_is_blue_and_negative_in_every_picture():
+    ends = (palette.STRAIN[0].light, palette.STRAIN[-1].light)
+    blue, orange = (colors.to_rgb(colour) for colour in ends)
+    assert blue[2] > blue[0] and orange[0] > orange[2]
+    steady = steady_picture(steady_answer(load_case("mini-breaker")))
+    moving = trajectory_picture(run(SYSTEM, Start.rigid(time=0.3), modes=4))
+    for figure in (steady, moving):
+        image = next(ax.images[0] for ax in figure.axes if ax.images)
+        assert _ends(image) == ends
+        assert any(palette.SIGN in ax.get_ylabel() for ax in figure.axes)
+
+
+def test_the_gallery_has_the_colours_of_the_palette():
+    docs = Path(__file__).resolve().parent.parent / "docs"
+    cycle = rc_params_from_file(str(docs / "matplotlibrc"), use_default_template=False)["axes.prop_cycle"]
+    assert [f"#{c.lstrip('#')}" for c in cycle.by_key()["color"]] == list(palette.CYCLE)
+    for script in (docs / "gallery").glob("*.py"):
+        assert "RdBu" not in script.read_text(encoding="utf-8"), script.name

@@ -535,3 +535,97 @@ def test_system_keeps_what_it_is_given(s: float, d: float, r: float) -> None:
     assert (system.s, system.d, system.restitution, system.load) == (s, d, r, SMOOTH)
     assert system.with_restitution(0.25) == System(s=s, d=d, restitution=0.25, load=SMOOTH)
     assert f"R = {r:.6g}" in str(system)
+
+
+# -- a load from a function -------------------------------------------------------------------------------------------
+
+
+def half_sine(t: float) -> float:
+    """One that takes no arrays, with two kinks."""
+    return 2.0 * math.sin(t) - 0.5 if t < math.pi else -0.5
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-2, 1e-3])
+@pytest.mark.parametrize("function", [half_sine, lambda t: np.exp(np.cos(t - 0.3)) + 0.2 * np.sin(7 * t)])
+def test_a_function_is_met_to_the_tolerance_with_as_few_harmonics_as_that_takes(
+    function: Any, tolerance: float
+) -> None:
+    load = Load.from_function(function, tolerance=tolerance)
+    assert load.error is not None
+    assert load.error <= tolerance
+    phases = np.linspace(0.0, 2.0 * math.pi, 5001)
+    values = np.array([float(function(t)) for t in phases])
+    alternating = np.abs(values - load.mean).max()
+    assert np.abs(load.value(phases) - values).max() <= 1.25 * tolerance * alternating  # also where it was not looked
+    fewer = Load.from_function(function, harmonics=load.coefficients.size - 2)
+    assert fewer.error is not None
+    assert fewer.error > tolerance
+    same = load.shifted(0.3).scaled(2.0)
+    assert same.error == load.error
+
+
+def test_a_function_that_is_a_sum_of_harmonics_is_that_sum() -> None:
+    load = Load.from_function(lambda t: 0.9 + np.cos(3 * t) - 0.2 * np.sin(5 * t), frequency=40.0)
+    assert load.coefficients == pytest.approx([0.9, 0, 0, 1.0, 0, 0.2j], abs=1e-14)
+    assert load.harmonics.tolist() == [3, 5]  # not what rounding leaves of the others
+    assert load.frequency == 40.0
+    assert Load.from_function(lambda t: 2.5).is_constant
+    half = Load.from_function(half_sine, tolerance=1e-4)
+    known = [2.0 / math.pi - 0.5, -1.0j, -4.0 / (3.0 * math.pi), 0.0, -4.0 / (15.0 * math.pi)]
+    assert half.coefficients[:5] == pytest.approx(known, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (3.0, "a function of the load phase"),
+        (lambda t: np.sign(np.sin(t)), "Load.steps"),
+        (lambda t: t, r"f\(0\) = 0 and f\(2π\) = 6.28"),
+        (lambda t: math.inf, "a finite force"),
+        (lambda t: "x", "a number for a phase"),
+        (lambda: 1.0, "a number for a phase"),
+        (lambda t: np.exp(1j * t), "complex"),
+        (lambda t: complex(math.cos(t), 1.0), "complex"),
+        (lambda t: np.where(np.abs(t - 3.0) < 1e-3, np.nan, 1.0), r"not at the phase (2\.99|3\.00)"),
+        (lambda t: 0.4 + np.exp(-(((t - 2.0034) / 5e-4) ** 2)), "4096 harmonics"),
+    ],
+)
+def test_functions_that_are_no_load(function: Any, said: str) -> None:
+    with pytest.raises(ParameterError, match=said):
+        Load.from_function(function)
+
+
+@pytest.mark.parametrize("k", [255, 256, 512, 1023, 1024, 2048, 4096])
+@pytest.mark.parametrize("slow", [0.0, 1.0])
+def test_fast_harmonics_of_a_function_are_not_taken_for_slow_ones(k: int, slow: float) -> None:
+    """On a grid of 2π/1024 cos 1024t is 1, and cos 1023t is cos t."""
+    load = Load.from_function(lambda t: 0.4 + slow * np.cos(t) + 0.5 * np.cos(k * t))
+    expected = np.zeros(k + 1, dtype=complex)
+    expected[0], expected[1], expected[k] = 0.4, slow, 0.5
+    assert load.coefficients == pytest.approx(expected, abs=1e-12)
+    few = Load.from_function(lambda t: 0.4 + slow * np.cos(t) + 0.5 * np.cos(k * t), harmonics=3)
+    assert few.coefficients[:2] == pytest.approx([0.4, slow], abs=1e-12)
+    assert few.error is not None
+    assert few.error == pytest.approx(0.5 / (0.5 + slow), rel=1e-2) if not slow else few.error > 0.3
+
+
+def test_a_narrow_spike_of_a_function_is_kept() -> None:
+    """It is 0.0058 wide, and stands between two of 1024 phases."""
+    load = Load.from_function(lambda t: 0.4 + np.maximum(1.0 - ((t - 2.00338) / 2.9e-3) ** 2, 0.0) ** 3, tolerance=0.02)
+    assert load.value(2.00338) == pytest.approx(1.4, abs=0.02)
+    assert load.value(2.1) == pytest.approx(0.4, abs=0.02)
+
+
+def test_what_goes_wrong_in_a_function_is_the_cause_of_the_error() -> None:
+    def broken(t: Any) -> float:
+        raise KeyError("pressure")
+
+    with pytest.raises(ParameterError, match=r"at the phase 0 it ends with KeyError: 'pressure'") as caught:
+        Load.from_function(broken)
+    assert isinstance(caught.value.__cause__, KeyError)
+
+
+@pytest.mark.parametrize("wrong", [{"tolerance": 0.0}, {"tolerance": math.nan}, {"harmonics": 0}, {"harmonics": 5000}])
+def test_numbers_of_a_load_from_a_function(wrong: dict[str, Any]) -> None:
+    with pytest.raises(ParameterError, match=next(iter(wrong))):
+        Load.from_function(np.cos, **wrong)

@@ -6,11 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
 
-from percuss import plot
+from percuss import Load, System, plot, steady_states
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.errors import ParameterError, PercussError
 from percuss.plot.axes import units_of
@@ -53,6 +54,47 @@ def test_panels_carry_units(striker: SteadyAnswer) -> None:
     assert axes[1].get_ylabel() == "force [N]"
     assert axes[2].get_xlabel() == "time after impact [ms]"
     assert units_of(load_case("heavy-breaker").system()).force_label == "force [kN]"
+
+
+def test_the_legend_names_what_is_in_view_and_says_what_is_not() -> None:
+    answer = steady_answer(load_case("hydraulic-drifter"), range(1, 7))
+    panel = plot.steady(answer).axes[0]
+    low, high = panel.get_ylim()
+    named = {line.get_label(): line.get_ydata()[0] for line in panel.lines if str(line.get_label()).startswith("level")}
+    levels = {f"level, m = {period.states.periods}": period.states.level for period in answer.periods}
+    assert named == {name: level for name, level in levels.items() if low < level < high}
+    assert 0 < len(named) < 6
+    texts = [text.get_text() for text in panel.get_legend().get_texts()]
+    assert "far above" in " ".join(texts) and all(str(m) in " ".join(texts) for m in range(1, 7))
+
+
+def test_the_picture_of_the_waves_says_what_is_not_in_it(striker: SteadyAnswer) -> None:
+    chosen = striker.chosen
+    assert chosen is not None and chosen.si is not None
+    title = plot.steady(striker).axes[4].get_title(loc="left")
+    assert f"stress of the blow itself, {chosen.si.peak_stress_MPa:.0f} MPa" in title and "is not in it" in title
+
+
+@pytest.mark.parametrize("name", ["laboratory-striker", "pneumatic-jackleg"])
+def test_steady_states_without_a_case(name: str, tmp_path: Path) -> None:
+    system = load_case(name).system()
+    plain = System(s=system.s, d=system.d, restitution=system.restitution, load=Load.harmonic(0.7, 1.0))
+    for one, unit in ((system, "[mm]"), (plain, "u(1, t)")):
+        figure = plot.steady(steady_states(one))
+        assert unit in figure.axes[2].get_ylabel()
+        assert plot.save(figure, tmp_path / "states.png").stat().st_size > 5000
+    both = [plot.steady(answer) for answer in (steady_states(system), steady_answer(load_case(name)))]
+    for a, b in zip(both[0].axes[:4], both[1].axes[:4], strict=True):
+        assert [tuple(line.get_ydata()) for line in a.lines] == [tuple(line.get_ydata()) for line in b.lines]
+
+
+@pytest.mark.parametrize("name", ["margin", "lyapunov"])
+@pytest.mark.parametrize("values", [(-7.0, 0.04), (-0.2, 0.9), (0.1, 0.5), (-3.0, -0.1), (0.0, 0.0)])
+def test_zero_is_the_middle_of_diverging_scales(name: str, values: tuple[float, float]) -> None:
+    from percuss.plot.map_plane import _signed
+
+    options, bar = _signed(np.array(values), name)
+    assert options["norm"](0.0) == 0.5 and 0.0 in bar["ticks"]
 
 
 def test_markers_tell_stable_from_unstable(striker: SteadyAnswer) -> None:

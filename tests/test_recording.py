@@ -164,6 +164,125 @@ def test_any_delimiter_decimal_and_unit_give_the_same_numbers(
     np.testing.assert_allclose(recording.values, unit[1] * np.array(values), rtol=1e-12)
 
 
+# -- what differs from the file is said --
+
+
+def test_a_unit_that_differs_from_the_heading_is_said(write):
+    path = write("t [s],p [bar]\n" + rows())
+    assert read_recording(path, unit="bar").notes == ()
+    assert read_recording(path, unit="100 kPa").notes == ()
+    (note,) = read_recording(path, unit="MPa").notes
+    assert 'unit = "MPa" is used for "p" [bar]' in note and "10 times the unit in the heading" in note
+    (note,) = read_recording(path, unit="kN").notes
+    assert "not the quantity in the heading" in note
+    assert read_recording(write("t [s],p [V]\n" + rows()), unit="2 MPa").notes == ()  # nothing to compare
+
+
+def test_a_sample_rate_that_differs_from_the_time_is_said(write):
+    path = write("t [s],p [bar]\n" + rows())
+    assert read_recording(path, sample_rate=1000.0).notes == ()
+    (note,) = read_recording(path, sample_rate="50 kHz").notes
+    assert 'sample_rate = "50 kHz" is used; the time in "t" [s] says "1 kHz"' in note
+
+
+def test_remedies_propose_the_rate_of_this_record(write):
+    text = "t [s],p [bar]\n" + rows(time=np.arange(N) / 1e4).replace("0.0020,", "0.0018,")
+    with pytest.raises(HistoryError, match=r'sample_rate = "10 kHz"'):
+        read_recording(write(text))
+    stamps = "".join(f"12:00:0{i // 20},{v}\n" for i, v in enumerate(BAR))  # a clock of whole seconds
+    with pytest.raises(HistoryError, match=r'sample_rate = "39 Hz", if that is right'):
+        read_recording(write("Time,p [bar]\n" + stamps))
+
+
+# -- gaps, parts, two faces, dates --
+
+
+@pytest.mark.parametrize("word", ["", "nan", "NaN", "#N/A", "--"])
+def test_gaps_are_left_out_and_said(write, word):
+    lines = [
+        f"{t:.4f},{word if 10 <= i < 13 or i == 20 else v}" for i, (t, v) in enumerate(zip(TIME, BAR, strict=True))
+    ]
+    there = np.ones(N, dtype=bool)
+    there[[10, 11, 12, 20]] = False
+    for options in ({}, {"sample_rate": 1e3}):
+        recording = read_recording(write("t [s],p [bar]\n" + "\n".join(lines)), **options)
+        np.testing.assert_allclose(recording.time, TIME[there], rtol=1e-12, atol=1e-15)
+        np.testing.assert_allclose(recording.values, 1e5 * BAR[there], rtol=1e-12)
+        (note,) = recording.notes
+        assert "4 of 40 samples have no value, in 2 gaps of at most 4 ms" in note
+
+
+def test_a_record_that_begins_with_a_gap(write):
+    lines = [f"{t:.4f},{v if i > 2 else ''}" for i, (t, v) in enumerate(zip(TIME, BAR, strict=True))]
+    recording = read_recording(write("t [s],p [bar]\n" + "\n".join(lines)))
+    np.testing.assert_allclose(recording.time, TIME[3:], rtol=1e-12)
+
+
+def test_a_part_of_the_record(write):
+    path = write("t [s],p [bar]\n" + rows(time=5.0 + TIME))
+    recording = read_recording(path, start="5.01 s", end=5.03)
+    np.testing.assert_allclose(recording.time, 5.0 + TIME[10:31], rtol=1e-12)
+    assert read_recording(path, sample_rate=1e3, end="29.5 ms").time[-1] == pytest.approx(0.029)
+    for options in ({"start": 6.0}, {"start": 5.03, "end": 5.01}):
+        with pytest.raises(HistoryError, match=r"nothing lies between .* goes from 5 s to 5.039 s"):
+            read_recording(path, **options)
+    with pytest.raises(HistoryError, match="only 11 samples"):
+        read_recording(path, end=5.01)
+    with pytest.raises(UnitError, match="from"):
+        read_recording(path, start="5 bar")
+
+
+def test_two_faces(write):
+    path = write(
+        "t [s],p1 [bar],p2 [MPa]\n" + "".join(f"{t},{v},{0.5 - 0.01 * v}\n" for t, v in zip(TIME, BAR, strict=True))
+    )
+    recording = read_recording(path, column="p1", opposing_column="p2")
+    check(recording)
+    np.testing.assert_allclose(recording.opposing, 1e6 * (0.5 - 0.01 * BAR), rtol=1e-12)
+    for key, part in (
+        ("p1", "both opposing_column and column"),
+        ("t", "both opposing_column and time_column"),
+        ("q", "no column"),
+    ):
+        with pytest.raises(HistoryError, match=part):
+            read_recording(path, column="p1", opposing_column=key)
+    path = write("t [s],p1 [bar],F [kN]\n" + "".join(f"{t},{v},{v}\n" for t, v in zip(TIME, BAR, strict=True)))
+    with pytest.raises(HistoryError, match=r'"p1" .bar. is a pressure, "F" .kN. a force'):
+        read_recording(path, column="p1", opposing_column="F")
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "12:59:59.{:03d}",
+        "2026-03-01 12:59:59.{:03d}",
+        "2026-03-01T12:59:59.{:03d}Z",
+        "2026-03-01T12:59:59.{:03d}000+01:00",
+        "01.03.2026 12:59:59.{:03d}",
+        "3/1/2026 12:59:59.{:03d} PM",
+    ],
+)
+@pytest.mark.parametrize("heading", ["Time", "Stamp"])
+def test_dates_and_times_of_day(write, heading, stamp):
+    later = stamp.replace("12:59:59", "01:00:00" if "PM" in stamp else "13:00:00")
+    stamps = [stamp.format(980 + i) if i < 20 else later.format(i - 20) for i in range(N)]
+    lines = [f"{at},{v}" for at, v in zip(stamps, BAR, strict=True)]
+    recording = read_recording(write(f"{heading},p [bar]\n" + "\n".join(lines)))
+    np.testing.assert_allclose(recording.time, TIME, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(recording.values, 1e5 * BAR, rtol=1e-12)
+
+
+def test_stamps_over_midnight(write):
+    def record(day, next_day):
+        stamps = [f"{day}23:59:59.{980 + i}" if i < 20 else f"{next_day}00:00:00.{i - 20:03d}" for i in range(N)]
+        return write("Time,p [bar]\n" + "".join(f"{s},{v}\n" for s, v in zip(stamps, BAR, strict=True)))
+
+    for days in (("", ""), ("2025-12-31 ", "2026-01-01 "), ("31.12.2025 ", "01.01.2026 "), ("3/4/2026 ", "3/4/2026 ")):
+        np.testing.assert_allclose(read_recording(record(*days)).time, TIME, rtol=0, atol=1e-9)
+    with pytest.raises(HistoryError, match='line 2: the date "3/4/2026" can be read in more than one way'):
+        read_recording(record("3/4/2026 ", "3/5/2026 "))
+
+
 # -- what is refused --
 
 GOOD = rows().splitlines()
@@ -187,11 +306,11 @@ def two(names):
         ("t [s],p [bar]\n1,2\n2,3\n", {}, ["only 2 samples", "at least 16"]),
         (damaged("0.01"), {}, ["line 12 has 1 cells, the others 2"]),
         (damaged("0.01,1,2"), {}, ["line 12 has 3 cells, the others 2"]),
-        (damaged("0.01,abc"), {}, ['line 12: "abc" is not a number', "mend or delete"]),
+        (damaged("0.01,abc"), {}, ['line 12: "abc" is not a number', "fix or delete"]),
         (damaged("0.0,abc", 0), {}, ['line 2: "abc" is not a number']),
         (damaged("0.01,1_0"), {}, ['"1_0" is not a number']),
-        (damaged("0.01,"), {}, ["line 12: the cell in column 2 is empty"]),
-        (damaged("0.01,nan"), {}, ["line 12", "nan", "cut the record there"]),
+        ("t [s],p [bar]\n" + "".join(f"{t},\n" for t in TIME[:6] - 1) + rows(), {}, ["6 of 46", "at most 10 %"]),
+        (rows(values=np.where(TIME < 0.005, np.nan, BAR)), {"unit": "bar"}, ["5 of 40", "at 0 s"]),
         (damaged("0.01,-inf"), {}, ["line 12", "-inf"]),
         (damaged("inf,1"), {}, ["line 12", '"t"', "inf"]),
         (damaged("0.0085,1"), {}, ["line 12: the time does not increase (0.009 s, then 0.0085 s)", "sample_rate"]),
@@ -208,15 +327,16 @@ def two(names):
         (two("t [s],a [mm],b [V]"), {"unit": "bar"}, ["more than one column", '"a" [mm], "b" [V]']),
         ("t [s],p\n" + rows(), {}, ['no unit of force or pressure for "p"', 'unit = "bar"', '"pressure [bar]"']),
         ("t [s],a\n" + rows(), {}, ['no unit of force or pressure for "a"']),
-        ("t [s],p [barg]\n" + rows(), {}, ['"barg" is no unit of force or pressure', 'did you mean "bar"']),
+        ("t [s],p [barg]\n" + rows(), {}, ['"barg" is not a unit of force or pressure', 'did you mean "bar"']),
         ("t [s],p [mm]\n" + rows(), {}, ["no unit of force or pressure", "[mm]"]),
-        ("t [s],p [mm]\n" + rows(), {"column": "p"}, ['"mm" is no unit of force or pressure', "unit of length"]),
-        ("t [fortnite],p [bar]\n" + rows(), {"time_column": "t"}, ['"fortnite" is no unit of time']),
+        ("t [s],p [mm]\n" + rows(), {"column": "p"}, ['"mm" is not a unit of force or pressure', "unit of length"]),
+        ("t [fortnite],p [bar]\n" + rows(), {"time_column": "t"}, ['"fortnite" is not a unit of time']),
         (rows(), {}, ["no headings", "column 1, column 2", "column = 2", 'unit = "bar"']),
         (rows(), {"column": 2}, ["no unit of force or pressure for column 2"]),
-        ("p [bar]\n" + "1\n2\n" * 10, {}, ["no column of time", 'sample_rate = "50 kHz"']),
-        ("Time,p [bar]\n" + "12:00:01,3\n" * 20, {}, ["not given as numbers", "sample_rate"]),
+        ("p [bar]\n" + "1\n2\n" * 10, {}, ["no column of time", 'sample_rate = "… kHz"']),
+        ("Time,p [bar]\n" + "12:00:01,3\n" * 20, {}, ["does not increase", "sample_rate"]),
         ("t [s],p [bar]\n" + rows(), {"column": "q"}, ["no column 'q'", '"t" [s], "p" [bar]']),
+        ("Time,p [bar]\n" + "noon,3\n" * 20, {}, ["neither as numbers nor as times of day", "sample_rate"]),
         ("t [s],pressure [bar]\n" + rows(), {"column": "presure"}, ['did you mean "pressure"?']),
         ("t [s],p [bar]\n" + rows(), {"column": 3}, ["no column 3", "from 1 to 2"]),
         ("t [s],p [bar]\n" + rows(), {"column": 0}, ["no column 0"]),
@@ -320,13 +440,13 @@ def test_mat(tmp_path):
     with pytest.raises(HistoryError, match='"data:1", "data:2"'):
         read_recording(path, unit="bar")
     io.savemat(path, {"time_s": TIME[:-3], "p_bar": BAR})
-    with pytest.raises(HistoryError, match=r'"p" .bar. has 40 samples and the time 37'):
+    with pytest.raises(HistoryError, match=r'"p" .bar. has 40 samples and "time" .s. 37'):
         read_recording(path)
     io.savemat(path, {"text": "only"})
     with pytest.raises(HistoryError, match="holds no array of numbers"):
         read_recording(path)
     bad = BAR.copy()
-    bad[7] = np.nan
+    bad[7] = np.inf
     io.savemat(path, {"time_s": TIME, "p_bar": bad})
     with pytest.raises(HistoryError, match="sample 8"):
         read_recording(path)
@@ -395,7 +515,7 @@ def test_tdms(tmp_path):
 def test_damaged_files_of_other_formats(write, name):
     for module in ("scipy", "h5py", "nptdms"):
         pytest.importorskip(module)
-    with pytest.raises(HistoryError, match=r"is no readable \w+ file .* — save it again, or export it as CSV"):
+    with pytest.raises(HistoryError, match=r"is not a readable \w+ file .* — save it again or export it as CSV"):
         read_recording(write(b"garbage" * 100, name))
 
 

@@ -22,17 +22,22 @@ import numpy as np
 import pytest
 
 from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
+from percuss import Load, System
 from percuss.cli import carrying, main
-from percuss.cli.carrying import Watch, add_carrying, carried, duration
+from percuss.cli.carrying import Watch, add_carrying, carried
 from percuss.cli.parser import Parser, UsageError
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
 from percuss.explore.carry.archive import Archive
+from percuss.explore.carry.helpers import SMALL
 from percuss.explore.carry.pace import chunk_of, estimate, measured
 from percuss.explore.carry.pool import Chunk, Processes
 from percuss.explore.carry.progress import JobProgress, Meter
 from percuss.explore.carry.running import carry_out
 from percuss.explore.carry.sheet import Sheet
+from percuss.explore.ends.experiment_job import experiment_job
 from percuss.explore.job import Column
+from percuss.explore.sweep_job import sweep_job
+from percuss.notebook import duration
 
 HERE = Path(__file__).resolve().parent
 
@@ -100,14 +105,15 @@ def test_small_jobs_start_no_processes(monkeypatch):
     assert same(carry_out(Sines(100, sleep=0.005), workers=8), whole(Sines(100)))
 
 
+class Slow(Sines):
+    def one(self, i: int) -> None:
+        if i % 97:
+            time.sleep(0.03)
+
+
 def test_what_turns_out_longer_goes_to_processes(monkeypatch):
     """A few quick items were measured; the rest is slow."""
     began = []
-
-    class Slow(Sines):
-        def one(self, i: int) -> None:
-            if i % 97:
-                time.sleep(0.03)
 
     class Recorded(Processes):
         def begin(self, job: Any) -> None:
@@ -225,7 +231,9 @@ def test_a_worker_that_is_killed_once(tmp_path, processes):
 
 
 def test_a_chunk_that_kills_every_worker(tmp_path, processes):
-    with pytest.raises(PercussError, match=r"2 workers died of the items 50 to 59 \(killed by SIGKILL\)") as error:
+    with pytest.raises(
+        PercussError, match=r"2 workers died while computing items 50 to 59 \(killed by SIGKILL\)"
+    ) as error:
         carry_out(Kills(100), pool=processes, chunk=10, archive=tmp_path / "a.zarr")
     assert "memory" in str(error.value)
     assert Archive.open(tmp_path / "a.zarr").fraction > 0.0
@@ -238,7 +246,7 @@ def test_an_item_that_raises(tmp_path, processes, pooled):
     with pytest.raises(ZeroDivisionError, match="item 50") as error:
         carry_out(Raises(100), pool=processes if pooled else None, workers=1, chunk=10, archive=tmp_path / "a.zarr")
     notes = "\n".join(error.value.__notes__)
-    assert "go on by --resume" in notes and "a.zarr" in notes
+    assert "continue with --resume" in notes and "a.zarr" in notes
     assert ("in a worker process" in notes and "in one" in notes) is pooled
     assert Archive.open(tmp_path / "a.zarr").fraction > 0.0
 
@@ -293,17 +301,125 @@ def test_more_than_memory_holds():
         carry_out(Sines(10**13))
 
 
+def script(folder: Path, text: str) -> Any:
+    """What a script without a main guard comes to, that says each time when it is run."""
+    (folder / "study.py").write_text(f"print('run')\n{textwrap.dedent(text)}\nprint('end')\n")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, str(folder / "study.py")]
+    return subprocess.run(command, capture_output=True, text=True, env=env, timeout=100)
+
+
 def test_a_script_without_a_guard(tmp_path):
-    """Spawned processes import the script: the message says what to write."""
-    script = tmp_path / "study.py"
-    script.write_text(
-        "from jobs import Sines\nfrom percuss.explore.carry.running import carry_out\n"
-        "carry_out(Sines(1000, sleep=0.01), workers=2)\n"
-    )
-    env = {**os.environ, "PYTHONPATH": str(HERE)}
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, env=env, timeout=60)
-    assert done.returncode == 1
-    assert "if __name__ == '__main__'" in done.stderr.splitlines()[-1]
+    """Worker processes do not import it: it runs once, whatever it asks and however long that takes."""
+    done = script(tmp_path, """
+        from jobs import Marks
+        from percuss.explore.carry.running import carry_out
+        import os
+        os.mkdir("marks") if not os.path.exists("marks") else None
+        carry_out(Marks(1000, sleep=0.01, folder="marks"), workers=2)
+        print(len(os.listdir("marks")), "processes")
+    """.replace('"marks"', repr(str(tmp_path / "marks"))))  # fmt: skip
+    assert (done.stdout, done.stderr) == ("run\n2 processes\nend\n", "")
+
+
+SMALL_CALLS = """
+    import dataclasses
+    import percuss.explore.carry.task as task
+    from percuss import Load, System
+    from percuss.explore import basins, experiment, sweep
+    from percuss.explore.carry.pool import Processes
+
+    def never(self): raise SystemExit("a process was started")
+    Processes._start = never
+    quick = task.measured
+    task.measured = lambda *given: dataclasses.replace(quick(*given), item_seconds=10.0)  # a very busy machine
+    system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    def own(system): return system.s
+    experiment(system, 200)
+    basins(system, ("time", 0.0, 6.0, 5), ("velocity", -6.0, -0.1, 5))
+    sweep(system, "restitution=0.2,0.6", quantities=["label"], modes=0)
+    sweep(system, "restitution=0.2,0.6", quantities=["label", "stable"], modes=0, functions={"own": own})
+"""
+
+
+def test_small_jobs_start_no_processes_however_busy_the_machine(tmp_path):
+    done = script(tmp_path, SMALL_CALLS)
+    assert (done.stdout, done.stderr) == ("run\nend\n", "")
+
+
+OWN = """
+    from percuss import Load, System
+    from percuss.errors import PercussError
+    from percuss.explore.carry.helpers import helpers
+    from percuss.explore.sweep_job import sweep_job
+    def own(system): return system.s
+    def answer(asked):
+        system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+        job = sweep_job(system, "s=1:20:9999", quantities=["label"], functions={"own": own})
+        return helpers(job, asked)
+    def said(asked):
+        try:
+            return answer(asked)
+        except PercussError as error:
+            return str(error)
+"""
+
+
+def test_what_only_the_main_part_has(tmp_path, monkeypatch):
+    """Its functions reach workers only from under a guard; elsewhere this process computes, or the error says why."""
+    both = OWN + "    print(said(1), said(3), said(None), sep='; ')"
+    one, three, default = script(tmp_path, both).stdout.splitlines()[1].split("; ")
+    assert (one, default) == ("1", "1")
+    assert "not under `if __name__ == '__main__':`" in three and "module of their own, or use workers=1" in three
+    guarded = OWN + "    if __name__ == '__main__':\n        print(said(3), said(None) > 0, sep='; ')"
+    assert script(tmp_path, guarded).stdout.splitlines()[1] == "3; True"
+    other = OWN + "    if __name__ != '__main__':\n        pass\n    else:\n        print(said(3))"
+    assert "not under" in script(tmp_path, other).stdout
+    typed = subprocess.run([sys.executable, "-c", textwrap.dedent(both)], capture_output=True, text=True, timeout=60)
+    assert "an interactive session has no file" in typed.stdout
+
+
+def test_functions_of_the_main_part_by_processes(tmp_path):
+    """Under the guard they import it, and the rest of it runs no second time."""
+    (tmp_path / "own.py").write_text(textwrap.dedent("""
+        import dataclasses, os
+        from jobs import Sines
+        from percuss.explore.carry.running import carry_out
+
+        class Mine(Sines):
+            def one(self, i):
+                open(os.path.join(os.environ["MARKS"], str(os.getpid())), "w").close()
+
+        if __name__ == "__main__":
+            carry_out(Mine(800, sleep=0.01), workers=2)
+            print(len(os.listdir(os.environ["MARKS"])))
+    """))  # fmt: skip
+    (tmp_path / "marks").mkdir()
+    env = {**os.environ, "MARKS": str(tmp_path / "marks")}
+    env["PYTHONPATH"] = os.pathsep.join([str(HERE), env.get("PYTHONPATH", "")])
+    done = subprocess.run([sys.executable, "own.py"], capture_output=True, text=True, env=env, cwd=tmp_path, timeout=60)
+    assert (done.stdout, done.stderr) == ("2\n", "")
+
+
+def test_what_cannot_travel_is_refused_before_anything_is_computed():
+    """Also when it is small: whether it is would depend on the machine."""
+
+    class Local(Sines):
+        pass
+
+    with pytest.raises(PercussError, match="use workers=1"):
+        carry_out(Local(5), workers=2)
+    assert same(carry_out(Local(5), workers=1), whole(Local(5)))
+    assert same(carry_out(Local(5)), whole(Local(5)))
+
+
+def test_rough_seconds_say_what_is_small():
+    system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    assert experiment_job(system, 1000).rough_seconds < SMALL < experiment_job(system).rough_seconds
+    few, many = (sweep_job(system, f"s=1:20:{n}", quantities=["label", "margin"]) for n in (20, 20_000))
+    assert few.rough_seconds < SMALL < many.rough_seconds
+    by_arrays = sweep_job(system, "restitution=0:0.9:100", "load_factor=0.1:1:100", quantities=["orbits"])
+    assert by_arrays.rough_seconds < SMALL
 
 
 # -- the end --
@@ -324,7 +440,7 @@ def test_a_watcher_ends_it(tmp_path, workers, archived):
         carry_out(Sines(5000, sleep=0.005), workers=workers, archive=path if archived else None, progress=watch)
     assert time.monotonic() - begin[0] < 2.0
     assert stop.value.size == 5000 and stop.value.archive == (str(path) if archived else None)
-    assert ("--resume" if archived else "would keep") in str(stop.value)
+    assert ("--resume" if archived else "saves finished work") in str(stop.value)
     if archived:
         with Archive.open(path) as archive:
             assert archive.items_done == stop.value.done and not archive.is_written
@@ -467,7 +583,7 @@ def test_carried(in_folder, capsys):
     [
         (["--resume"], "-o ARCHIVE"),
         (["--workers", "0"], "1 or greater"),
-        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "does not go with --workers"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "not allowed with --workers"),
         (["-o", "map.nc"], "percuss export"),
     ],
 )
@@ -500,6 +616,23 @@ def test_lines_in_a_log_file(in_folder, capsys, monkeypatch):
     lines = capsys.readouterr().err.splitlines()
     assert 1 <= len(lines) <= 6
     assert re.fullmatch(r"percuss: sweep: [\d.]+ %, \d+ of 150, [\d.]+/s, \d+ s left", lines[0])
+
+
+def test_a_quick_job_writes_no_line_however_long_it_was_prepared(capsys, monkeypatch):
+    """Kernels that are compiled first: the pace is known when the work begins, and nothing of it is done by then."""
+    now = [1000.0]
+    monkeypatch.setattr(carrying.time, "monotonic", lambda: now[0])
+    watch = Watch("sweep", agreed=True)
+    now[0] += 60.0  # compiling
+    watch(JobProgress(0, 21, 815.0, 0.026, 100))
+    now[0] += 0.03
+    watch(JobProgress(21, 21, 815.0, 0.0, 100))
+    watch.close()
+    assert capsys.readouterr().err == ""
+    watch(JobProgress(10, 21, 0.5, 22.0, 100))
+    now[0] += carrying.FIRST_LINE
+    watch(JobProgress(15, 21, 0.5, 12.0, 100))
+    assert capsys.readouterr().err == "percuss: sweep: 71.4 %, 15 of 21, 0.5/s, 12 s left\n"
 
 
 def test_a_bar_for_a_person(in_folder, capsys, monkeypatch):
@@ -547,7 +680,7 @@ def test_interrupted_says_the_command(in_folder, monkeypatch):
     threading.Timer(0.8, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(Interrupted) as stop:
         carried(*options_of("-o", "a.zarr", "--workers", "1"), Sines(2000, sleep=0.002))
-    assert "go on by: percuss sweep 'my case.toml' -o a.zarr --resume" in str(stop.value)
+    assert "to continue: percuss sweep 'my case.toml' -o a.zarr --resume" in str(stop.value)
     assert signal.getsignal(signal.SIGINT) is before
 
 
@@ -557,7 +690,7 @@ def test_exit_code_of_an_interruption(monkeypatch, capsys):
 
     monkeypatch.setattr("percuss.cli.archives.show", stops)
     assert main(["show", "a.zarr"]) == 130
-    assert "interrupted after 3 of 10 items; what is done is in a.zarr — go on" in capsys.readouterr().err
+    assert "interrupted after 3 of 10 items; the finished ones are in a.zarr — go on" in capsys.readouterr().err
 
 
 def test_durations():

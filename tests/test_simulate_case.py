@@ -356,7 +356,7 @@ def test_a_start_that_does_not_fit_the_simulation() -> None:
     beyond = plain("modal_displacement = [-1.0, -0.75]")  # u(1) = -1 + 1.5
     message = refusal(beyond.start)
     assert "start.modal_displacement" in message
-    assert "it stands at 0.5" in message
+    assert "it is at 0.5" in message
 
 
 def test_a_steady_motion_that_is_none() -> None:

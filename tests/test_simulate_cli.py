@@ -230,7 +230,7 @@ def test_report_at_a_terminal(percuss: Any, monkeypatch: pytest.MonkeyPatch) -> 
     ],
 )
 def test_labels_in_words(label: str, words: str) -> None:
-    assert words in label_in_words(SimpleNamespace(label=label))  # type: ignore[arg-type]
+    assert words in label_in_words(SimpleNamespace(label=label, period_unresolved=False))  # type: ignore[arg-type]
 
 
 # -- files ----------------------------------------------------------------------------------------------------------
@@ -284,11 +284,11 @@ def test_plot(percuss: Any) -> None:
         (["case.toml", "-o", "nowhere/run.nc"], ["-o", "there is no folder 'nowhere'"]),
         (["case.toml", "-o", "."], ["-o", "is a directory"]),
         (["case.toml", "-o", "case.toml"], ["-o", "is the case itself"]),
-        (["case.toml", "-o", "a.png", "--plot", "a.png"], ["--plot", "another name"]),
+        (["case.toml", "-o", "a.png", "--plot", "a.png"], ["--plot", "different names"]),
         (["case.toml", "--plot", "picture.gif"], ["picture.gif", ".png, .svg or .pdf"]),
-        (["case.toml", "--resume", "run.nc"], ["CASE does not go with --resume"]),
-        (["--resume", "run.nc", "--start", "random"], ["--start does not go with --resume"]),
-        (["--resume", "run.nc", "--modes", "3"], ["--modes does not go with --resume"]),
+        (["case.toml", "--resume", "run.nc"], ["CASE cannot be used with --resume"]),
+        (["--resume", "run.nc", "--start", "random"], ["--start cannot be used with --resume"]),
+        (["--resume", "run.nc", "--modes", "3"], ["--modes cannot be used with --resume"]),
         (["--resume", "none.nc"], ["none.nc: no such file"]),
         (["--resume", "case.toml"], ["case.toml: not a NetCDF 4 file"]),
         (["--resume", "none.nc", "--time", "2 s"], ["none.nc: no such file"]),

@@ -33,6 +33,20 @@ def test_balance_over_a_thousand_impacts(load, modes):
     assert balance.impacts > 0.0 and balance.damping > 0.0
 
 
+@pytest.mark.parametrize("modes", [0, 1, 8])
+@pytest.mark.parametrize("d", [30.0, 100.0, 1e3, 1e4])
+@pytest.mark.parametrize("load", ["pneumatic", "steps"])
+def test_balance_with_strong_damping(load, d, modes):
+    # what an impact leaves dies out within 1/d of it
+    system = System(s=2.0, d=d, restitution=0.5, load=LOADS[load])
+    motion = run(system, Start.rigid(-0.1 / d, 0.3, 0.3), modes=modes, stop=Stop(time=40.0, impacts=60, periodic=False))
+    assert motion.impacts > 0
+    closes(motion, 1e-10)
+    middle = 0.5 * (motion.begin_time + motion.end_time)
+    balance = motion.energy_balance(None, middle)
+    assert abs(balance.imbalance) < 1e-10 * (abs(balance.input) + balance.damping + balance.impacts)
+
+
 def test_parts_of_a_motion():
     # they begin and end in flight
     system = System(s=5.0, d=0.1, restitution=0.6, load=LOADS["steps"])

@@ -66,6 +66,22 @@ def test_every_kind_of_motion(kind: str, tmp_path: Path) -> None:
     assert low < float(window_of(found).gap.min()) <= 0.0 < high
 
 
+def test_marks_are_whole_and_do_not_hide_each_other() -> None:
+    figure = plot.trajectory(simulation_answer(load_case("pneumatic-jackleg")).motion)
+    figure.canvas.draw()
+    gap, speeds, impacts = figure.axes[:3]
+    rows = {}
+    for line in gap.lines:
+        if line.get_label() in ("impact", "chatter", "rest"):
+            place = line.get_transform().transform(line.get_xydata())
+            rows[line.get_label()] = place[:, 1] * 72.0 / figure.dpi
+            assert place[:, 1].max() < gap.bbox.y1
+    assert rows["chatter"].min() > rows["impact"].max() + 5.0 and rows["rest"].min() > rows["chatter"].max() + 5.0
+    for panel in (speeds, impacts):
+        dots = [line for line in panel.lines if line.get_marker() == "o" and len(line.get_xdata())]
+        assert dots and not any(line.get_clip_on() for line in dots)
+
+
 def marks(figure: Any) -> dict[str, int]:
     return {line.get_label(): len(line.get_xdata()) for line in figure.axes[0].lines if line.get_label()[0] != "_"}
 

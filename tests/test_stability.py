@@ -489,3 +489,84 @@ def test_many_modes_of_a_bar_that_rebounds_fully(modes: int) -> None:
         assert "modes" in error.remedy
         return
     assert complex(values.sum()) == pytest.approx(linear_map(square, modes).trace, abs=1e-8)
+
+
+# ---------------------------------------------------------------- two margins: rhythm and ringing
+
+
+def followed_from_apart(matrix: LinearMap) -> NDArray[Any]:
+    """The rigid motion's two multipliers, followed from where the elastic modes have no say in when the bar strikes."""
+    whole = matrix.dense()
+    jump = np.stack([matrix.g, matrix.g_velocity], axis=1).reshape(-1) / matrix.speed
+    flight = np.stack([matrix.sign * matrix.a, matrix.sign * matrix.b], axis=1).reshape(-1)
+    elastic = np.where(np.arange(flight.size) < 2, 0.0, flight)
+    now = np.linalg.eigvals(whole + np.outer(jump, elastic))
+    own = np.linalg.eigvals((whole + np.outer(jump, elastic))[:2, :2])
+    which = linear_sum_assignment(np.abs(own[:, None] - now))[1]
+    for coupling in np.linspace(0.0, 1.0, 201)[1:]:
+        then = np.linalg.eigvals(whole + (1.0 - coupling) * np.outer(jump, elastic))
+        now = then[linear_sum_assignment(np.abs(now[:, None] - then))[1]]
+    return np.asarray(now[which])
+
+
+@pytest.mark.parametrize("r", [0.0, 1e-9, 0.15, 0.6, 0.9])
+@pytest.mark.parametrize(
+    ("s", "d"), [(4.0, 0.0), (4.0, 0.004), (20.0, 0.0), (20.0, 0.004), (20.0, 0.3), (122.936, 0.3)]
+)
+def test_the_rhythm_is_that_of_the_rigid_motion_followed_from_apart(s: float, d: float, r: float) -> None:
+    system = System(s=s, d=d, restitution=r, load=Load.fourier([0.3, 1.0, 0.4j]))
+    orbits = steady_states(system).orbits
+    assert orbits or r < 0.2
+    for orbit in orbits:
+        found = floquet_multipliers(orbit, 9)
+        apart = np.abs(followed_from_apart(linear_map(orbit, 9)))
+        assert found.rhythm == pytest.approx(float(apart.max()), abs=1e-9)
+
+
+@pytest.mark.parametrize(("s", "within"), [(20.0, 2e-3), (200.0, 2e-5)])
+def test_the_rhythm_is_what_the_reduced_criterion_judges(s: float, within: float) -> None:
+    """B77's quadratic is the rigid motion's: with a fast wave its roots are those two multipliers."""
+    for r in (0.0, 0.1, 0.5):
+        system = System(s=s, d=0.01, restitution=r, load=Load.harmonic(0.3, 1.0))
+        for orbit in steady_states(system).orbits:
+            verdict = stability_of(orbit)
+            own = sorted(np.abs(verdict.multipliers.values[list(verdict.multipliers.rigid)]), reverse=True)
+            assert own == pytest.approx(list(verdict.reduced.moduli), rel=within, abs=within)
+            assert 1.0 - verdict.margin_rhythm == pytest.approx(max(verdict.reduced.moduli), rel=within, abs=within)
+
+
+@settings(max_examples=60)
+@given(fourier_systems(8), st.integers(0, 8))
+def test_the_margin_is_the_lesser_of_both(drawn: Drawn, modes: int) -> None:
+    for orbit in steady_states(drawn.system, drawn.periods, modes=modes).orbits[:2]:
+        assume(abs(orbit.impact_velocity) > 1e-9 * orbit.rigid_velocity)
+        verdict = stability_of(orbit)
+        first, second = verdict.multipliers.rigid
+        assert 0 <= first < second < 2 * modes + 2
+        if modes == 0:
+            assert verdict.margin_ringing is None
+            assert verdict.margin_rhythm == verdict.margin
+        else:
+            assert verdict.margin_ringing is not None
+            assert verdict.margin == min(verdict.margin_rhythm, verdict.margin_ringing)
+            assert 1 <= verdict.multipliers.ringing_mode <= modes
+
+
+def test_participation_by_both_eigenvectors() -> None:
+    """l_0·r_0 with l·r = 1 from a dense eigensolver; over all multipliers it sums to the two states of the mode."""
+    from scipy.linalg import eig
+
+    matrix = linear_map(orbit_at(3.0, 0.02, 0.6, 1, Load.fourier([0.3, 1.0, 0.2j])), 6)
+    values, left, right = eig(matrix.dense(), left=True)
+    both = np.conj(left) * right
+    expected = both[:2].sum(axis=0) / both.sum(axis=0)
+    assert np.abs(matrix.participation(values) - expected).max() < 1e-9
+    assert complex(expected.sum()) == pytest.approx(2.0, abs=1e-9)
+
+
+def test_the_rhythm_of_very_many_modes_is_that_of_some() -> None:
+    for r in (0.0, 0.1, 0.6):
+        orbit = orbit_at(30.0, 0.01, r, 1, Load.harmonic(0.3, 1.0))
+        few, many = floquet_multipliers(orbit, 40), floquet_multipliers(orbit, 500)
+        assert many.rhythm == pytest.approx(few.rhythm, abs=1e-5)
+        assert many.ringing == pytest.approx(few.ringing, abs=0.02)

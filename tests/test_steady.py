@@ -17,6 +17,7 @@ from naive import mp
 from percuss import Load, System, rest_on_wall, steady_states
 from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.steady import Orbit
+from percuss.steady.oscillator import free_sum, mode_frequencies
 from percuss.steady.phases import Arcs, forced_response
 from strategies import (
     Drawn,
@@ -838,3 +839,18 @@ def test_impact_history_repeats_the_impact() -> None:
     assert rows[:, 3] == pytest.approx(float(orbit.velocity(1.0, 0.0)[0, 0]), rel=1e-12)
     with pytest.raises(ParameterError):
         orbit.impact_history(0)
+
+
+@pytest.mark.parametrize("d", [0.0, 0.005, 3.0, 400.0])
+@pytest.mark.parametrize(("modes", "times"), [(8, 48), (700, 129), (1300, 1000), (0, 60)])
+def test_free_motion_at_even_times_is_that_of_each_time_by_itself(d, modes, times):
+    rng = np.random.default_rng(modes + times)
+    n = np.arange(1, modes + 1)
+    start = rng.normal(size=modes) / n**3, rng.normal(size=modes) / n**2
+    omega, rows = mode_frequencies(20.0, modes), rng.normal(size=(2, modes))
+    t = np.linspace(0.3, 6.0, times)
+    together = free_sum(omega, d, start, t, rows)
+    apart = [free_sum(omega, d, start, one[None], rows) for one in t]
+    for i, whole in enumerate(together):
+        single = np.concatenate([pair[i] for pair in apart], axis=1)
+        assert np.abs(whole - single).max(initial=0.0) < 1e-12 * (1.0 + np.abs(single).max(initial=0.0))

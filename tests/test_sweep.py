@@ -5,11 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from percuss import Load, Start, Stop, System, rest_on_wall, run, stability_of, steady_states
-from percuss.case import Case, CaseFamily, load_case
+from percuss import Load, Start, Stop, System, rest_on_wall, run, si_report, stability_of, steady_states
+from percuss.case import Case, CaseFamily, load_case, sweep_job_of
 from percuss.errors import CaseError, ParameterError, UnitError
-from percuss.explore import QUANTITIES, REASONS, Axis, SystemFamily, boundaries, sweep
+from percuss.explore import QUANTITIES, REASONS, Axis, Sweep, SystemFamily, boundaries, sweep
+from percuss.explore.cells import label_text
 from percuss.explore.planes import fits_plane
+from percuss.explore.ranges import true_ranges
 from percuss.explore.sweep_job import sweep_job
 
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
@@ -18,7 +20,7 @@ NEVER = lambda: False  # noqa: E731
 
 
 def best(system, periods=1, modes=8):
-    orbits = steady_states(system, periods).orbits
+    orbits = steady_states(system, periods, modes=modes).orbits
     verdicts = [stability_of(orbit, modes=modes) for orbit in orbits]
     at = int(np.argmax([verdict.margin for verdict in verdicts]))
     return orbits, verdicts, at
@@ -68,18 +70,104 @@ def test_cells_are_what_a_system_says():
                 assert not found["exists"][i, j] and np.isnan(found["phase"][i, j])
 
 
+@pytest.mark.parametrize("modes", [None, 0, 5])
+def test_every_figure_of_a_cell_is_of_one_bar(modes):
+    """That of `modes`, or of the continuous one, as in a single answer; soft enough for them to differ."""
+    system = System(s=1.0, d=0.02, restitution=0.3, load=Load.fourier([0.25, 1.0, 0.4j]))
+    names = ["admissible", "impact_velocity", "blow_energy", "power", "margin", "reason"]
+    found = sweep(system, "restitution=0.3", quantities=names, modes=modes, workers=1)
+    orbits, verdicts, at = best(system, modes=modes)
+    assert found["admissible"][0] == orbits[at].admissible == (modes == 0)
+    assert found["impact_velocity"][0] == orbits[at].impact_velocity
+    assert found["blow_energy"][0] == orbits[at].blow_energy
+    assert found["margin"][0] == verdicts[at].margin
+    other = sweep(system, "restitution=0.3", quantities=names, modes=8, workers=1)
+    assert other["impact_velocity"][0] != found["impact_velocity"][0] and other.ask != found.ask
+
+
+def test_a_case_that_names_the_modes_of_its_simulation_says_nothing_of_its_steady_motions():
+    text = "[system]\ns = 1.0\nd = 0.02\nrestitution = 0.3\n[load]\nkind = 'fourier'\n"
+    text += "coefficients = [[0.25, 0.0], [1.0, 0.0], [0.0, 0.4]]\n[simulation]\nmodes = 2\nimpacts = 100\n"
+    case, axes = Case.from_text(text), [Axis.parsed("restitution=0.3,0.6")]
+    job = sweep_job_of(case, axes, ["margin", "impact_velocity", "label"])
+    found = job.compute(0, 2, NEVER)
+    orbits, verdicts, at = best(case.system(), modes=None)
+    assert found["margin"][0] == verdicts[at].margin and verdicts[at].multipliers.modes == 32
+    assert found["impact_velocity"][0] == orbits[at].impact_velocity
+    assert label_text(found)[0] == run(case.system(), case.start(2), modes=2, stop=Stop(impacts=100)).label
+    assert (job.ask["modes"], job.ask["simulated"]) == (32, 2)
+
+
+def test_full_restitution_without_damping_has_the_motions_of_a_single_answer():
+    """Nothing takes what this load puts into the elastic modes: whatever else is asked, there is no motion."""
+    system = System(20.0, 0.0, 1.0, Load.fourier([0.3, 1.0, 0.5j]))
+    answer = steady_states(system)
+    assert not answer.orbits and "without bound" in answer.note
+    for names in (["orbits", "exists", "phase", "margin"], ["orbits", "exists", "phase", "margin", "reason"]):
+        found = sweep(system, "restitution=0.9,1", "load_factor=0.1,0.3", quantities=names, modes=8, workers=1)
+        assert found["orbits"].tolist() == [[2, 2], [0, 0]] and not found["exists"][1].any(), names
+        assert np.isnan(found["phase"][1]).all() and np.isnan(found["margin"][1]).all()
+    rigid = sweep(System(1e7, 0.0, 1.0, Load.harmonic(0.3, 1.0)), "load_factor=0.3", quantities=["orbits"], workers=1)
+    assert rigid["orbits"][0] == len(steady_states(System(1e7, 0.0, 1.0, Load.harmonic(0.3, 1.0))).orbits)
+
+
 def test_scales_go_with_the_case():
     case = load_case("mini-breaker")
     family = CaseFamily(case, {"frequency": "Hz"})
     found = sweep(family, "frequency=10 Hz:30 Hz:3", quantities=["blow_energy", "impact_velocity", "power"], workers=1)
     for i, frequency in enumerate((10.0, 20.0, 30.0)):
-        orbits, _, at = best(case.varied({"load.frequency": f"{frequency} Hz"}).system(), modes=32)
+        orbits, _, at = best(case.varied({"load.frequency": f"{frequency} Hz"}).system(), modes=None)
         system = orbits[at].system
         assert found["blow_energy"][i] == pytest.approx(orbits[at].blow_energy * system.energy_scale, rel=1e-13)
         assert found["impact_velocity"][i] == pytest.approx(orbits[at].impact_velocity * system.speed_scale, rel=1e-13)
         assert found["power"][i] == pytest.approx(found["blow_energy"][i] * frequency, rel=1e-12)
     data = found.dataset
     assert data.frequency.attrs["units"] == "Hz" and data.blow_energy.attrs["units"] == "J"
+
+
+def test_what_a_blow_comes_to():
+    """As the SI report of the same motion has it, and without units for a dimensionless case."""
+    case = load_case("mini-breaker")
+    names = ["stroke", "stress", "delivered", "efficiency", "impact_velocity"]
+    found = sweep(CaseFamily(case, {}), "restitution=0.02,0.1", quantities=names, workers=1)
+    orbits, _, at = best(case.system().with_restitution(0.1), modes=None)
+    report = si_report(orbits[at])
+    assert found["stroke"][1] == pytest.approx(1e-3 * report.stroke_mm, rel=1e-12)
+    assert found["stress"][1] == pytest.approx(1e6 * report.peak_stress_MPa, rel=1e-12)
+    assert found["delivered"][1] == pytest.approx(report.delivered_energy_J, rel=1e-12)
+    assert found["efficiency"][1] == pytest.approx(report.efficiency, rel=1e-12)
+    assert [found.columns[name].unit for name in names] == ["m", "Pa", "J", "", "m/s"]
+    plain = sweep(case.system().with_restitution(0.1), "restitution=0.1", quantities=names, workers=1)
+    assert plain["efficiency"][0] == pytest.approx(report.efficiency, rel=1e-12)
+    young = case.system().bar.youngs_modulus
+    dimensionless = System(PNEUMATIC.s, 0.0, 0.6, PNEUMATIC.load)
+    one = sweep(dimensionless, "restitution=0.6", quantities=names, workers=1)
+    assert one["stress"][0] == pytest.approx(0.5 * 1.6 * one["impact_velocity"][0] / 20.0, rel=1e-14)
+    assert report.peak_stress_MPa * 1e6 / young < 0.01
+
+
+def test_nothing_put_in_has_no_efficiency():
+    lossless = System(1e7, 0.0, 1.0, Load.harmonic(0.3, 1.0))
+    found = sweep(lossless, "load_factor=0.3", quantities=["efficiency", "delivered"], modes=0, workers=1)
+    assert np.isnan(found["efficiency"][0]) and found["delivered"][0] == 0.0
+
+
+def test_ranges_along_an_axis_end_at_the_boundaries():
+    """B77's pneumatic hammer at R = 0.5: the flip and the fold in closed form (theory §6); a gap in another's range."""
+    rigid = System(s=1e7, d=0.0, restitution=0.5, load=Load.harmonic(0.9, 1.0))
+    job = sweep_job(rigid, "load_factor=0.1:1.2:12", quantities=["reduced_stable", "exists", "margin"])
+    found = Sweep.shaped(job, job.compute(0, job.size, NEVER))
+    (part,) = true_ranges(job, found, "reduced_stable")
+    flip = 2.25 / np.sqrt(4.0 * 1.25**2 + (0.75 * np.pi) ** 2)
+    assert part.opens and part.closes
+    assert (part.first, part.last) == pytest.approx((flip, 3.0 / np.pi), abs=3e-9)
+    (part,) = true_ranges(job, found, "exists")
+    assert part.first == 0.1 and not part.opens and part.last == pytest.approx(3.0 / np.pi, abs=3e-9)
+    with pytest.raises(ParameterError, match="yes or no"):
+        true_ranges(job, found, "margin")
+    plane = sweep_job(rigid, "load_factor=0.1:1.2:3", "restitution=0.1,0.5", quantities=["exists"])
+    with pytest.raises(ParameterError, match="one axis"):
+        true_ranges(plane, Sweep.shaped(plane, plane.compute(0, plane.size, NEVER)), "exists")
 
 
 def test_a_recording_keeps_its_waveform():
@@ -135,7 +223,8 @@ def test_lyapunov_exponents_of_what_the_simulation_finds():
     start = Start.rigid(0.0, -4.0, 2.3)
     found = sweep(system, "load_factor=0.79,0.95", "restitution=0.7,0.8", quantities=["lyapunov", "label"], modes=0,
                   start=start, workers=1)  # fmt: skip
-    assert found["label"].tolist() == [["z=1/2", "chatter/21"], ["z=1/1", "chatter/1"]]
+    # at 0.79 and 0.8 it rests after 21 periods, or after 18 or 13 as R moves by 1e-15
+    assert found["label"].tolist() == [["z=1/2", "aperiodic"], ["z=1/1", "chatter/1"]]
     one = best(System(s=1e4, d=0.0, restitution=0.7, load=Load.harmonic(0.95, 1.0)), modes=0)
     largest = one[1][one[2]].multipliers.largest
     assert found["lyapunov"][1, 0] == pytest.approx(np.log(largest), rel=1e-4)

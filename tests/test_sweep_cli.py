@@ -1,5 +1,6 @@
 """`percuss sweep`, `experiment` and `basins`: what they print and write, how they go on, every kind of bad input."""
 
+import csv
 import json
 import os
 import re
@@ -17,9 +18,11 @@ import pytest
 from percuss import Load, System
 from percuss.case import load_case
 from percuss.cli import main
-from percuss.explore import sweep
+from percuss.explore import REASONS, boundaries, sweep
 from percuss.explore.ends.basin_job import BasinsJob
 from percuss.explore.ends.experiment_job import ExperimentJob
+from percuss.explore.quantities import CYCLE_KINDS
+from percuss.simulate import OUTCOMES
 
 CASE = """
 title = "B77 scale"
@@ -63,6 +66,51 @@ def test_a_map_for_people(percuss):
     assert "12 cells over restitution and load_factor" in done.out
     assert "0.2 to 0.8, 4 values" in done.out and "chatter/1" in done.out and "picture: map.png" in done.out
     assert Path("map.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_map_of_one_axis_says_where_it_is_stable(percuss):
+    """To the solved boundaries: a flip below, a fold above; and a line for each value."""
+    ask = ("sweep", "case.toml", "--x", "load_factor=0.3:1.3:11", "--quantity", "stable,reason,orbits,phase")
+    done = percuss(*ask, "--csv", "map.csv")
+    assert done.code == 0, done.err
+    line = re.search(r"Along load_factor\n  stable +(\S+) to (\S+)\n", done.out)
+    plane = ("restitution", [0.6]), ("load_factor", 0.3, 1.5)
+    ends = boundaries(SYSTEM, *plane, criterion="exact", kinds=("fold", "flip", "neimark-sacker")).of_stability
+    solved = np.array([curve.y[0] for curve in ends])
+    for found in map(float, line.groups()):
+        assert np.abs(solved - found).min() < 2e-6
+    table = done.out[done.out.index("Values") :].splitlines()
+    assert table[1].split() == ["load_factor", "stable", "reason", "orbits", "phase", "[rad]"]
+    assert len(table) == 2 + 11 + 1 and table[-1] == "table: map.csv"
+    direct = sweep(SYSTEM, "load_factor=0.3:1.3:11", quantities=["stable", "orbits"], workers=1)
+    rows = [row.split() for row in table[2:13]]
+    assert [row[1] == "yes" for row in rows] == direct["stable"].tolist()
+    assert [int(row[3]) for row in rows] == direct["orbits"].tolist()
+
+
+def test_a_long_table_is_thinned_and_says_so(percuss):
+    done = percuss("sweep", "case.toml", "--x", "load_factor=0.3:1.3:200", "--quantity", "exists")
+    assert "Values (40 of 200; --csv FILE writes all)" in done.out
+    table = done.out[done.out.index("Values") :].splitlines()
+    assert len(table) == 42 and table[2].split()[0] == "0.3" and table[-1].split()[0] == "1.3"
+    assert "Values" not in percuss("sweep", "case.toml", *PLANE, "--quantity", "exists").out
+
+
+def test_a_table_holds_words(percuss):
+    """Reasons, outcomes and codes of labels; also of an archive that is exported."""
+    axes = ("--x", "load_factor=-0.2,0.3,0.9", "--quantity", "reason,label,stable")
+    assert percuss("sweep", "case.toml", *axes, "--csv", "a.csv", "-o", "a.zarr").code == 0
+    assert percuss("export", "a.zarr", "-o", "b.csv").code == 0
+    assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
+    with open("a.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["outcome"] for row in rows] == ["does not push", "ok", "ok"]
+    assert rows[0]["reason"] == "" and rows[2]["reason"] == "stable" and rows[1]["reason"] in REASONS
+    assert {row["label_outcome"] for row in rows} <= set(OUTCOMES) and rows[2]["label_kind"] in CYCLE_KINDS
+    assert percuss("experiment", "case.toml", "--starts", 20, "--modes", 0, "-o", "e.zarr").code == 0
+    assert percuss("export", "e.zarr", "-o", "e.csv").code == 0
+    with open("e.csv", encoding="utf-8", newline="") as file:
+        assert {row["code"] for row in csv.DictReader(file)} <= set(OUTCOMES)
 
 
 def test_a_map_for_programs(percuss):
@@ -116,6 +164,7 @@ def test_a_map_is_kept_and_resumed(percuss):
         (["case.toml", "--x", "restitution=0:1:3", "--curves"], "--y"),
         (["case.toml", "--x", "restitution=0:1:3", "--periods", "1..3"], "m an axis"),
         (["case.toml", "--x", "restitution=0:1:3", "--plot", "map.gif"], ".png, .svg or .pdf"),
+        (["case.toml", "--x", "restitution=0:1:3", "--csv", "none/map.csv"], "no folder 'none'"),
         (["case.toml", "--x", "restitution=0:1:3", "--resume"], "-o"),
         (["case.toml", "--x", "restitution=0:1:3", "-o", "map.nc"], "percuss export"),
         (["case.toml", "--x", "restitution=0:1:3", "--workers", "0"], "1 or greater"),
@@ -221,16 +270,16 @@ def test_what_no_memory_holds_is_refused_after_a_sample(percuss, monkeypatch, as
     ("arguments", "says"),
     [
         (["experiment", "case.toml", "--distribution", "walls"], "wall"),
-        (["experiment", "case.toml", "--starts", "0"], "one start at least"),
+        (["experiment", "case.toml", "--starts", "0"], "at least one start"),
         (["experiment", "case.toml", "--starts", "many"], "whole number"),
         (["experiment", "case.toml", "--distribution", "case.toml"], "case.toml"),
         (["basins", "case.toml", "--x", "time=0:6:5"], "--y"),
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "phase=0:6:5"], "position, velocity, time"),
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "position=0:1:5"], "the wall is at 0"),
-        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "time=1"], "no axis"),
+        (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "time=1"], "not on an axis"),
         (["basins", "case.toml", "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--at", "place=1"], "position"),
-        (["experiment", "case.toml", "--impacts", "0"], "one impact at least"),
-        ([*BASINS, "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--impacts", "0"], "one impact at least"),
+        (["experiment", "case.toml", "--impacts", "0"], "at least one impact"),
+        ([*BASINS, "--x", "time=0:6:5", "--y", "velocity=-1:0:5", "--impacts", "0"], "at least one impact"),
         ([*BASINS, "--x", "time=0:6 furlongs:4", "--y", "velocity=-6:-1:3"], "a unit of length"),
         ([*BASINS, "--x", "time=0:6 mm:4", "--y", "velocity=-6:-1:3"], "a unit of length"),
         ([*BASINS, "--x", "time=0:6:4", "--y", "u_1=-1 mm:1 mm:3"], "only position, velocity, time have units"),

@@ -7,6 +7,7 @@ import io
 import json
 import math
 import time
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ pytest.importorskip("fastapi")
 
 from percuss import steady_states
 from percuss.case import MACHINES, Case, load_case, simulation_answer
-from percuss.case.catalogue import write_history
+from percuss.case.catalogue import machine_text, write_history
 from percuss.case.describing import parameters
 from percuss.case.placing import placed
 from percuss.case.quick import quick_dict
@@ -25,6 +26,7 @@ from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Load
 from percuss.model.recording import read_recording
+from percuss.palette import palette_dict
 from percuss.stability import stability_plane
 from web_client import Client, events
 
@@ -56,6 +58,7 @@ def test_about_and_the_catalogue(client: Client) -> None:
     about = client.get("/api/about").json()
     assert about["token"] is False and about["case"] is False
     assert about["limits"]["upload_bytes"] == 10_000_000
+    assert about["palette"] == palette_dict() and len(about["palette"]["families"]) == 7
     assert {"stable", "label", "margin"} <= {quantity["name"] for quantity in about["quantities"]}
     machines = client.get("/api/machines").json()["machines"]
     assert [machine["name"] for machine in machines] == NAMES
@@ -116,6 +119,51 @@ def test_an_upload_is_read_as_the_command_line_reads_it(client: Client, tmp_path
     assert (
         client.request("POST", "/api/history?name=mine.exe", content=data).json()["problems"][0]["key"] == "load.file"
     )
+
+
+def test_two_faces_of_a_part_of_an_upload(client: Client) -> None:
+    t = np.arange(5000) / 5000.0
+    wave = np.cos(100.0 * np.pi * t)
+    rows = "".join(f"{a:.4f},{60 + 140 * b:.6f},{40 - 20 * b:.6f}\n" for a, b in zip(t, wave, strict=True))
+    asked = {"name": "two.csv", "column": "p1", "area": "6.5 cm^2", "opposing_column": "p2"}
+    asked |= {"opposing_area": "4 cm^2", "from": "0.2 s", "to": "0.8 s"}
+    content = b"t [s],p1 [bar],p2 [bar]\n" + rows.encode()
+    found = client.request("POST", "/api/history", params=asked, content=content).json()
+    assert found["report"]["cycles"] == 30
+    load = case_of({**json_tables(load_case("hydraulic-drifter")), "load": found["load"]}).load()
+    assert load.mean == pytest.approx(60e5 * 6.5e-4 - 40e5 * 4e-4, rel=1e-4)
+
+
+def test_a_case_and_its_recording_are_taken_together(client: Client, tmp_path: Any) -> None:
+    """What `percuss new hydraulic-drifter` writes: its TOML names a recording that lies beside it."""
+    assert main(["new", "hydraulic-drifter", "-o", str(tmp_path / "drifter.toml")]) == 0
+    text = (tmp_path / "drifter.toml").read_bytes()
+    name = tomllib.loads(text.decode())["load"]["file"]
+    record = (tmp_path / name).read_bytes()
+    asked = f"/api/case/recorded?name={name}&toml_bytes={len(text)}"
+    found = client.request("POST", asked, content=text + record).json()
+    case = load_case("hydraulic-drifter")
+    np.testing.assert_array_equal(case_of(found["tables"]).system().load.coefficients, case.system().load.coefficients)
+    assert found["history"]["cycles"] == case.history_report.cycles and found["tables"]["load"]["kind"] == "fourier"
+    other = client.request("POST", asked.replace(name, "other.csv"), content=text + record).json()
+    assert any(name in note and "other.csv" in note for note in other["notes"])
+
+    def refusal(path: str, content: bytes) -> dict[str, Any]:
+        answer = client.request("POST", path, content=content)
+        assert answer.status_code == 422, answer.text
+        problem: dict[str, Any] = answer.json()["problems"][0]
+        return problem
+
+    assert refusal(asked, text)["key"] == "toml_bytes"
+    assert refusal(asked, text[:-1] + b"\xff" + record)["key"] == "toml_bytes"
+    assert refusal(asked, text + b"nothing,here\n")["key"].startswith("load")
+    plain = machine_text("mini-breaker").encode()
+    assert refusal(f"/api/case/recorded?name=a.csv&toml_bytes={len(plain)}", plain + record)["key"] == "load.kind"
+    wrong = text.replace(b"[bar]", b'[bar]\ncolour = "red"')
+    path = f"/api/case/recorded?name={name}&toml_bytes={len(wrong)}"
+    assert refusal(path, wrong + record)["key"] == "bar.colour"
+    alone = client.problems("/api/case", {"toml": text.decode()})[0]
+    assert alone["key"] == "load.kind" and "together" in alone["remedy"]
 
 
 @pytest.mark.parametrize("name", ["a.mat", "packed.mat", "A.H5", "packed.hdf5", "a.tdms"])
@@ -344,21 +392,53 @@ def test_frames_of_a_simulation_are_its_fields(client: Client, show: str) -> Non
         "simulation": {"modes": 4},
         "frames": 30,
         "places": 5,
-        "cycles": 3,
+        "cycles": 3 if show == "start" else 2,  # what it settles on was followed for two cycles
         "show": show,
     }
     header, arrays = client.arrays("/api/motion", asked)
     motion = simulation_answer(load_case("mini-breaker").changed(simulation={"modes": 4})).motion
     assert header["label"] == motion.label == "z=1/1" and header["outcome"] == "periodic"
-    t = np.linspace(header["begin"], header["end"], 30)
+    t = np.linspace(header["begin"], min(header["end"], motion.end_time), 30)
     places = np.linspace(0.0, 1.0, 5)
     np.testing.assert_allclose(arrays["displacement"], motion.position(places, t).T, rtol=1e-5, atol=1e-6)
-    assert header["end"] - header["begin"] == pytest.approx(6.0 * math.pi)
+    assert header["end"] - header["begin"] == pytest.approx(2.0 * math.pi * asked["cycles"])
     inside = (motion.events.time >= header["begin"]) & (motion.events.time <= header["end"])
     assert len(header["blows"]) == int(inside.sum())
     assert arrays["poincare_phase"].size == motion.impacts
     assert np.isnan(arrays["end_velocity"]).sum() == int(inside.sum())
     assert np.all(np.diff(arrays["end_t"]) >= 0.0)
+
+
+def falling(restitution: float, mean: float) -> dict[str, Any]:
+    """A rigid bar let go off the wall."""
+    load = {"kind": "harmonic", "mean": mean, "amplitude": 1.0}
+    start = {"position": -0.5, "velocity": 0.0, "time": 0.3}
+    system = {"s": 20, "d": 0.005, "restitution": restitution}
+    return {"system": system, "load": load, "start": start, "simulation": {"modes": 0, "impacts": 1500}}
+
+
+@pytest.mark.parametrize("restitution, mean", [(0.2, 0.9), (0.0, 0.44), (0.4, 0.6)])
+@pytest.mark.parametrize("cycles", [1, 4, 32])
+def test_what_a_motion_settles_on_has_nothing_of_the_way_there(
+    client: Client, restitution: float, mean: float, cycles: int
+) -> None:
+    tables = falling(restitution, mean)
+    header, arrays = client.arrays("/api/motion", {"case": tables, "cycles": cycles, "frames": 97, "places": 2})
+    motion = simulation_answer(case_of(tables, "test")).motion
+    assert motion.cycle is not None and motion.cycle.periods == 1
+    assert header["end"] - header["begin"] == pytest.approx(2.0 * math.pi * cycles, abs=1e-4)
+    settled = motion.events.of("impact")[motion.cycle.first :]
+    assert header["begin"] >= settled.time[0] - 1e-9
+    cycle = np.linspace(settled.time[0], motion.end_time, 2000)
+    assert arrays["end_gap"][np.isfinite(arrays["end_gap"])].min() >= motion.gap(cycle).min() - 1e-5
+    blows = [blow for blow in header["blows"] if blow["kind"] == "impact"]
+    assert len(blows) == cycles * motion.cycle.impacts + 1  # the one at the end is the first of the next cycle
+    times = [blow["time"] for blow in blows]
+    assert times[0] == 0.0 and times == sorted(times)
+    speeds = np.array([blow["impact_velocity"] for blow in blows])
+    np.testing.assert_allclose(speeds[motion.cycle.impacts :], speeds[: -motion.cycle.impacts], atol=1e-5)
+    assert np.all(np.diff(arrays["end_t"]) >= 0.0) and arrays["end_t"][-1] == pytest.approx(arrays["t"][-1])
+    assert header["summary"]["blow_rate"] == motion.summary.blow_rate
 
 
 def test_frames_of_rest_chatter_and_departure(client: Client) -> None:
@@ -415,6 +495,18 @@ def test_an_experiment_ends_with_what_the_command_line_prints(
     assert client.post("/api/experiment/file", asked).content[:4] == b"\x89HDF"
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_the_first_starts_of_an_experiment_are_those_of_the_whole(kept: bool) -> None:
+    client = Client()
+    asked = {"machine": "mini-breaker", "starts": 60, "modes": 0, "seed": 11 + kept, "format": "csv"}
+    if kept:
+        client.post("/api/experiment", {name: value for name, value in asked.items() if name != "format"})
+    some = client.post("/api/experiment/file", {**asked, "first": 23})
+    whole = client.post("/api/experiment/file", asked)
+    first, rows = (list(csv.reader(io.StringIO(found.text))) for found in (some, whole))
+    assert len(rows) == 61 and first == rows[:24]
+
+
 def test_the_report_is_one_file(client: Client) -> None:
     tables = json_tables(load_case("mini-breaker"))
     tables["title"] = '<script>alert("$x")</script> & $\\frac{'
@@ -425,7 +517,22 @@ def test_the_report_is_one_file(client: Client) -> None:
     assert text.count("<svg") == 2 and "blow energy" in text and "src=" not in text
     assert "http-equiv" in text and "default-src 'none'" in text
     none = client.post("/api/report", {"case": {**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}})
-    assert "No steady motion exists" in none.text
+    assert "No steady motion with one impact every load period exists" in none.text
+    assert "The bar may also come to rest on the wall." in none.text
+    assert "None. The nearest load factor with one is" in none.text
+
+
+def test_the_report_tells_one_case_in_one_kind_of_units(client: Client) -> None:
+    """Of a machine every speed and energy is in SI: none of them stands dimensionless beside it."""
+    text = client.post("/api/report", {"machine": "mini-breaker", "simulate": True}).text
+    orbit = steady_states(load_case("mini-breaker").system()).orbits[-1]
+    scale = load_case("mini-breaker").system().speed_scale
+    assert f"<td>{orbit.impact_velocity * scale:.5g}</td>" in text
+    assert f"<td>{orbit.impact_velocity:.5g}</td>" not in text
+    assert "striking speed [m/s]" in text and "mean striking speed [m/s]" in text and "mean blow energy [J]" in text
+    assert "N·s" in text and "N s" not in text
+    plain = client.post("/api/report", {"case": PLAIN}).text
+    assert "[m/s]" not in plain and "<th>striking speed</th>" in plain
 
 
 # -- load -----------------------------------------------------------------------------------------------------------
@@ -439,3 +546,14 @@ def test_slider_moves_are_quick(client: Client) -> None:
         client.answer("/api/quick", {"machine": "mini-breaker", "values": {"load_factor": 0.3 + 0.001 * i}})
         took.append(time.process_time() - begun)
     assert sorted(took)[20] < 0.1
+
+
+def test_a_load_that_switches_is_told_with_its_clock(client: Client) -> None:
+    """What the headline of the page takes its note from; one that does not switch has none."""
+    plain = {"s": 20.0, "d": 0.01, "restitution": 0.2}
+    square = {"kind": "square", "amplitude": 1.0, "kappa": 1.2}
+    smooth = {"kind": "harmonic", "mean": 0.3, "amplitude": 1.0}
+    told = client.answer("/api/case", {"case": {"system": plain, "load": square}})
+    assert "as a valve does" in told["clock"]
+    assert told["clock"] in told["notes"]
+    assert client.answer("/api/case", {"case": {"system": plain, "load": smooth}})["clock"] == ""

@@ -140,7 +140,7 @@ def test_packed_bodies_are_refused(client: Client, packing: str) -> None:
     for path in ("/api/quick", "/api/history?name=x.csv"):
         kind = headers if "quick" in path else {"content-encoding": packing}
         found = client.request("POST", path, content=gzip.compress(json.dumps(MACHINE).encode()), headers=kind)
-        assert found.status_code == 415 and "packed" in found.json()["problems"][0]["message"]
+        assert found.status_code == 415 and "compressed" in found.json()["problems"][0]["message"]
 
 
 @pytest.mark.parametrize(
@@ -315,9 +315,9 @@ def _bombs(folder: Any) -> dict[str, tuple[str, bytes, str]]:
     too_much, numbers = "more than 5000000 numbers", _matrix(6, (1, 4000), bytes(32_000))
     cells = _matrix(1, (1, 1), bytes(30_000_000))
     return {
-        "hdf5 head": ("a.h5", b"\x89HDF\r\n\x1a\n", "no readable"),
-        "hdf5 cut": ("a.h5", secret[:3000], "no readable"),
-        "hdf5 of another kind": ("a.hdf5", b"time,force\n" * 100, "no readable"),
+        "hdf5 head": ("a.h5", b"\x89HDF\r\n\x1a\n", "not a readable"),
+        "hdf5 cut": ("a.h5", secret[:3000], "not a readable"),
+        "hdf5 of another kind": ("a.hdf5", b"time,force\n" * 100, "not a readable"),
         "hdf5 huge": ("a.h5", _hdf5(folder, huge), too_much),
         "hdf5 huge, nothing stored": ("a.h5", _hdf5(folder, bare), too_much),
         "hdf5 gzip beyond its chunk": ("a.h5", _hdf5(folder, no_gzip_of_its_size), too_much),
@@ -326,19 +326,23 @@ def _bombs(folder: Any) -> dict[str, tuple[str, bytes, str]]:
         "hdf5 links": ("a.h5", _hdf5(folder, linked), "no array of numbers"),
         "hdf5 objects": ("a.h5", _hdf5(folder, objects), "no array of numbers"),
         "mat 7.3 virtual": ("a.mat", bytes(512) + _hdf5(folder, virtual), "another file"),
-        "mat head": ("a.mat", b"MATLAB 5.0 MAT-file", "no MATLAB file"),
-        "mat version 4": ("a.mat", struct.pack("<5i", 0, 10**6, 10**6, 0, 2) + b"a\0" + bytes(200), "no MATLAB file"),
+        "mat head": ("a.mat", b"MATLAB 5.0 MAT-file", "not a MATLAB file"),
+        "mat version 4": (
+            "a.mat",
+            struct.pack("<5i", 0, 10**6, 10**6, 0, 2) + b"a\0" + bytes(200),
+            "not a MATLAB file",
+        ),
         "mat cut": ("a.mat", _mat((15, zlib.compress(numbers)))[:-9], "ends too early"),
         "mat gzip": ("a.mat", _mat((15, zlib.compress(_matrix(6, (1, 7_000_000), bytes(56_000_000)), 9))), too_much),
         "mat gzip of zeros": ("a.mat", _mat((15, zlib.compress(bytes(90_000_000), 9))), too_much),
         "mat told": ("a.mat", _mat((15, zlib.compress(_matrix(6, (1, 4000), bytes(80), 32_000)))), "ends too early"),
         "mat cells": ("a.mat", _mat((14, _matrix(1, (30_000, 30_000))[8:])), "no array of numbers"),
-        "mat extents": ("a.mat", _mat((14, _matrix(6, (-1, 4000), bytes(32_000))[8:])), "no readable"),
-        "mat extents and data": ("a.mat", _mat((14, _matrix(6, (9, 400), bytes(32_000))[8:])), "no readable"),
+        "mat extents": ("a.mat", _mat((14, _matrix(6, (-1, 4000), bytes(32_000))[8:])), "not a readable"),
+        "mat extents and data": ("a.mat", _mat((14, _matrix(6, (9, 400), bytes(32_000))[8:])), "not a readable"),
         "mat many cells": ("a.mat", _mat(*[(15, zlib.compress(cells, 9))] * 2), too_much),
-        "mat many parts": ("a.mat", _mat((14, _matrix(6, (1, 1), bytes(8) + bytes(8) * 9, 8)[8:])), "no readable"),
+        "mat many parts": ("a.mat", _mat((14, _matrix(6, (1, 1), bytes(8) + bytes(8) * 9, 8)[8:])), "not a readable"),
         "tdms head": ("a.tdms", b"TDSm", "no array of numbers"),
-        "tdms of another kind": ("a.tdms", b"RIFF" * 30, "no TDMS"),
+        "tdms of another kind": ("a.tdms", b"RIFF" * 30, "not a TDMS"),
         "tdms told": ("a.tdms", _tdms(folder, 10**12), "no readable|numbers|holds|constant"),
         "npz": ("a.npz", b"PK\x03\x04", "ends in"),
     }

@@ -1,0 +1,655 @@
+"""Every public callable, walked with wrong objects in every parameter: an error of the package, or what is written."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import percuss
+from percuss import (
+    Bar,
+    Case,
+    Contact,
+    Load,
+    Start,
+    Starts,
+    Stop,
+    System,
+    explore,
+    plot,
+    run,
+    simulate,
+    stability,
+    steady,
+    steady_states,
+    units,
+)
+from percuss import case as room_of_cases
+from percuss.errors import ParameterError, PercussError
+
+ROOMS = ("model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
+
+
+class Anything:
+    """A class that takes anything, where a number or an object is meant."""
+
+    def __init__(self, *_: object) -> None: ...
+
+
+WRONG: dict[str, Any] = {
+    "None": None,
+    "text": "x",
+    "nan": float("nan"),
+    "inf": float("inf"),
+    "-1": -1,
+    "400 digits": 10**400,
+    "empty": [],
+    "object": object(),
+    "complex": 1j,
+    "bool": True,
+    "bytes": b"x",
+    "class": Anything,
+    "number in quotes": "1",
+    "texts": [1.0, "1"],
+    "nones": [None],
+    "400 digits in a list": [0.5, 10**400],
+    "bools": [True, False],
+    "dict": {},
+    "other keys": {1: 2},
+}
+
+MADE_HERE = "a result, or a part of one: made by the package, not by its users"
+NO_DOORS: dict[str, str] = {
+    **dict.fromkeys(
+        [
+            "model.Jump",
+            "steady.Drag",
+            "steady.Energy",
+            "steady.Field",
+            "steady.ModalState",
+            "steady.Nearest",
+            "steady.Orbit",
+            "steady.Rest",
+            "steady.SIReport",
+            "steady.SteadyStates",
+            "steady.Violation",
+            "stability.ExactPlane",
+            "stability.LinearMap",
+            "stability.Multipliers",
+            "stability.Plane",
+            "stability.Reduced",
+            "stability.Stability",
+            "stability.Waveform",
+            "simulate.Cycle",
+            "simulate.EnergyBalance",
+            "simulate.Ensemble",
+            "simulate.EnsembleProgress",
+            "simulate.Event",
+            "simulate.Events",
+            "simulate.Progress",
+            "simulate.SISummary",
+            "simulate.Summary",
+            "simulate.Trajectory",
+            "explore.Archive",
+            "explore.Basins",
+            "explore.Boundaries",
+            "explore.Experiment",
+            "explore.JobProgress",
+            "explore.Lyapunov",
+            "explore.Share",
+            "explore.Sweep",
+            "case.CaseErrors",
+            "case.Machine",
+            "case.OrbitAnswer",
+            "case.PeriodAnswer",
+            "case.Simulation",
+            "case.SimulationAnswer",
+            "case.SteadyAnswer",
+            "simulate.Events.of_all",
+            "steady.ModalState.first",
+            "stability.LinearMap.dense",
+            "stability.LinearMap.participation",
+            "stability.LinearMap.shares",
+        ],
+        MADE_HERE,
+    ),
+    **dict.fromkeys(
+        [
+            "steady.Orbit.end_motion",
+            "steady.Orbit.forced_elastic",
+            "steady.Orbit.rigid_motion",
+            "steady.Orbit.transient",
+            "steady.Orbit.modal_state",
+        ],
+        "takes arrays and counts that other floors have checked, millions of times",
+    ),
+    **dict.fromkeys(
+        [
+            "explore.Archive.bounds",
+            "explore.Archive.create",
+            "explore.Archive.keep",
+            "explore.Archive.resume",
+            "explore.Archive.write",
+            "explore.Basins.from_archive",
+            "explore.Basins.of",
+            "explore.Experiment.from_archive",
+            "explore.Experiment.of",
+            "explore.Sweep.from_archive",
+            "explore.Sweep.shaped",
+        ],
+        "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
+    ),
+    "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
+    "explore.Family": "a protocol",
+    "explore.Family.check": "a protocol",
+    "explore.Family.system": "a protocol",
+    "explore.Job": "a protocol",
+    "explore.Job.compute": "a protocol",
+    "explore.Column": "what one's own job keeps; numpy judges its type",
+    "errors.PercussError": "what comes out",
+}
+
+# What is no error: a value that has a meaning in this place
+OPTIONAL = {"None"}
+REAL = {"-1"}
+PLACES = {"empty"}
+ANY_NUMBERS = REAL | PLACES
+TEXT = {"text", "number in quotes"}
+NO_KEYS = {"dict"}
+
+SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+SI_LOAD = Load.harmonic(900.0, 1000.0, frequency=50.0)
+SI_SYSTEM = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Contact(0.5))
+SHORT = Stop(impacts=3)
+PLAIN = """
+[system]
+s = 20.0
+d = 0.0048
+restitution = 0.6
+[load]
+kind = "harmonic"
+mean = 0.9
+amplitude = 1.0
+[simulation]
+modes = 0
+impacts = 3
+"""
+RUNNING: dict[str, Any] = {
+    "archive": None, "resume": False, "workers": 1, "pool": None, "chunk": 1, "progress": None,
+}  # fmt: skip
+RUNNING_TAKES = {
+    "archive": OPTIONAL | TEXT, "resume": {"bool"}, "workers": OPTIONAL, "pool": OPTIONAL, "chunk": OPTIONAL,
+    "progress": OPTIONAL | {"class"},
+}  # fmt: skip
+"""A class is a callable: here one whose objects are true, which ends a computation."""
+
+
+class Two:
+    """A job of two items."""
+
+    size = 2
+    columns: ClassVar = {"square": explore.Column()}
+    ask: ClassVar = {"kind": "squares"}
+
+    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> dict[str, Any]:
+        return {"square": np.arange(first, last) ** 2.0}
+
+
+Entry = tuple[Callable[..., object], dict[str, Any], dict[str, set[str]]]
+
+
+def table(folder: Path) -> dict[str, Entry]:
+    """A valid call of everything public: callable, arguments, and the objects that have a meaning in their places."""
+    bar, contact = Bar(0.3, 1e-3), Contact(0.5)
+    load, square = SYSTEM.load, Load.square(1.0, 1.3)
+    states = steady_states(SYSTEM)
+    orbit = states.orbits[1]
+    motion = run(SYSTEM, modes=0, stop=SHORT)
+    saved = folder / "motion.nc"
+    motion.save(saved)
+    case = Case.from_text(PLAIN, "plain.toml")
+    answer = room_of_cases.steady_answer(case)
+    simulated = room_of_cases.simulation_answer(case)
+    family = room_of_cases.CaseFamily(case, {})
+    swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
+    ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
+    basin = explore.basins(SYSTEM, ("time", 0.0, 1.0, 2), ("velocity", -1.0, -0.5, 2), stop=SHORT, workers=1)
+    edges = explore.boundaries(SYSTEM, ("restitution", [0.3]), ("load_factor", 0.1, 1.0), kinds=("fold",))
+    explore.carry_out(Two(), archive=folder / "kept", workers=1)
+    time = np.linspace(0.0, 10.0, 500)
+    axis = explore.Axis.linear("restitution", 0.2, 0.6, 2)
+    t, side = {"t": PLACES}, {"side": "right"}
+    plane = {"restitution": PLACES, "load_factor": ANY_NUMBERS}
+    sums = {"modes": OPTIONAL, "impacts": OPTIONAL}
+    return {
+        # -- model --
+        "model.Bar": (
+            Bar, {"length": 1.0, "area": 1.0, "youngs_modulus": 1.0, "density": 1.0, "damping": 1.0}
+            | {"diameter": None, "damping_ratio": None},
+            {"damping": OPTIONAL, "diameter": OPTIONAL, "damping_ratio": OPTIONAL},
+        ),
+        "model.Bar.natural_frequencies": (bar.natural_frequencies, {"modes": 2}, {}),
+        "model.Contact": (
+            Contact, {"restitution": None, "receiving_area": 2.0, "area": 1.0},
+            {"restitution": OPTIONAL},
+        ),
+        "model.Load": (
+            Load, {"coefficients": [0.3, 1.0], "frequency": 1.0, "breaks": (), "values": (), "report": None}
+            | {"error": 0.1},
+            {"coefficients": REAL, "frequency": OPTIONAL, "breaks": PLACES, "values": PLACES}
+            | {"report": OPTIONAL, "error": OPTIONAL},
+        ),
+        "model.Load.harmonic": (
+            Load.harmonic, {"mean": 0.9, "amplitude": 1.0, "harmonic": 1, "frequency": 1.0},
+            {"mean": REAL, "amplitude": REAL, "frequency": OPTIONAL},
+        ),
+        "model.Load.square": (
+            Load.square, {"amplitude": 1.0, "kappa": 1.3, "harmonics": 8, "frequency": 1.0}, {"frequency": OPTIONAL},
+        ),
+        "model.Load.steps": (
+            Load.steps, {"breaks": [0.0, 1.0], "values": [1.0, 0.3], "harmonics": 8, "frequency": 1.0},
+            {"frequency": OPTIONAL},
+        ),
+        "model.Load.fourier": (Load.fourier, {"coefficients": [0.3, 1.0], "frequency": 1.0}, {"frequency": OPTIONAL}),
+        "model.Load.from_function": (
+            Load.from_function, {"function": np.cos, "harmonics": 2, "tolerance": 1e-3, "frequency": 1.0},
+            {"harmonics": OPTIONAL, "frequency": OPTIONAL},
+        ),
+        "model.Load.history": (
+            Load.history, {"time": time, "values": np.sin(2 * np.pi * time) + 0.3, "area": 1.0, "frequency": 1.0}
+            | {"harmonics": 3},
+            {"area": OPTIONAL, "frequency": OPTIONAL, "harmonics": OPTIONAL},
+        ),
+        "model.Load.value": (load.value, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
+        "model.Load.derivative": (load.derivative, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
+        "model.Load.antiderivative": (load.antiderivative, {"t": 0.1}, {"t": ANY_NUMBERS}),
+        "model.Load.piece": (square.piece, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
+        "model.Load.scaled": (load.scaled, {"factor": 2.0, "frequency": 1.0}, {"factor": REAL, "frequency": OPTIONAL}),
+        "model.Load.shifted": (load.shifted, {"phi": 1.0}, {"phi": REAL}),
+        "model.Load.with_mean": (load.with_mean, {"mean": 1.0}, {"mean": REAL}),
+        "model.System": (
+            System, {"s": 1.0, "d": 0.1, "restitution": 0.5, "load": load, "bar": bar, "frequency": 2.0}, {},
+        ),
+        "model.System.from_si": (
+            System.from_si, {"bar": bar, "load": SI_LOAD, "contact": contact}, {},
+        ),
+        "model.System.with_load_factor": (SYSTEM.with_load_factor, {"load_factor": 0.5}, {"load_factor": REAL}),
+        "model.System.with_restitution": (SYSTEM.with_restitution, {"restitution": 0.5}, {}),
+        # -- steady --
+        "steady.steady_states": (
+            steady_states, {"system": SYSTEM, "periods": 1, "modes": 4, "tolerance": 1e-8}, {"modes": OPTIONAL},
+        ),
+        "steady.SteadyStates.rigid_velocity": (states.rigid_velocity, {"phase": 1.0}, {"phase": ANY_NUMBERS}),
+        **{
+            f"steady.Orbit.{name}": (
+                getattr(orbit, name), {"x": 0.5, "t": 1.0}, {"x": PLACES, "t": ANY_NUMBERS},
+            )
+            for name in ("displacement", "field", "strain", "velocity")
+        },
+        "steady.Orbit.driven_end": (orbit.driven_end, {"t": 1.0}, {"t": ANY_NUMBERS}),
+        "steady.Orbit.end_point": (orbit.end_point, {"t": 1.0}, {"t": ANY_NUMBERS}),
+        "steady.Orbit.impact_field": (orbit.impact_field, {"x": 0.5}, {"x": PLACES}),
+        "steady.Orbit.impact_history": (orbit.impact_history, {"impacts": 2}, {}),
+        "steady.rest_on_wall": (steady.rest_on_wall, {"system": SYSTEM}, {}),
+        "steady.si_report": (steady.si_report, {"orbit": steady_states(SI_SYSTEM).orbits[1]}, {}),
+        "steady.drag_of": (steady.drag_of, {"orbit": orbit}, {}),
+        "steady.greatest_drag": (steady.greatest_drag, {"system": SYSTEM, "periods": 1}, {}),
+        "steady.grows": (
+            steady.grows, {"system": SYSTEM, "phases": [1.0], "periods": 1, "modes": 2, "restitution": 1.0},
+            {"phases": ANY_NUMBERS | {"nan"}, "modes": OPTIONAL, "restitution": OPTIONAL},
+        ),
+        "steady.level": (
+            steady.level, {"mean": 1.0, "d": 0.1, "restitution": 0.5, "period": 6.0},
+            {"mean": ANY_NUMBERS, "restitution": PLACES},
+        ),
+        # -- stability --
+        "stability.stability_of": (stability.stability_of, {"orbit": orbit, "modes": 4}, {"modes": OPTIONAL}),
+        "stability.linear_map": (stability.linear_map, {"orbit": orbit, "modes": 4} | side, {}),
+        "stability.floquet_multipliers": (stability.floquet_multipliers, {"orbit": orbit, "modes": 4} | side, {}),
+        "stability.reduced_criterion": (stability.reduced_criterion, {"orbit": orbit}, {}),
+        "stability.waveform_criterion": (stability.waveform_criterion, {"orbit": orbit}, {}),
+        "stability.stability_plane": (
+            stability.stability_plane, {"system": SYSTEM, "restitution": 0.5, "load_factor": 0.9, "periods": 1}, plane,
+        ),
+        "stability.exact_plane": (
+            stability.exact_plane,
+            {"system": SYSTEM, "restitution": 0.5, "load_factor": 0.9, "periods": 1, "modes": 2, "plane": None}
+            | {"threads": 1},
+            plane | {"plane": OPTIONAL, "threads": OPTIONAL},
+        ),
+        # -- simulate --
+        "simulate.Start": (
+            Start, {"displacement": (-1.0,), "velocity": (0.0,), "time": 0.0, "gap": -1.0, "source": None}
+            | {"profile": None},
+            {"displacement": REAL, "velocity": REAL, "time": REAL, "gap": OPTIONAL | REAL, "source": OPTIONAL}
+            | {"profile": OPTIONAL},
+        ),
+        "simulate.Start.at": (Start.rigid().at, {"time": 1.0}, {"time": REAL}),
+        "simulate.Start.field": (
+            Start.field, {"displacement": -1.0, "velocity": 0.0, "time": 0.0},
+            {"displacement": REAL, "velocity": REAL, "time": REAL},
+        ),
+        "simulate.Start.modal": (
+            Start.modal, {"displacement": -1.0, "velocity": 0.0, "time": 0.0},
+            {"displacement": REAL, "velocity": REAL | OPTIONAL, "time": REAL},
+        ),
+        "simulate.Start.orbit": (
+            Start.orbit, {"orbit": orbit, "displacement": 0.0, "velocity": 0.0},
+            {"displacement": REAL, "velocity": REAL},
+        ),
+        "simulate.Start.random": (
+            Start.random, {"system": SYSTEM, "seed": 0, "distribution": "rigid", "modes": 4}, {"seed": {"400 digits"}},
+        ),
+        "simulate.Start.rigid": (
+            Start.rigid, {"position": -1.0, "velocity": 0.0, "time": 0.0},
+            {"position": REAL, "velocity": REAL, "time": REAL},
+        ),
+        "simulate.Start.state": (Start.rigid().state, {"modes": 2}, {}),
+        "simulate.Starts": (
+            Starts, {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]}, {},
+        ),
+        "simulate.Starts.of": (Starts.of, {"starts": [Start.rigid()], "modes": 0}, {}),
+        "simulate.Starts.random": (
+            Starts.random, {"system": SYSTEM, "size": 2, "seed": 0, "distribution": "rigid", "modes": 4},
+            {"seed": {"400 digits"}},
+        ),
+        "simulate.Starts.rigid": (
+            Starts.rigid, {"position": -1.0, "velocity": 0.0, "time": 0.0},
+            {"position": REAL, "velocity": REAL, "time": REAL},
+        ),
+        "simulate.Stop": (
+            Stop, {"impacts": 3, "time": 1.0, "periodic": True, "tolerance": 1e-9},
+            {"impacts": OPTIONAL, "time": OPTIONAL, "periodic": {"bool"}},
+        ),
+        "simulate.run": (
+            run, {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
+            {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.simulate_many": (
+            simulate.simulate_many,
+            {"systems": SYSTEM, "starts": Start.rigid(), "modes": 0, "stop": SHORT, "keep": 1, "discard": 1}
+            | {"threads": 1, "work": 10**6, "progress": None},
+            {"stop": OPTIONAL, "discard": OPTIONAL, "threads": OPTIONAL, "work": OPTIONAL}
+            | {"progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.Events.of": (motion.events.of, {"kind": "impact"}, {}),
+        "simulate.Trajectory.bar_velocity": (motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t),
+        "simulate.Trajectory.contact_force": (motion.contact_force, {"t": 0.1}, t),
+        "simulate.Trajectory.continued": (
+            motion.continued, {"stop": Stop(impacts=4), "progress": None},
+            {"stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.Trajectory.energy": (motion.energy, {"t": 0.1} | side, t),
+        "simulate.Trajectory.energy_balance": (
+            motion.energy_balance, {"first": 0.1, "last": 1.2}, {"first": OPTIONAL, "last": OPTIONAL},
+        ),
+        "simulate.Trajectory.gap": (motion.gap, {"t": 0.1}, t),
+        "simulate.Trajectory.load": (simulate.Trajectory.load, {"path": saved}, {}),
+        "simulate.Trajectory.modal": (motion.modal, {"t": 0.1} | side, t),
+        "simulate.Trajectory.position": (motion.position, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
+        "simulate.Trajectory.save": (motion.save, {"path": folder / "again.nc"}, {"path": TEXT}),
+        "simulate.Trajectory.strain": (motion.strain, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
+        # -- explore --
+        "explore.Archive.open": (explore.Archive.open, {"path": folder / "kept"}, {}),
+        "explore.Axis": (
+            explore.Axis, {"name": "s", "values": [1.0], "unit": ""}, {"name": TEXT, "unit": TEXT},
+        ),
+        "explore.Axis.linear": (
+            explore.Axis.linear, {"name": "s", "first": -2.0, "last": 2.0, "number": 3, "unit": ""},
+            {"name": TEXT, "unit": TEXT, "first": REAL, "last": REAL},
+        ),
+        "explore.Axis.logarithmic": (
+            explore.Axis.logarithmic, {"name": "s", "first": 1.0, "last": 2.0, "number": 3, "unit": ""},
+            {"name": TEXT, "unit": TEXT},
+        ),
+        "explore.Axis.parsed": (explore.Axis.parsed, {"text": "s=1:2:3"}, {}),
+        "explore.Boundaries.of": (edges.of, {"kind": "fold"}, {}),
+        "explore.Boundaries.least": (edges.least, {"kind": "fold"}, {}),
+        "explore.Boundaries.greatest": (edges.greatest, {"kind": "fold"}, {}),
+        "explore.SystemFamily": (explore.SystemFamily, {"base": SYSTEM}, {}),
+        "explore.SystemFamily.check": (
+            explore.SystemFamily(SYSTEM).check, {"names": {"s": ""}}, {"names": NO_KEYS},
+        ),
+        "explore.SystemFamily.system": (
+            explore.SystemFamily(SYSTEM).system, {"values": {"s": 2.0}}, {"values": NO_KEYS},
+        ),
+        "explore.vary": (explore.vary, {"system": SYSTEM, "values": {"s": 2.0}}, {"values": NO_KEYS}),
+        "explore.basins": (
+            explore.basins,
+            {"system": SYSTEM, "x": ("time", 0.0, 1.0, 2), "y": ("velocity", -1.0, -0.5, 2), "at": {"position": -1.0}}
+            | {"modes": 0, "stop": SHORT, "distance": 1e-4, "threads": 1}
+            | RUNNING,
+            {"at": OPTIONAL | NO_KEYS, "stop": OPTIONAL, "threads": OPTIONAL} | RUNNING_TAKES,
+        ),
+        "explore.boundaries": (
+            explore.boundaries,
+            {"system": SYSTEM, "x": ("restitution", [0.3]), "y": ("load_factor", 0.1, 1.0), "periods": 1}
+            | {"criterion": "reduced", "modes": None, "kinds": ("fold",), "samples": 5, "halt": None, "progress": None},
+            {"modes": OPTIONAL, "samples": OPTIONAL, "halt": OPTIONAL | {"class"}, "progress": OPTIONAL | {"class"}},
+        ),
+        "explore.carry_out": (explore.carry_out, {"job": Two()} | RUNNING, RUNNING_TAKES),
+        "explore.estimate": (explore.estimate, {"job": Two()}, {}),
+        "explore.experiment": (
+            explore.experiment,
+            {"system": SYSTEM, "starts": 3, "distribution": "wall", "seed": 0, "modes": 0, "stop": SHORT}
+            | {"distance": 1e-4, "threads": 1}
+            | RUNNING,
+            {"starts": OPTIONAL, "seed": {"400 digits"}, "stop": OPTIONAL, "threads": OPTIONAL} | RUNNING_TAKES,
+        ),
+        "explore.lyapunov_exponent": (
+            explore.lyapunov_exponent,
+            {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
+            {"start": OPTIONAL},
+        ),
+        "explore.lyapunov_many": (
+            explore.lyapunov_many,
+            {"systems": SYSTEM, "starts": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2, "threads": 1},
+            {"starts": OPTIONAL, "threads": OPTIONAL},
+        ),
+        "explore.sweep": (
+            lambda what, axes, **more: explore.sweep(what, axes, **more),
+            {"what": SYSTEM, "axes": axis, "quantities": ["label"], "periods": 1, "modes": 0, "start": Start.rigid()}
+            | {"stop": SHORT, "impacts": 20, "discard": 2, "functions": None}
+            | RUNNING,
+            {"modes": OPTIONAL, "start": OPTIONAL, "stop": OPTIONAL, "functions": OPTIONAL | NO_KEYS} | RUNNING_TAKES,
+        ),
+        # -- case --
+        "case.Case.changed": (
+            case.changed, {"start": None, "simulation": {"impacts": 2}},
+            {"start": OPTIONAL | NO_KEYS, "simulation": OPTIONAL | NO_KEYS},
+        ),
+        "case.Case.from_text": (
+            Case.from_text, {"text": PLAIN, "file": "x.toml", "folder": folder}, {"file": TEXT, "folder": TEXT},
+        ),
+        "case.Case.read": (Case.read, {"path": _written(folder / "plain.toml")}, {}),
+        "case.Case.start": (case.start, {"modes": 0}, {"modes": OPTIONAL}),
+        "case.Case.varied": (case.varied, {"values": {"system.s": 10.0}}, {"values": NO_KEYS}),
+        "case.Case.with_load": (case.with_load, {"load": load}, {}),
+        "case.CaseFamily": (room_of_cases.CaseFamily, {"case": case, "units": {}}, {"units": NO_KEYS}),
+        "case.CaseFamily.check": (family.check, {"names": {"s": ""}}, {"names": NO_KEYS}),
+        "case.CaseFamily.key": (family.key, {"name": "s"}, {}),
+        "case.CaseFamily.start": (family.start, {"values": {"s": 2.0}, "modes": 0}, {"values": NO_KEYS}),
+        "case.CaseFamily.system": (family.system, {"values": {"s": 2.0}}, {"values": NO_KEYS}),
+        "case.SimulationAnswer.to_json_dict": (
+            simulated.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.load_case": (room_of_cases.load_case, {"name": "pile-hammer"}, {}),
+        "case.basins_job_of": (
+            room_of_cases.basins_job_of,
+            {"case": case, "x": explore.Axis.linear("time", 0, 1, 2), "y": explore.Axis.linear("velocity", -2, -1, 2)}
+            | {"at": {"position": -1.0}, "modes": 0, "impacts": 2},
+            {"at": OPTIONAL | NO_KEYS} | sums,
+        ),
+        "case.experiment_job_of": (
+            room_of_cases.experiment_job_of,
+            {"case": case, "starts": 2, "distribution": "wall", "seed": 0, "modes": 0, "impacts": 2},
+            {"starts": OPTIONAL, "seed": {"400 digits"}} | sums,
+        ),
+        "case.sweep_job_of": (
+            room_of_cases.sweep_job_of,
+            {"case": case, "axes": [axis], "quantities": ["orbits"], "periods": 1, "modes": 0, "impacts": 2}, sums,
+        ),
+        "case.resumed_answer": (
+            room_of_cases.resumed_answer, {"path": saved, "impacts": 4, "time": 60.0, "progress": None},
+            {"impacts": OPTIONAL, "time": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "case.simulation_answer": (
+            room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
+        "case.steady_answer": (
+            room_of_cases.steady_answer, {"case": case, "periods": [1], "modes": 4, "starts": 0},
+            {"periods": PLACES, "modes": OPTIONAL},
+        ),
+        # -- units --
+        "units.known_dimension": (
+            units.known_dimension, {"unit": "mm", "dimensions": units.DIMENSIONS}, {"unit": TEXT},
+        ),
+        "units.si": (units.si, {"value": "1 mm", "dimension": "length", "name": "length"}, {"name": TEXT}),
+        "units.split_header": (units.split_header, {"text": "p [bar]"}, {"text": TEXT}),
+        "units.unit_scale": (
+            units.unit_scale, {"unit": "bar", "dimensions": ("pressure",), "name": "unit"}, {"name": TEXT},
+        ),
+        # -- plot --
+        "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
+        "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
+        "plot.save": (
+            plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
+        ),
+        "plot.steady": (plot.steady, {"answer": answer}, {}),
+        "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
+        "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),
+    }  # fmt: skip
+
+
+def _written(path: Path) -> Path:
+    path.write_text(PLAIN, encoding="utf-8")
+    return path
+
+
+def _empty_figure() -> Any:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(1.0, 1.0))
+
+
+def public() -> Iterator[tuple[str, Callable[..., object]]]:
+    """Every public callable, and the public methods of every public class, by room and name; each once."""
+    seen = set()
+    for module in (percuss, *(importlib.import_module(f"percuss.{room}") for room in ROOMS)):
+        for name in module.__all__:
+            found = getattr(module, name)
+            if not callable(found) or not str(found.__module__).startswith("percuss."):
+                continue
+            key = f"{found.__module__.split('.')[1]}.{found.__qualname__}"
+            if key in seen:
+                continue
+            seen.add(key)
+            yield key, found
+            for method in vars(found) if inspect.isclass(found) else ():
+                thing = getattr(found, method)
+                if not method.startswith("_") and callable(thing) and not isinstance(thing, type):
+                    yield f"{key}.{method}", thing
+            for base in found.__mro__[1:-1] if inspect.isclass(found) else ():
+                for method in vars(base) if base.__module__.startswith("percuss.") else ():
+                    thing = getattr(found, method)
+                    if not method.startswith("_") and inspect.isfunction(thing) and f"{key}.{method}" not in seen:
+                        seen.add(f"{key}.{method}")
+                        yield f"{key}.{method}", thing
+
+
+def parameters(function: Callable[..., object]) -> set[str]:
+    """The names that a caller can give; not what is passed on."""
+    try:
+        told = inspect.signature(function).parameters
+    except (TypeError, ValueError):
+        return set()
+    return {name for name, about in told.items() if name != "self" and about.kind is not about.VAR_KEYWORD}
+
+
+DOORS = {name: function for name, function in public() if parameters(function) and name not in NO_DOORS}
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Entry]:
+    return table(tmp_path_factory.mktemp("doors"))
+
+
+def test_every_public_callable_is_in_the_table(calls: dict[str, Entry]) -> None:
+    """What is public has a valid call with all of its parameters; no entry and no exception is left over."""
+    assert sorted(calls) == sorted(DOORS)
+    every = {name for name, _ in public()}
+    assert set(NO_DOORS) <= every
+    for name, (_, given, takes) in calls.items():
+        extra = set(given) - parameters(DOORS[name])
+        assert parameters(DOORS[name]) <= set(given), name
+        assert not extra or extra == set(RUNNING), name
+        assert set(takes) <= set(given) and set().union(*takes.values()) <= set(WRONG), name
+
+
+@pytest.mark.parametrize("name", DOORS)
+def test_wrong_objects_give_errors_of_the_package(
+    name: str, calls: dict[str, Entry], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    function, given, takes = calls[name]
+    function(**given)
+    told = []
+    for parameter in given:
+        for wrong, value in WRONG.items():
+            meant = wrong in takes.get(parameter, ())
+            try:
+                function(**{**given, parameter: value})
+            except PercussError as error:
+                if meant and wrong != "class":
+                    told.append(f"{parameter}={wrong}: refused: {error}")
+                elif len(str(error)) > 600:
+                    told.append(f"{parameter}={wrong}: told at length: {len(str(error))}")
+            except Exception as error:
+                told.append(f"{parameter}={wrong}: {type(error).__name__}: {str(error)[:100]}")
+            else:
+                if not meant:
+                    told.append(f"{parameter}={wrong}: taken without a word")
+    assert not told, "\n".join(told)
+
+
+def test_numbers_of_any_kind_are_taken() -> None:
+    """Whole numbers, numpy's and Python's, exact fractions, and whole numbers beyond 64 bits."""
+    from fractions import Fraction
+
+    for one in (1, np.float32(1.0), np.int8(1), Fraction(1), 1.0):
+        assert Load.fourier([one, one]) == Load.fourier([1.0, 1.0])
+        assert Load.steps([0, one], [2 * one, one]) == Load.steps([0.0, 1.0], [2.0, 1.0])
+        assert float(SYSTEM.load.value(one)) == float(SYSTEM.load.value(1.0))
+    assert Load.fourier([10**30, 1j]).mean == 1e30
+    assert Load.fourier([[0.3, 0.0], [1.0, 0.5]]).coefficients.tolist() == [0.3, 1.0 + 0.5j]
+
+
+def test_what_is_none_of_them_is_told_before_anything_is_computed(tmp_path: Path) -> None:
+    """A watcher that cannot be called is no reason to compute first; nor is a path that is a number a file."""
+    calls: list[int] = []
+
+    class Counting(Two):
+        def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> dict[str, Any]:
+            calls.append(first)
+            return super().compute(first, last, stopped)
+
+    for wrong in ({"progress": "x"}, {"archive": 5}, {"pool": 5}, {"resume": "yes"}, {"chunk": 0.5}):
+        with pytest.raises(ParameterError, match=next(iter(wrong))):
+            explore.carry_out(Counting(), workers=1, **wrong)
+    assert not calls
+    with pytest.raises(ParameterError, match="path"):
+        run(SYSTEM, modes=0, stop=SHORT).save(1)  # type: ignore[arg-type]  # the number of an open file
+
+
+def test_a_start_leaves_the_arrays_of_its_maker_alone() -> None:
+    mine = np.array([-1.0])
+    starts = Starts(mine[:, None], mine[:, None], mine, mine)
+    mine[0] = -2.0
+    assert starts.gap[0] == -1.0
+    assert not len(Starts(np.empty((0, 1)), np.empty((0, 1)), np.empty(0), np.empty(0)))  # of an archive just begun

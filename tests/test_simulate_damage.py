@@ -1,0 +1,297 @@
+"""A saved motion that was cut short, changed or made up is refused before any kernel sees it; nothing else happens."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from percuss import Load, System
+from percuss.errors import PercussError
+from percuss.simulate import Start, Stop, Trajectory, netcdf, run
+from percuss.simulate import kernels as kn
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
+STEPS = System(s=3.0, d=0.1, restitution=0.8, load=Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0]))
+SMOOTH = System(s=5.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.7, 1.0))
+
+
+@pytest.fixture(scope="module")
+def motions() -> dict[str, Trajectory]:
+    stop = Stop(impacts=30, periodic=False)
+    start = Start.rigid(-0.3, 0.1, 0.2)
+    return {
+        "steps": run(STEPS, start, modes=3, stop=stop),
+        "smooth": run(SMOOTH, start, modes=4, stop=stop),
+        "rigid": run(SMOOTH, start, modes=0, stop=Stop(impacts=200)),
+        "untouched": run(SMOOTH, start, modes=2, stop=Stop(impacts=0)),
+        "resting": run(SMOOTH, Start.rigid(0.0, 0.0, 0.0), modes=2, stop=Stop(time=0.5)),
+        "released": run(STEPS, Start.rigid(0.0, 0.0, 0.0), modes=2, stop=Stop(time=3.0)),
+        "departed": run(System(1.0, 0.0, 0.5, Load.harmonic(-0.5, 1.0)), Start.rigid(-1.0, 0.0, 0.0), modes=2),
+    }
+
+
+def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
+    """With the check sum of what it holds now, as who makes such a file on purpose can write it."""
+    try:
+        return dataset.assign_attrs(sha256=netcdf._digest(dataset))
+    except LookupError:  # what has no check sum any more is refused for that
+        return dataset
+
+
+def damaged(motion: Trajectory, folder: Path, only: tuple[str, ...] = ()) -> list[str]:
+    """Files of one motion, each with one thing wrong."""
+    whole = motion.to_xarray()
+    made: list[str] = []
+
+    def keep(name: str, dataset: xarray.Dataset) -> None:
+        sealed(dataset).to_netcdf(folder / name, engine="h5netcdf")
+        made.append(str(folder / name))
+
+    for name in [*whole.data_vars, "mode"]:
+        if name in ("time", "displacement", "velocity", "mode") or name not in (only or whole):  # made for others
+            continue
+        array = whole[name]
+        if array.size:
+            values = array.values
+            for dim in array.dims:
+                for what, size in (("short", array.sizes[dim] - 1), ("one", 1), ("empty", 0), ("long", 99)):
+                    if size == array.sizes[dim]:
+                        continue
+                    places = np.arange(size) % array.sizes[dim]
+                    one = array.isel({dim: places}).rename({d: f"{name}_{d}" for d in array.dims})
+                    keep(f"{name}-{dim}-{what}.nc", whole.drop_vars(name).assign({name: one.drop_vars(one.coords)}))
+            keep(f"{name}-type.nc", whole.assign({name: (array.dims, values.astype(np.float32), array.attrs)}))
+            keep(f"{name}-words.nc", whole.assign({name: (array.dims, values.astype(str))}))
+            wrong = (
+                (np.nan, -np.inf, 1e200)
+                if array.dtype.kind == "f"
+                else (99, -99)
+                if name == "code"
+                else (2**62, -(2**62))
+            )
+            for value in wrong:
+                bad = values.copy()
+                bad.reshape(-1)[bad.size // 2] = value
+                keep(f"{name}-{value}.nc", whole.assign({name: (array.dims, bad)}))
+        keep(f"{name}-missing.nc", whole.drop_vars(name))
+    return made
+
+
+# the whole program of a fresh process: what a crash takes with it is named by the last line
+CONTINUE = """
+    import sys
+    from percuss.errors import PercussError
+    from percuss.simulate import Stop, Trajectory
+    for name in sys.argv[1:]:
+        print(name, flush=True)
+        try:
+            Trajectory.load(name).continued(Stop(impacts=60, periodic=False))
+        except PercussError as error:
+            assert "damaged" in str(error), error
+        else:
+            print("PASSED", name, flush=True)
+    print("end")
+"""
+
+
+def tried(files: list[str]) -> list[str]:
+    """The files that were followed further; the process must live."""
+    command = [sys.executable, "-c", textwrap.dedent(CONTINUE), *files]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    lines = done.stdout.splitlines()
+    assert done.returncode == 0 and lines[-1] == "end", (done.returncode, lines[-1:], done.stderr[-800:])
+    return [line.removeprefix("PASSED ") for line in lines if line.startswith("PASSED ")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["steps", "rigid"])
+def test_every_variable_damaged_in_every_way(motions, which, tmp_path):
+    files = damaged(motions[which], tmp_path)
+    assert len(files) > 100
+    assert not [name for name in tried(files)]
+
+
+def test_the_arrays_of_the_kernels_damaged(motions, tmp_path):
+    """Of these an abort, a crash and endless runs were made: engine_sums of length 1 and their like."""
+    files = damaged(motions["steps"], tmp_path, ("engine_sums", "engine_now"))
+    assert len(files) > 15
+    assert not tried(files)
+
+
+@pytest.mark.parametrize("row", range(kn.COUNTS))
+def test_whole_numbers_that_are_places(motions, row, tmp_path):
+    """Far outside, one too many, one too few: refused wherever such a number is used as a place in an array."""
+    motion = motions["steps"]
+    whole = motion.to_xarray()
+    sound = whole["engine_count"].values
+    for value in (-1, len(motion.system.load.values), kn.GRAZED + 1, 2**40, -(2**40)):
+        count = np.where(np.arange(kn.COUNTS) == row, value, sound)
+        changed = whole.assign(engine_count=(whole["engine_count"].dims, count))
+        sealed(changed).to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
+        fits = row in (kn.PERIOD, kn.ANCHOR_PERIOD, kn.PILE, kn.WORK, kn.PATIENCE, kn.RESTS, kn.CHATTERS)
+        fits = fits or row in (kn.RELEASE_PERIOD, kn.MARK_PERIOD, kn.MARK_PATIENCE, kn.MARK_RELEASES, kn.MARK_CHATTERS)
+        fits = fits or row == kn.CYCLE_PERIODS or (0 <= value <= motion.impacts and row not in (kn.PIECE, kn.MODE))
+        if fits and row not in (kn.IMPACTS, kn.EVENTS):
+            continue
+        if row == kn.MODE and 0 <= value <= kn.GRAZED:
+            continue
+        with pytest.raises(PercussError, match="damaged"):
+            Trajectory.load(tmp_path / "x.nc").continued(Stop(impacts=60, periodic=False))
+
+
+@pytest.mark.parametrize(
+    ("attribute", "key", "value"),
+    [
+        ("description", "modes", 4.0), ("description", "modes", -1), ("description", "modes", 10**9),
+        ("description", "start_phase", 1e9), ("description", "start_piece", 3), ("description", "start_piece", -1),
+        ("description", "resting", 1), ("description", "begin_time", float("nan")), ("description", "end_time", -5.0),
+        ("description", "end_time", "1"), ("description", "stop", {"impacts": -1}), ("description", "stop", {"x": 1}),
+        ("description", "stop", None), ("description", "cycle", {"first": 0}),
+        ("description", "cycle", {"first": 10**6, "impacts": 1, "periods": 1, "kind": 0}),
+        ("system", "s", float("inf")), ("system", "s", "x"), ("system", "d", -1.0), ("system", "coefficients", [["x"]]),
+        ("system", "breaks", [0.4]), ("system", "values", [1.5]), ("system", "bar", {"length": 0.0}),
+    ],
+)  # fmt: skip
+def test_what_is_said_about_it(motions, attribute, key, value, tmp_path):
+    dataset = motions["steps"].to_xarray()
+    about = {**json.loads(dataset.attrs[attribute]), key: value}
+    sealed(dataset.assign_attrs({attribute: json.dumps(about)})).to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
+    with pytest.raises(PercussError, match="damaged"):
+        Trajectory.load(tmp_path / "x.nc")
+
+
+@pytest.mark.parametrize("attribute", ["system", "description"])
+def test_brackets_without_end(motions, attribute, tmp_path):
+    dataset = sealed(motions["steps"].to_xarray().assign_attrs({attribute: "[" * 60_000}))
+    dataset.to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
+    with pytest.raises(PercussError, match="damaged"):
+        Trajectory.load(tmp_path / "x.nc")
+
+
+@pytest.mark.slow
+def test_flipped_bits(motions, tmp_path):
+    """A file with any bit changed is refused, or is the same motion: the change was where nothing is kept."""
+    motion = motions["steps"]
+    motion.save(tmp_path / "whole.nc")
+    data = (tmp_path / "whole.nc").read_bytes()
+    chance, same = np.random.default_rng(11), 0
+    for _ in range(60):
+        at, bit = int(chance.integers(len(data))), int(chance.integers(8))
+        bad = bytearray(data)
+        bad[at] ^= 1 << bit
+        (tmp_path / "bad.nc").write_bytes(bad)
+        try:
+            found = Trajectory.load(tmp_path / "bad.nc")
+        except PercussError:
+            continue
+        same += 1
+        assert found.states.tobytes() == motion.states.tobytes()
+        assert all(found.snapshot[name].tobytes() == array.tobytes() for name, array in motion.snapshot.items())
+        assert found.events.phase.tobytes() == motion.events.phase.tobytes() and found.system == motion.system
+    assert same < 50
+
+
+def test_cut_short(motions, tmp_path):
+    motions["steps"].save(tmp_path / "whole.nc")
+    data = (tmp_path / "whole.nc").read_bytes()
+    for size in range(0, len(data), len(data) // 20):
+        (tmp_path / "cut.nc").write_bytes(data[:size])
+        with pytest.raises(PercussError, match="damaged"):
+            Trajectory.load(tmp_path / "cut.nc")
+
+
+def test_few_bytes_that_stand_for_many(motions, tmp_path):
+    """Nothing is unpacked, and no other file is read."""
+    import h5py
+
+    motions["steps"].save(tmp_path / "whole.nc")
+    motions["smooth"].save(tmp_path / "other.nc")
+    for what in ("huge", "virtual", "linked"):
+        path = tmp_path / f"{what}.nc"
+        path.write_bytes((tmp_path / "whole.nc").read_bytes())
+        with h5py.File(path, "r+") as content:
+            del content["state"]
+            if what == "huge":
+                content.create_dataset("state", shape=(10**6, 10**6), dtype="f8", chunks=(1000, 1000))
+            elif what == "virtual":
+                layout = h5py.VirtualLayout(shape=(4000,), dtype="f8")
+                layout[:] = h5py.VirtualSource(str(tmp_path / "other.nc"), "time", shape=(4000,))
+                content.create_virtual_dataset("state", layout)
+            else:
+                content["state"] = h5py.ExternalLink(str(tmp_path / "other.nc"), "state")
+        with pytest.raises(PercussError, match=r"more than|another file"):
+            Trajectory.load(path)
+
+
+def test_whatever_a_simulation_leaves_is_sound(motions, tmp_path):
+    for name, motion in motions.items():
+        path = tmp_path / f"{name}.nc"
+        motion.save(path)
+        found = Trajectory.load(path)
+        assert found.states.tobytes() == motion.states.tobytes()
+        assert (found.label, found.outcome, found.cycle) == (motion.label, motion.outcome, motion.cycle)
+
+
+LOADS = [
+    Load.harmonic(1.5, 1.0), Load.harmonic(0.3, 1.0), Load.harmonic(-0.3, 1.0), Load.fourier([0.2, 0.4, 1.0j]),
+    Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0]), Load.square(1.0, 1.3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("load", LOADS, ids=str)
+def test_every_motion_that_is_left_goes_on(load):
+    """Also one whose load never pulls, and those of strongly damped bars: rounding must not look like damage."""
+    for s, d, restitution, modes in (
+        (20.0, 0.005, 0.8, 0),
+        (20.0, 1e4, 0.5, 3),
+        (0.05, 2.0, 1.0, 32),
+        (3.0, 0.1, 0.0, 8),
+    ):
+        for stop in (Stop(impacts=0), Stop(impacts=40, periodic=False), Stop(time=20.3, impacts=300)):
+            motion = run(System(s, d, restitution, load), Start.rigid(-0.2, 0.0, 0.7), modes=modes, stop=stop)
+            more = motion.continued(Stop(impacts=motion.impacts + 5, periodic=False))
+            assert more.impacts >= motion.impacts
+
+
+def changed(motion: Trajectory, name: str, at: tuple[int, ...] | int, value: float, folder: Path) -> Path:
+    whole = motion.to_xarray()
+    values = whole[name].values.copy()
+    values[at] = value
+    sealed(whole.assign({name: (whole[name].dims, values)})).to_netcdf(folder / "x.nc", engine="h5netcdf")
+    return folder / "x.nc"
+
+
+MADE_UP = [
+    ("engine_z", (0, 0), 1e99), ("engine_z", (1, 2), 0.1), ("engine_now", kn.GAP, -0.5), ("engine_now", kn.GAP, 1.0),
+    ("engine_now", kn.GAP_RATE, -4.1), ("engine_now", kn.RIGID_RATE, -4.1), ("engine_now", kn.HOLD, 50.0),
+    ("engine_now", kn.SUP, 0.0), ("engine_now", kn.SUP2, 1e9), ("engine_now", kn.FREE, 1.0),
+    ("engine_now", kn.SINCE, 1e9),
+    ("engine_now", kn.KINETIC_ENERGY, 1e9), ("engine_sums", kn.ALL, -1.0), ("engine_sums", kn.STRUCK, 1e3),
+    ("engine_sums", kn.MAIN, 0.5), ("engine_sums", kn.SPEEDS, 1e6), ("engine_sums", kn.TAKEN, 1e6),
+    ("engine_sums", kn.LAST_PERIOD, 7.0), ("engine_past", (0, 3), 1.0), ("engine_past", (1, 0), 9.0),
+    ("engine_past", (2, 1), 2.0), ("engine_cycle", 0, 1.0), ("engine_cycle", 2, 4.1), ("engine_cycle", -1, 0.1),
+    ("state", 0, 0.5), ("state", 1, 4.1), ("state", 5, 3.0), ("state", -1, 3.0), ("impact_velocity", 2, 4.1),
+    ("rebound_velocity", 2, -4.1), ("kinetic_energy", 3, 9.0), ("energy_lost", 3, 9.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "at", "value"), MADE_UP)
+def test_what_is_told_twice_agrees(motions, name, at, value, tmp_path):
+    """A number within all bounds, with the right check sum, that the events or the system contradict."""
+    motion = run(SMOOTH, Start.rigid(-0.3, 0.1, 0.2), modes=4, stop=Stop(impacts=20, periodic=False))
+    assert motion.continued(Stop(impacts=25, periodic=False)).impacts == 25
+    assert motion.events.kind[:4].tolist() == ["impact"] * 4
+    if name == "state":
+        whole = motion.to_xarray()["state"]
+        at = (0, at) if whole.ndim == 2 else at
+    path = changed(motion, name, at, value, tmp_path)
+    with pytest.raises(PercussError, match="damaged"):
+        Trajectory.load(path).continued(Stop(impacts=60, periodic=False))
