@@ -8,6 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 MADE := $(VENV)/made.stamp
+BUILD := $(VENV)/build.stamp
 RUN := $(VENV)/run.stamp
 DEV := $(VENV)/dev.stamp
 KERNELS := $(VENV)/kernels.stamp
@@ -29,7 +30,7 @@ demo: $(RUN)  ## make a sample case with a measured history, report its steady s
 test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)
 
-slow: ready  ## run the tests that take long: ten thousand first contacts, a server under load, maps killed and resumed
+slow: ready  ## run the tests that take long: a hundred thousand first contacts, a server under load, maps killed and resumed
 	$(SUITE) -m slow $(PYTEST_ARGS)
 
 ready: $(RUN)
@@ -68,15 +69,20 @@ $(MADE):
 	  echo "'$(PYTHON) -m venv' failed; on Debian and Ubuntu: apt install python3-venv" >&2; rm -rf $(VENV); exit 1; }
 	@touch $@
 
-$(RUN): requirements/run.txt pyproject.toml $(MADE)
+$(BUILD): requirements/build.txt $(MADE)
+	@echo "installing requirements/build.txt"
+	@$(PIP) install --require-hashes -r requirements/build.txt
+	@touch $@
+
+$(RUN): requirements/run.txt pyproject.toml $(BUILD)
 	@echo "installing requirements/run.txt and percuss"
-	@$(PIP) install -r requirements/run.txt
-	@$(PIP) install --no-deps -e .
+	@$(PIP) install --require-hashes -r requirements/run.txt
+	@$(PIP) install --no-deps --no-build-isolation -e .
 	@touch $@
 
 $(DEV): requirements/dev.txt $(RUN)
 	@echo "installing requirements/dev.txt"
-	@$(PIP) install -r requirements/dev.txt
+	@$(PIP) install --require-hashes -r requirements/dev.txt
 	@touch $@
 
 # Once, beside the installation above: else each process of the suite would compile them for itself.

@@ -45,15 +45,16 @@ def archive_cost(job: SweepJob) -> tuple[float, float]:
 
         return call
 
-    create, write = Archive.__dict__["create"], Archive.write
-    Archive.create, Archive.write = classmethod(counted(create.__func__)), counted(write)  # type: ignore[assignment]
+    create, write, keep = Archive.__dict__["create"], Archive.write, Archive.keep
+    Archive.create = classmethod(counted(create.__func__))  # type: ignore[assignment]
+    Archive.write, Archive.keep = counted(write), counted(keep)  # type: ignore[method-assign]
     try:
         with tempfile.TemporaryDirectory() as folder:
             begin = time.process_time()
             carry_out(job, workers=1, archive=Path(folder) / "a.zarr")
             return time.process_time() - begin + spent[0], sum(spent)
     finally:
-        Archive.create, Archive.write = create, write  # type: ignore[method-assign]
+        Archive.create, Archive.write, Archive.keep = create, write, keep  # type: ignore[method-assign]
 
 
 def speedup(job: SweepJob) -> tuple[float, float]:

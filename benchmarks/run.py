@@ -65,6 +65,7 @@ def processes() -> list[Row]:
         for name, limit, arguments in (
             ("percuss --help", 0.3, ["--help"]),
             ("percuss steady, measured history", 1.0, ["steady", case]),
+            ("percuss steady --starts 0, measured history", 1.0, ["steady", case, "--starts", "0"]),
             ("percuss steady --json, measured history", 1.0, ["steady", case, "--json"]),
             ("percuss steady, harmonic load", 1.0, ["steady", "mini-breaker"]),
         ):

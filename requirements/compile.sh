@@ -1,13 +1,21 @@
 #!/bin/sh
 # Compile the pins from pyproject.toml: `make pins`, or with uv on the path: sh requirements/compile.sh
-# The files carry no hash and no address, hold for every Python from 3.11 on, and agree with each other.
+# `sh requirements/compile.sh --keep` keeps the versions that stand there, and writes what is missing.
+# The files carry a hash of every file of a package and no address, hold for every Python from 3.11 on, and agree with
+# each other.
 set -eu
 cd "$(dirname "$0")/.."
+upgrade=--upgrade
+if [ "${1:-}" = --keep ]; then upgrade=; fi
 
 compile() {
-    uv pip compile pyproject.toml --extra plot --extra io --extra cluster --extra web "$@" --upgrade --universal --python-version 3.11 \
+    uv pip compile "$@" $upgrade --generate-hashes --universal --python-version 3.11 \
         --fork-strategy fewest --no-header --no-annotate --no-emit-index-url --no-emit-find-links --quiet
 }
 
-compile --output-file requirements/run.txt
-compile --group dev --constraint requirements/run.txt --output-file requirements/dev.txt
+extras="--extra plot --extra io --extra cluster --extra web"
+compile pyproject.toml $extras --output-file requirements/run.txt
+compile pyproject.toml $extras --group dev --constraint requirements/run.txt --output-file requirements/dev.txt
+# What installs the rest: pip itself, and what builds percuss (build-system.requires, and editables for 'install -e').
+printf '%s\n' pip setuptools 'hatchling>=1.27' editables |
+    compile - --constraint requirements/dev.txt --allow-unsafe --output-file requirements/build.txt

@@ -106,6 +106,7 @@ _VALUES: list[tuple[Any, str]] = [
     (values.Length, "length"),
     (values.Area, "area"),
     (values.Frequency, "frequency"),
+    (values.Time, "time"),
     (values.Stress, "pressure"),
     (values.Density, "density"),
     (values.Damping, "damping"),
@@ -163,7 +164,7 @@ def _row(table: type[values.Table], key: str, hint: Any, field: FieldInfo) -> st
         without = "**needed**"
     else:
         without = said.get("left out") or (f"`{field.default}`" if field.default is not None else "")
-    return f"| `{key}` | {value} | {without} | {said['meaning']} |"
+    return f"| `{field.alias or key}` | {value} | {without} | {said['meaning']} |"
 
 
 def _value(hint: Any) -> str:

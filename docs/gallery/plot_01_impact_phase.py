@@ -2,8 +2,8 @@ r"""
 Two motions for one load
 ========================
 
-At which moment of the load can the bar strike? Momentum must balance over a period, and that fixes the impact phase
-:math:`\varphi`: usually twice. The two branches meet in a **fold**, and beyond it the load pushes too hard for a
+At which moment of the load can the bar strike? Momentum must balance over a period, and this condition usually allows
+two impact phases :math:`\varphi`. The two branches meet in a **fold**, and beyond it the mean load is too large for a
 motion with one impact in every period. The upper branch is stable over a part of its length, the lower one nowhere.
 """
 
@@ -21,7 +21,7 @@ found = stability_plane(pneumatic, restitution, load_factor)  # .phase[branch, l
 edges = boundaries(pneumatic, ("restitution", [restitution]), ("load_factor", 0.0, 2.0), kinds=("fold", "flip"))
 fold, flip = edges.greatest("fold")[0], edges.greatest("flip")[0]
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 for phase, stable in zip(found.phase, found.stable, strict=True):
     ax.plot(load_factor, np.where(stable, phase, np.nan), color="C0", linewidth=2.5)
     ax.plot(load_factor, np.where(stable, np.nan, phase), color="C1", linestyle="--")

@@ -2,9 +2,9 @@
 Where a hammer runs
 ===================
 
-The plane of restitution and load factor falls into three regions. Above the fold there is no motion with one impact
-in every load period; below the flip there is one, but it doubles its period; between the two curves the hammer runs.
-Every point of the curves is solved for as a root, so no grid is needed.
+The plane of restitution and load factor has three regions. Above the fold there is no motion with one impact in every
+load period; below the flip there is one, but its period doubles; between the two curves the hammer runs. Every point
+of the curves is solved for as a root, so no grid is needed.
 """
 
 import matplotlib.pyplot as plt
@@ -18,7 +18,7 @@ restitution = np.linspace(0.0, 0.9, 91)
 edges = boundaries(pneumatic, ("restitution", restitution), ("load_factor", 0.0, 10.0), kinds=("fold", "flip"))
 fold, flip = edges.greatest("fold"), edges.greatest("flip")
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 ax.fill_between(restitution, fold, 3.0, color="0.93")
 ax.fill_between(restitution, flip, fold, color="C0", alpha=0.18, linewidth=0)
 ax.fill_between(restitution, 0.0, flip, color="C4", alpha=0.18, linewidth=0)

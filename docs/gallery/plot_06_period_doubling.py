@@ -2,10 +2,10 @@
 The road below the flip
 =======================
 
-Lower the load factor and the motion with one impact in every period loses its stability: two impacts of different
-phase take turns, then four, and at last no two impacts are alike. Every dot is an impact of a simulation that has
-settled, each simulation begun where the one before it ended. The vertical line is the flip as the theory has it,
-without any simulation.
+As the load factor decreases, the motion with one impact in every period loses its stability: two impacts of different
+phase alternate, then four, and at last no two impacts are alike. Every dot is an impact of a settled simulation; each
+simulation starts where the one before it ended. The vertical line is the flip according to the theory, without any
+simulation.
 """
 
 import matplotlib.pyplot as plt
@@ -28,7 +28,7 @@ for load_factor in load_factors:
     start = Start.rigid(position=0.0, velocity=last.rebound_velocity, time=last.phase)
     dots += [(load_factor, event.phase) for event in motion.events[-64:] if event.kind == "impact"]
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 ax.plot(*np.transpose(dots), ".", color="C0", markersize=1.5, markeredgewidth=0, rasterized=True)
 ax.axvline(flip, color="C1", linewidth=1.5)
 ax.annotate(f"flip at {flip:.4f}", (flip, 1.0), xytext=(5, 0), textcoords="offset points", color="C1")

@@ -2,10 +2,9 @@
 Why a real hydraulic hammer runs
 ================================
 
-A bar keeps its rhythm when the force at the moment of its blow lies in a band about zero: below the mean, and not far
-into the return (the waveform criterion). The square wave of 1977 is at that moment either full on or full off, far
-outside the band. The pressure of a real drifter falls more slowly; it passes through the band, and the blow falls
-there.
+A bar keeps its rhythm if the force at the moment of its blow lies in a band about zero: below the mean, and not far
+below zero (the waveform criterion). At that moment the square wave of 1977 is at one of its two levels, far outside
+the band. The pressure of a real drifter falls more slowly; it passes through the band, and the blow occurs there.
 """
 
 import matplotlib.pyplot as plt
@@ -18,7 +17,7 @@ square = System(s=1e3, d=0.0, restitution=0.2, load=Load.square(1.0, 1.2))
 drifter = load_case("hydraulic-drifter").system()
 phase = np.linspace(0.0, 2.0 * np.pi, 2000)
 
-fig, panels = plt.subplots(1, 2, sharey=True, figsize=(7.2, 3.9))
+fig, panels = plt.subplots(1, 2, sharey=True, figsize=(7.2, 3.9), layout="constrained")
 for ax, system, title in zip(panels, (square, drifter), ("square wave, κ = 1.2", "sample drifter"), strict=True):
     mean = system.load.mean
     ax.plot(phase, system.load.value(phase) / mean, color="C0", linewidth=2)

@@ -2,10 +2,10 @@
 How fast may a valve switch?
 ============================
 
-A design question: a valve takes its time to let the pressure rise and fall. When it switches at once no motion is
-stable. The slower it is, the nearer the force at the moment of the blow comes to the allowed band, and from a certain
-rise time on the hammer keeps its rhythm; when it is slower still there is no such motion any more. Any waveform can
-be tried like this, from its Fourier coefficients.
+A design question: a valve needs time to let the pressure rise and fall. If it switches at once, no motion is stable.
+The slower the valve is, the nearer the force at the moment of the blow comes to the allowed band, and from a certain
+rise time on the hammer keeps its rhythm; if the valve is slower still, there is no such motion. Any other waveform
+can be tested in the same way, from its Fourier coefficients.
 """
 
 import matplotlib.pyplot as plt
@@ -28,7 +28,7 @@ for i, rise in enumerate(rises):
     if orbits:
         margins[i] = max(stability_of(orbit, modes=8).margin for orbit in orbits)
 
-fig, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.6))
+fig, (left, right) = plt.subplots(1, 2, figsize=(7.6, 3.6), layout="constrained")
 phase = np.linspace(0.0, 2.0 * np.pi, 801)
 for rise, colour in ((0.05, "C1"), (0.20, "C0"), (0.35, "C2")):
     left.plot(phase, trapezoid(rise).value(phase), color=colour, label=f"{rise:.0%} of the period")

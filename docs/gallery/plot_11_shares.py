@@ -1,9 +1,9 @@
 """
-How often does it end where?
-============================
+How often is each motion reached?
+=================================
 
-With several motions side by side the question is how often each is reached, and the answer depends on what starts are
-taken. Three distributions of random starts for one hammer; the whiskers are intervals of 95 %. The same seed gives
+If several motions coexist, how often is each one reached? The answer depends on the distribution of the starts. The
+figure shows three distributions of random starts for one hammer; the whiskers are 95 % intervals. The same seed gives
 the same numbers on every machine.
 """
 
@@ -17,7 +17,7 @@ system = System(s=20.0, d=0.0, restitution=0.8, load=Load.harmonic(mean=1.2, amp
 labels = ("z=1/1", "rest", "z=1/2", "z=2/1")
 places = np.arange(len(labels))
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 for i, distribution in enumerate(("wall", "field", "gentle")):
     found = experiment(system, 2000, distribution, seed=1977, modes=0, workers=1)
     share, low, high = np.array([found.labels.get(label, (0.0, 0.0, 0.0)) for label in labels]).T

@@ -2,9 +2,9 @@
 How thick should the rod be?
 ============================
 
-A restitution of one's own: when the hammer strikes a long rod of the same steel, the two cross-sections give the
-coefficient of restitution. A thicker rod throws the piston back harder. The blow then carries less energy and the rod
-takes less of it; the margin tells how far one can go.
+A restitution of your own: if the hammer strikes a long rod of the same steel, the two cross-sections determine the
+coefficient of restitution. A thicker rod throws the piston back faster. The blow then has less energy and the rod
+takes less of it; the margin shows how thick the rod may be.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +22,7 @@ for i, ratio in enumerate(ratios):
         if orbit.admissible:
             delivered[i], margins[i] = si_report(orbit).delivered_energy_J, stability_of(orbit, modes=8).margin
 
-fig, (above, below) = plt.subplots(2, sharex=True)
+fig, (above, below) = plt.subplots(2, sharex=True, layout="constrained")
 above.plot(ratios, delivered, color="C0", linewidth=2)
 above.set(ylabel="delivered energy [J]", title="Sample drifter on rods of other cross-sections")
 above.annotate("no motion", (1.05, 250.0), color="0.4")
