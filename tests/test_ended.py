@@ -69,6 +69,14 @@ def test_a_command_that_has_hardly_begun(tmp_path):
     assert "Traceback" not in err
 
 
+def test_ctrl_c_after_the_answer_changes_nothing():
+    """While Python takes itself down: the command is done, and its exit code stands."""
+    late = "import atexit, os, signal, sys; atexit.register(os.kill, os.getpid(), signal.SIGINT)"
+    script = f"{late}; sys.argv[1:] = ['machines']; from percuss.cli import main; sys.exit(main())"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0 and done.stderr == "" and "hydraulic-drifter" in done.stdout
+
+
 def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
     """A batch system sends it to all processes of a job at once."""
     from percuss.explore.carry.archive import Archive

@@ -47,8 +47,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("\npercuss: interrupted", file=sys.stderr)
         return 130
     finally:
-        if argv is None:  # all that is alive stays so to the end: Python's last look for cycles in it took up to 0.3 s
-            gc.freeze()
+        if argv is None:
+            # The answer is out: a Ctrl-C from here on, while Python takes itself down, would turn the exit code of a
+            # finished command into "killed by SIGINT".
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            gc.freeze()  # all that is alive stays so to the end: Python's last look for cycles took up to 0.3 s
 
 
 def _as_interrupt(_: int, frame: FrameType | None) -> None:
