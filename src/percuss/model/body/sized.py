@@ -120,5 +120,7 @@ class SizedBody(ABC):
         numpy.ndarray
             Shape (modes,), in Hz: λ_n/2π; 0 for a mode that is overdamped.
         """
-        found = self.body(1.0).modes(count("modes", modes, most=1 << 20))
-        return np.asarray(np.sqrt(np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)) / (2.0 * np.pi))
+        rate = 1.0 / self.transit_time  # any would do; with this one the numbers are of order 1
+        found = self.body(rate).modes(count("modes", modes, most=1 << 20))
+        squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
+        return np.asarray(rate * np.sqrt(squares) / (2.0 * np.pi))
