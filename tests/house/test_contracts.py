@@ -9,7 +9,7 @@ import pytest
 
 import percuss
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 PUBLIC = [
     "Bar",
