@@ -25,8 +25,8 @@ from percuss.case.tables import case_of, json_tables, without_recording
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Load
-from percuss.model.recording import read_recording
 from percuss.palette import palette_dict
+from percuss.recordings.recording import read_recording
 from percuss.stability import stability_plane
 from web_client import Client, events
 

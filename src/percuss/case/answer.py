@@ -16,7 +16,7 @@ from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, stea
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import System
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
     from percuss.stability import Stability
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
 

@@ -25,7 +25,7 @@ from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
     from percuss.model import Load, System
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
 
 __all__ = ["Case", "checked_case"]

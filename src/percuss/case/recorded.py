@@ -14,7 +14,7 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.model.checks import Array
-    from percuss.model.recording import Recording
+    from percuss.recordings.recording import Recording
 
 __all__ = ["history_load", "positive_area", "positive_frequency"]
 
@@ -45,7 +45,7 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
     CaseError
         When the recording cannot be read or used, or does not fit the case.
     """
-    from percuss.model.recording import read_recording  # only histories need it
+    from percuss.recordings.recording import read_recording  # only histories need it
 
     path = folder / table.file
     try:

@@ -18,7 +18,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import System
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
     from percuss.simulate import Progress, Summary
 
 __all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]

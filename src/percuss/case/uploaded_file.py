@@ -16,7 +16,7 @@ from percuss.case.recorded import history_load
 from percuss.case.schema import HistoryForce, HistoryLoad, keys_of
 from percuss.case.tables import fourier_table
 from percuss.errors import CaseError, HistoryError
-from percuss.model.vetting import MOST_UPLOADED, vetted
+from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
 
 __all__ = ["FILE", "PACKED", "history_table", "read_here"]
 

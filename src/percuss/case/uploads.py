@@ -14,8 +14,8 @@ from percuss.case.reading import parsed
 from percuss.case.tables import case_of
 from percuss.case.uploaded_file import FILE, PACKED, history_table, read_here
 from percuss.errors import CaseError, HistoryError
-from percuss.model.text_table import LONGEST_LINE
-from percuss.model.vetting import MOST_UPLOADED, plain_mat
+from percuss.recordings.text_table import LONGEST_LINE
+from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
 
 __all__ = ["SUFFIXES", "uploaded_case", "uploaded_history"]
 

@@ -14,7 +14,7 @@ from percuss.cli.ends import ends_section
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer
     from percuss.model import System
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
 
 __all__ = ["steady_report", "system_section"]
 

@@ -8,7 +8,7 @@ from datetime import date
 
 import numpy as np
 
-from percuss.model.checks import Array
+from percuss.recordings.arrays import Array
 
 __all__ = ["is_stamp", "seconds_of"]
 

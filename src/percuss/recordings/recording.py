@@ -16,15 +16,16 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from percuss.errors import HistoryError, UnitError
-from percuss.model.checks import Array
-from percuss.model.columns import Column, find_opposing, find_time, find_values, first_of_two, seconds, value_scale
-from percuss.model.file_formats import READERS
-from percuss.model.gaps import without_gaps
-from percuss.model.table import RATE_REMEDY, Table, as_rate
-from percuss.model.text_table import read_text
+from percuss.errors import HistoryError
+from percuss.recordings.arrays import Array
+from percuss.recordings.columns import Column, find_opposing, find_time, find_values, first_of_two, seconds, value_scale
+from percuss.recordings.file_formats import READERS
+from percuss.recordings.gaps import without_gaps
+from percuss.recordings.options import check_column, file_path, in_hertz, in_seconds
+from percuss.recordings.table import RATE_REMEDY, Table, as_rate
+from percuss.recordings.text_table import read_text
 from percuss.shown import Shown
-from percuss.units import si, unit_scale
+from percuss.units import unit_scale
 
 __all__ = ["MAX_BYTES", "Recording", "read_recording"]
 
@@ -103,13 +104,27 @@ def read_recording(
         When the file cannot be read or what is meant cannot be told; names the file, the cause and the remedy.
     UnitError
         When `unit`, `sample_rate`, `start` or `end` is not such a unit or quantity.
+    ParameterError
+        When `path` is no path, or a column is neither a heading nor a number.
     MissingExtraError
         When the file needs a package of the extra ``[io]`` that is not installed.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "force.csv")
+    ...     _ = file.write_text("time [s],force [kN]\\n" + "".join(f"{i / 100},{i % 10}\\n" for i in range(40)))
+    ...     recording = read_recording(file)
+    >>> recording.quantity, recording.values[:3].tolist()
+    ('force', [0.0, 1000.0, 2000.0])
     """
-    path = Path(path)
+    path = file_path(path)
+    for option, key in (("column", column), ("time_column", time_column), ("opposing_column", opposing_column)):
+        check_column(option, key)
     _check_file(path)
     table = READERS.get(path.suffix.lower(), read_text)(path)
-    rate = None if sample_rate is None else _rate(sample_rate)
+    rate = None if sample_rate is None else in_hertz(sample_rate)
     scale_given = None if unit is None else unit_scale(unit, ("force", "pressure"), "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
         raise HistoryError(
@@ -181,13 +196,6 @@ def _against_clock(table: Table, column: Column | None, rate: float) -> list[str
     return [f"sample_rate = {as_rate(rate)} is used; the time in {table.heading(clock)} says {as_rate(1.0 / step)}"]
 
 
-def _rate(sample_rate: float | str) -> float:
-    rate = si(sample_rate, "frequency" if isinstance(sample_rate, str) else "dimensionless", "sample_rate")
-    if rate <= 0.0:
-        raise UnitError("sample_rate", sample_rate, 'a frequency greater than 0, such as "50 kHz"')
-    return rate
-
-
 # -- is it a usable series --
 
 
@@ -254,8 +262,8 @@ def _cut(
     """The part of the record from `start` to `end`."""
     if start is None and end is None:
         return time, values
-    first = -np.inf if start is None else _moment(start, "from")
-    last = np.inf if end is None else _moment(end, "to")
+    first = -np.inf if start is None else in_seconds(start, "from")
+    last = np.inf if end is None else in_seconds(end, "to")
     used = (time >= first) & (time <= last)
     if not first < last or not np.any(used):
         raise HistoryError(
@@ -265,10 +273,6 @@ def _cut(
             table.file,
         )
     return time[used], [v[used] if v.size == time.size else v for v in values]
-
-
-def _moment(value: float | str, name: str) -> float:
-    return si(value, "time" if isinstance(value, str) else "dimensionless", name)
 
 
 def _check_file(path: Path) -> None:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.model.checks import Array, ComplexArray
-from percuss.model.cycle_phases import TURN, CyclePhases
-from percuss.model.repetition import LEAST_SAMPLES, too_few_cycles, too_few_samples
+from percuss.recordings.arrays import Array, ComplexArray
+from percuss.recordings.cycle_phases import TURN, CyclePhases
+from percuss.recordings.repetition import LEAST_SAMPLES, too_few_cycles, too_few_samples
 
 __all__ = ["MAX_CYCLES", "CycleFit"]
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError, MissingExtraError
-from percuss.model.checks import Array
-from percuss.model.table import Table
-from percuss.model.vetting import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
+from percuss.recordings.arrays import Array
+from percuss.recordings.table import Table
+from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
 from percuss.units import split_header
 
 __all__ = ["READERS"]

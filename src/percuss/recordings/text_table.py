@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.model.checks import Array
-from percuss.model.table import Table, dimension
-from percuss.model.time_stamps import is_stamp
+from percuss.recordings.arrays import Array
+from percuss.recordings.table import Table, dimension
+from percuss.recordings.time_stamps import is_stamp
 from percuss.units import split_header
 
 __all__ = ["LONGEST_LINE", "read_text"]

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from percuss.model.checks import Array, ComplexArray
-from percuss.model.repetition import LEAST_SAMPLES
+from percuss.recordings.arrays import Array, ComplexArray
+from percuss.recordings.repetition import LEAST_SAMPLES
 
 __all__ = ["TURN", "CyclePhases"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.model.checks import Array
-from percuss.model.table import Table
+from percuss.recordings.arrays import Array
+from percuss.recordings.table import Table
 
 __all__ = ["MOST_MISSING", "without_gaps"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.model.checks import Array
+from percuss.recordings.arrays import Array
 
 __all__ = ["clipped_share"]
 

@@ -20,10 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError
-from percuss.model.checks import Array, ComplexArray
-from percuss.model.clipping import clipped_share
-from percuss.model.cycle_fit import MAX_CYCLES, CycleFit
-from percuss.model.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition, unlike
+from percuss.recordings.arrays import Array, ComplexArray
+from percuss.recordings.clipping import clipped_share
+from percuss.recordings.cycle_fit import MAX_CYCLES, CycleFit
+from percuss.recordings.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition, unlike
 from percuss.shown import Shown
 
 __all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from percuss.model.checks import Array
+from percuss.recordings.arrays import Array
 from percuss.units import DIMENSIONS, known_dimension
 
 __all__ = ["RATE_REMEDY", "Table", "as_rate", "dimension"]

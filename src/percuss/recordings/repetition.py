@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.model.checks import Array
+from percuss.recordings.arrays import Array
 
 __all__ = [
     "LEAST_SAMPLES",

@@ -49,7 +49,7 @@ _NUMBERS = range(6, 16)
 
 
 def plain_mat(data: bytes, most: int = MOST_NUMBERS) -> bytes:
-    """The same MATLAB file with its plain arrays of numbers alone, unpacked; one that is HDF5 as it is.
+    """A MATLAB file reduced to its plain arrays of numbers, unpacked; one that is HDF5 is returned as it is.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def vetted_hdf5(path: Path, most: int) -> None:
 
 
 def _vet_attributes(item: Any, h5py: Any) -> None:
-    """Those that the reader looks at are a word or a number."""
+    """Check the attributes that the reader looks at: each must be a word or a number."""
     for name in ("unit", "units", "sample_rate", "fs"):
         if name in item.attrs:
             found = h5py.h5a.open(item.id, name.encode())

@@ -8,9 +8,9 @@ import re
 import numpy as np
 
 from percuss.errors import HistoryError, UnitError
-from percuss.model.checks import Array
-from percuss.model.table import RATE_REMEDY, Table, dimension
-from percuss.model.time_stamps import seconds_of
+from percuss.recordings.arrays import Array
+from percuss.recordings.table import RATE_REMEDY, Table, dimension
+from percuss.recordings.time_stamps import seconds_of
 from percuss.units import TIME_WORDS, split_header, unit_scale
 
 __all__ = ["Column", "find_opposing", "find_time", "find_values", "first_of_two", "seconds", "value_scale"]
