@@ -54,7 +54,7 @@ def rows_of(case: Case) -> dict[str, list[str]]:
 def test_the_starts_are_those_of_an_experiment(name: str) -> None:
     """The same starts and the same ends as `percuss experiment` finds with so many."""
     from percuss.case import experiment_job_of
-    from percuss.explore.ends.experiments import Experiment
+    from percuss.explore.attractors.experiments import Experiment
 
     case = load_case(name)
     ends = ends_of(case, 24)

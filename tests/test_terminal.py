@@ -64,7 +64,7 @@ def test_keys_and_names_of_files(run, tmp_path):
 
 
 def test_what_an_archive_says(run, tmp_path):
-    from percuss.explore.carry.layout import checked
+    from percuss.explore.jobs.archive_layout import checked
 
     assert run("sweep", "mini-breaker", "--x", "restitution=0:0.9:4", "-o", "a.zarr")[0] == 0
     file = tmp_path / "a.zarr" / "zarr.json"

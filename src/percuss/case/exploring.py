@@ -16,8 +16,8 @@ from percuss.model.checks import instance, mapping, several
 from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
-    from percuss.explore.ends.basin import BasinsJob
-    from percuss.explore.ends.experiments import ExperimentJob
+    from percuss.explore.attractors.basin import BasinsJob
+    from percuss.explore.attractors.experiments import ExperimentJob
     from percuss.explore.sweep_job import SweepJob
     from percuss.model import System
     from percuss.simulate import Stop
@@ -95,7 +95,7 @@ def experiment_job_of(
     CaseError, ParameterError, ResonanceError
         When the case cannot be used, or the starts cannot be drawn.
     """
-    from percuss.explore.ends.experiments import experiment_job
+    from percuss.explore.attractors.experiments import experiment_job
 
     checked_case(case)
     simulation = case.simulation()
@@ -128,7 +128,7 @@ def basins_job_of(
     CaseError, ParameterError
         When the case cannot be used, there are no such starts, or a unit is none of the quantity.
     """
-    from percuss.explore.ends.basin import basins_job
+    from percuss.explore.attractors.basin import basins_job
 
     checked_case(case)
     instance("x", x, Axis), instance("y", y, Axis)

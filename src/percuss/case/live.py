@@ -15,8 +15,8 @@ from percuss.case.plain import number
 
 if TYPE_CHECKING:
     from percuss.explore import Experiment
-    from percuss.explore.ends.experiments import ExperimentJob
-    from percuss.explore.job import Columns
+    from percuss.explore.attractors.experiments import ExperimentJob
+    from percuss.explore.jobs.job import Columns
 
 __all__ = ["Watched", "watched_experiment"]
 
@@ -82,7 +82,7 @@ def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool], first: i
         Follow only so many of the starts, those that come first; None for all. They are the same ones, and come to
         the same, as in the whole experiment.
     """
-    from percuss.explore.ends.experiments import Experiment
+    from percuss.explore.attractors.experiments import Experiment
 
     job = replace(job, threads=os.cpu_count() or 1)
     parts: list[Columns] = []

@@ -11,7 +11,7 @@ from percuss.cli.parser import Parser
 
 if TYPE_CHECKING:
     from percuss.cli.blocks import Grid, Report, Section
-    from percuss.explore.carry.archive import Archive
+    from percuss.explore.jobs.archive import Archive
 
 __all__ = ["archive_report", "export", "show"]
 
@@ -41,7 +41,7 @@ def show(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print all of it as JSON, the whole question included")
     options = parser.parsed(arguments)
 
-    from percuss.explore.carry.archive import Archive
+    from percuss.explore.jobs.archive import Archive
 
     with Archive.open(options.archive) as archive:
         if options.json:
@@ -66,8 +66,8 @@ def export(arguments: Sequence[str]) -> int:
     check_target(parser, "-o", options.output)
     need("xarray", "io")
 
-    from percuss.explore.carry.archive import Archive
-    from percuss.explore.carry.exporting import dataset_of, write_csv, write_netcdf
+    from percuss.explore.jobs.archive import Archive
+    from percuss.explore.jobs.archive_export import dataset_of, write_csv, write_netcdf
 
     with Archive.open(options.archive) as archive:
         write = write_csv if options.output.lower().endswith(".csv") else write_netcdf

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.cli.parser import Parser
-    from percuss.explore.carry.progress import JobProgress
-    from percuss.explore.job import Columns, Job
+    from percuss.explore.jobs.job import Columns, Job
+    from percuss.explore.jobs.progress import JobProgress
 
 __all__ = ["Watch", "add_carrying", "carried", "carrying", "check_carrying", "watching"]
 
@@ -71,7 +71,7 @@ def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
         remedy = "an archive is a folder: name it .zarr; 'percuss export' turns it into one NetCDF or CSV file"
         parser.error(f"argument -o: '{options.output}': {remedy}")
     if not options.resume:
-        from percuss.explore.carry.archive import check_free
+        from percuss.explore.jobs.archive import check_free
 
         check_free(options.output)
 
@@ -84,7 +84,7 @@ def carried(parser: Parser, options: argparse.Namespace, job: Job) -> Columns:
     Interrupted
         After Ctrl-C; it says how to go on.
     """
-    from percuss.explore.carry.running import carry_out
+    from percuss.explore.jobs.carrying_out import carry_out
 
     with carrying(parser, options) as running:
         return carry_out(job, **running)
@@ -208,7 +208,7 @@ def _listening(watch: Watch) -> Iterator[Watch]:
 
 
 def _to_go_on(stop: Interrupted, archived: bool) -> str:
-    from percuss.explore.carry.provenance import command
+    from percuss.explore.jobs.provenance import command
 
     if stop.archive is None:
         return "nothing has been written yet" if archived else "-o ARCHIVE saves finished work, for --resume"

@@ -61,7 +61,7 @@ def run(arguments: Sequence[str]) -> int:
     job = experiment_job_of(
         case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts
     )
-    from percuss.explore.ends.experiments import Experiment
+    from percuss.explore.attractors.experiments import Experiment
 
     found = Experiment.of(job, carried(parser, options, job))
     if options.plot is not None:

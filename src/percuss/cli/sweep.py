@@ -87,13 +87,13 @@ def run(arguments: Sequence[str]) -> int:
     case = named_case(options.case)
     job = _job(case, options)
     if options.curves:
-        from percuss.explore.edges.boundary import checked_boundaries
+        from percuss.explore.boundary_curves.boundary import checked_boundaries
 
         checked_boundaries(job.family, **_boundaries(job))
     found = _swept(parser, options, job)
     curves = _curves(parser, job) if options.curves else None
     if options.csv is not None:
-        from percuss.explore.carry.exporting import write_csv
+        from percuss.explore.jobs.archive_export import write_csv
 
         write_csv(found.dataset, options.csv)
     if options.plot is not None:

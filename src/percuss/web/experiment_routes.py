@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from percuss.case import Case
     from percuss.explore import Experiment
-    from percuss.explore.ends.experiments import ExperimentJob
+    from percuss.explore.attractors.experiments import ExperimentJob
     from percuss.web.gate import Halt
     from percuss.web.settings import Limits
 
@@ -210,7 +210,7 @@ def _event(kind: str, what: Any) -> bytes:
 
 
 def _file(found: Experiment, kind: str) -> bytes:
-    from percuss.explore.carry.exporting import write_csv, write_netcdf
+    from percuss.explore.jobs.archive_export import write_csv, write_netcdf
 
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder, f"experiment.{kind}")

@@ -8,9 +8,9 @@ that end it.
 
 from __future__ import annotations
 
-from percuss.explore.edges.lines import Fold, Line, Stretch, orbit_on
-from percuss.explore.edges.parameter_branches import by_parameter
-from percuss.explore.edges.phase_branches import by_phase, heights_of
+from percuss.explore.boundary_curves.lines import Fold, Line, Stretch, orbit_on
+from percuss.explore.boundary_curves.parameter_branches import by_parameter
+from percuss.explore.boundary_curves.phase_branches import by_phase, heights_of
 
 __all__ = ["Fold", "Line", "Stretch", "folds_and_stretches", "orbit_on"]
 

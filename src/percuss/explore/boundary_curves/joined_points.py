@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.explore.edges.crossings import FLIP, SPIRAL, Crossing
-from percuss.explore.edges.grazing import GRAZING
+from percuss.explore.boundary_curves.crossings import FLIP, SPIRAL, Crossing
+from percuss.explore.boundary_curves.grazing import GRAZING
 from percuss.model.checks import Array
 from percuss.shown import Shown
 

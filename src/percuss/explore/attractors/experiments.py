@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.ends.attractors import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.ends.cycles import COLUMNS
-from percuss.explore.ends.experiment_job import ExperimentJob, experiment_job
-from percuss.explore.ends.motions import dataset_of, done, starts_from
-from percuss.explore.ends.shares import Share, share_of, wilson
+from percuss.explore.attractors.cycles import COLUMNS
+from percuss.explore.attractors.experiment_job import ExperimentJob, experiment_job
+from percuss.explore.attractors.grouping import DISTANCE, Attractor, attractors_of, labels, matched
+from percuss.explore.attractors.motion_columns import dataset_of, done, starts_from
+from percuss.explore.attractors.shares import Share, share_of, wilson
 from percuss.explore.family import system_from
-from percuss.explore.job import Columns
+from percuss.explore.jobs.job import Columns
 from percuss.model import System
 from percuss.model.checks import non_negative
 from percuss.shown import Shown
@@ -44,7 +44,7 @@ class Experiment(Shown):
     columns
         One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
     distance
-        What tells attractors of one label apart; see `percuss.explore.ends.attractors.matched`.
+        What tells attractors of one label apart; see `percuss.explore.attractors.grouping.matched`.
     """
 
     system: System
@@ -174,8 +174,9 @@ def experiment(
     starts
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
-        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.ends.starts.named`), a file of starts, `Starts`, or a
-        function that makes them from the seed. More starts than there are rows are drawn from them by chance.
+        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.start_distributions.named`), a file of
+        starts, `Starts`, or a function that makes them from the seed. More starts than there are rows are drawn from
+        them by chance.
     seed
         0 or greater.
     modes
@@ -212,6 +213,6 @@ def experiment(
     """
     job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop, threads=threads)
     apart = non_negative("distance", distance)
-    from percuss.explore.carry.running import carry_out
+    from percuss.explore.jobs.carrying_out import carry_out
 
     return Experiment.of(job, carry_out(job, **running), apart)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.job import Columns, Job
 
 __all__ = ["Sheet", "bytes_of", "check_memory", "runs"]
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.ends.attractors import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.ends.basin_job import BasinsJob, Line, basins_job
-from percuss.explore.ends.cycles import COLUMNS
-from percuss.explore.ends.motions import dataset_of, done, si_attributes, starts_from
-from percuss.explore.ends.shares import Share, share_of
+from percuss.explore.attractors.basin_job import BasinsJob, Line, basins_job
+from percuss.explore.attractors.cycles import COLUMNS
+from percuss.explore.attractors.grouping import DISTANCE, Attractor, attractors_of, labels, matched
+from percuss.explore.attractors.motion_columns import dataset_of, done, si_attributes, starts_from
+from percuss.explore.attractors.shares import Share, share_of
 from percuss.explore.family import system_from
-from percuss.explore.job import Columns
+from percuss.explore.jobs.job import Columns
 from percuss.model import System
 from percuss.model.checks import non_negative
 from percuss.shown import Shown
@@ -184,6 +184,6 @@ def basins(
     """
     job = basins_job(system, x, y, at=at, modes=modes, stop=stop, threads=threads)
     apart = non_negative("distance", distance)
-    from percuss.explore.carry.running import carry_out
+    from percuss.explore.jobs.carrying_out import carry_out
 
     return Basins.of(job, carry_out(job, **running), apart)

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
-from percuss.explore.edges.roots import Function, roots_on
+from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
+from percuss.explore.boundary_curves.roots import Function, roots_on
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse

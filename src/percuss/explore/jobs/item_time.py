@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from percuss.explore.carry.sheet import bytes_of
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.result_columns import bytes_of
 from percuss.model.checks import having
 
 __all__ = ["CHUNK_SECONDS", "Estimate", "Pace", "check_job", "chunk_of", "estimate", "measured"]

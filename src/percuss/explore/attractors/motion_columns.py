@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import MissingExtraError
-from percuss.explore.job import Column, Columns
+from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.quantities import CYCLE_KINDS
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.ends.motions import some
-from percuss.explore.job import Column, Columns
+from percuss.explore.attractors.motion_columns import some
+from percuss.explore.jobs.job import Column, Columns
 from percuss.model.checks import Array
 
 if TYPE_CHECKING:

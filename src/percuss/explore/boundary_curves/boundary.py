@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.explore.carry.progress import JobProgress, Meter
-from percuss.explore.edges.branches import Line, folds_and_stretches
-from percuss.explore.edges.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
-from percuss.explore.edges.curves import FOLD, KINDS, Boundaries, Curve, linked
-from percuss.explore.edges.grazing import GRAZING, grazings
-from percuss.explore.edges.lines import Halted
+from percuss.explore.boundary_curves.branches import Line, folds_and_stretches
+from percuss.explore.boundary_curves.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
+from percuss.explore.boundary_curves.grazing import GRAZING, grazings
+from percuss.explore.boundary_curves.joined_points import FOLD, KINDS, Boundaries, Curve, linked
+from percuss.explore.boundary_curves.lines import Halted
 from percuss.explore.family import Family, family_of
+from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, numbers, several

@@ -23,8 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ArchiveError
-from percuss.explore.carry.ask import differences, digest, parsed
-from percuss.explore.carry.layout import (
+from percuss.explore.jobs.archive_layout import (
     BEGIN,
     DONE,
     FORMAT,
@@ -41,20 +40,21 @@ from percuss.explore.carry.layout import (
     whole_chunks,
     written,
 )
-from percuss.explore.carry.lock import Lock, is_locked
-from percuss.explore.carry.provenance import versions
-from percuss.explore.carry.store import links_in, zarr_package
-from percuss.explore.carry.underway import Record, Underway
-from percuss.explore.carry.undisturbed import undisturbed
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.archive_lock import Lock, is_locked
+from percuss.explore.jobs.deferred_interrupt import undisturbed
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.partial_chunks import Record, Underway
+from percuss.explore.jobs.provenance import versions
+from percuss.explore.jobs.request_text import differences, digest, parsed
+from percuss.explore.jobs.zarr_store import links_in, zarr_package
 from percuss.model.checks import path as checked_path
 from percuss.whole_file import PARTS, synced
 
 __all__ = ["FORMAT", "RESULTS", "Archive", "check_free"]
 
 RESULTS = {
-    "basins": "percuss.explore.ends.basin:Basins.from_archive",
-    "experiment": "percuss.explore.ends.experiments:Experiment.from_archive",
+    "basins": "percuss.explore.attractors.basin:Basins.from_archive",
+    "experiment": "percuss.explore.attractors.experiments:Experiment.from_archive",
     "sweep": "percuss.explore.sweeps:Sweep.from_archive",
 }
 """What makes the result of each kind of job out of an archive: ``module:function``, imported when it is used."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 
 from percuss.errors import ParameterError
-from percuss.explore.ends.attractors import Attractor
+from percuss.explore.attractors.grouping import Attractor
 from percuss.model.checks import count, finite
 from percuss.shown import Shown
 

@@ -14,8 +14,8 @@ import threading
 from types import FrameType, ModuleType
 
 from percuss.errors import PercussError
-from percuss.explore.carry.pool import cores, needs_main, packed
-from percuss.explore.job import Job
+from percuss.explore.jobs.job import Job
+from percuss.explore.jobs.pool import cores, needs_main, packed
 
 __all__ = ["SMALL", "helpers"]
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import ArchiveError
-from percuss.explore.carry.ask import canonical, digest
-from percuss.explore.carry.provenance import command, versions
-from percuss.explore.carry.store import all_synced, store_of, zarr_package
-from percuss.explore.job import Column, Job
+from percuss.explore.jobs.job import Column, Job
+from percuss.explore.jobs.provenance import command, versions
+from percuss.explore.jobs.request_text import canonical, digest
+from percuss.explore.jobs.zarr_store import all_synced, store_of, zarr_package
 
 __all__ = [
     "BEGIN",

@@ -8,15 +8,15 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from percuss.errors import ArchiveError, Interrupted, PercussError
-from percuss.explore.carry.archive import Archive, check_free
-from percuss.explore.carry.helpers import helpers
-from percuss.explore.carry.pace import check_job, estimate
-from percuss.explore.carry.pool import Pool
-from percuss.explore.carry.progress import JobProgress, Meter
-from percuss.explore.carry.sheet import bytes_of
-from percuss.explore.carry.task import Task
-from percuss.explore.carry.undisturbed import undisturbed
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.archive import Archive, check_free
+from percuss.explore.jobs.deferred_interrupt import undisturbed
+from percuss.explore.jobs.item_time import check_job, estimate
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.job_under_way import Task
+from percuss.explore.jobs.pool import Pool
+from percuss.explore.jobs.process_count import helpers
+from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.explore.jobs.result_columns import bytes_of
 from percuss.model.checks import callback, count, flag, having, path
 from percuss.notebook import watched
 
@@ -81,7 +81,7 @@ def carry_out(
     Examples
     --------
     >>> import numpy as np
-    >>> from percuss.explore.job import Column
+    >>> from percuss.explore.jobs.job import Column
     >>> class Squares:
     ...     size, columns, ask = 5, {"square": Column()}, {"kind": "squares", "size": 5}
     ...     def compute(self, first, last, stopped):

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from percuss.explore.job import Column, Columns
+from percuss.explore.jobs.job import Column, Columns
 from percuss.whole_file import replaced
 
 __all__ = ["Record", "Underway"]

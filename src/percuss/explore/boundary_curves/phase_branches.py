@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from percuss.explore.edges.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
+from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients

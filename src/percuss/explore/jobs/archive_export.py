@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import MissingExtraError
-from percuss.explore.carry.archive import Archive
-from percuss.explore.carry.ask import canonical
+from percuss.explore.jobs.archive import Archive
+from percuss.explore.jobs.request_text import canonical
 from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.explore.attractors.cycles import COLUMNS, followed
+from percuss.explore.attractors.motion_columns import start_columns, start_values
 from percuss.explore.axis import Axis
-from percuss.explore.ends.cycles import COLUMNS, followed
-from percuss.explore.ends.motions import start_columns, start_values
 from percuss.explore.family import describe_system
-from percuss.explore.job import ASK_FORMAT, Column, Columns
-from percuss.explore.rough import seconds_of_start
+from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
+from percuss.explore.rough_time import seconds_of_start
 from percuss.model import System
 from percuss.model.checks import Array, count, finite, instance, mapping, numbers
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.ends.cycles import COLUMNS, cycles_of
-from percuss.explore.job import Columns
+from percuss.explore.attractors.cycles import COLUMNS, cycles_of
+from percuss.explore.jobs.job import Columns
 from percuss.model.checks import Array
 from percuss.shown import Shown
 

@@ -19,8 +19,8 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from percuss.errors import PercussError
-from percuss.explore.carry.worker import BAD_JOB, DONE, FAILED, work
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.worker import BAD_JOB, DONE, FAILED, work
 
 __all__ = ["Chunk", "Pool", "Processes", "cores", "needs_main", "packed"]
 

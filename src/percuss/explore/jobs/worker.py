@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from percuss.explore.job import Job
+    from percuss.explore.jobs.job import Job
 
 __all__ = ["BAD_JOB", "DONE", "FAILED", "READY", "work"]
 

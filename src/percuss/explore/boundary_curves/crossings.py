@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.explore.edges.lines import EXACT_SAMPLES, Stretch, orbit_on
-from percuss.explore.edges.roots import Function, bracketed_roots, roots_on
+from percuss.explore.boundary_curves.lines import EXACT_SAMPLES, Stretch, orbit_on
+from percuss.explore.boundary_curves.roots import Function, bracketed_roots, roots_on
 from percuss.model.checks import Array
 from percuss.stability.linear_map import LinearMap, linear_map
 

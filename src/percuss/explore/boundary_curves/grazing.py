@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.edges.crossings import Crossing
-from percuss.explore.edges.lines import GRAZING_SAMPLES, Stretch, orbit_on
-from percuss.explore.edges.roots import bracketed_roots
+from percuss.explore.boundary_curves.crossings import Crossing
+from percuss.explore.boundary_curves.lines import GRAZING_SAMPLES, Stretch, orbit_on
+from percuss.explore.boundary_curves.roots import bracketed_roots
 from percuss.model.checks import Array
 from percuss.steady import Orbit
 from percuss.steady.admissible import a_passage, start_acceleration, stays_off, tops

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from percuss.explore.carry.archive import Archive
-from percuss.explore.carry.helpers import SMALL
-from percuss.explore.carry.pace import Pace, chunk_of, measured
-from percuss.explore.carry.pool import Chunk, Pool, Processes
-from percuss.explore.carry.progress import Meter
-from percuss.explore.carry.sheet import Sheet, check_memory, runs
-from percuss.explore.carry.underway import Record
-from percuss.explore.job import Columns, Job
+from percuss.explore.jobs.archive import Archive
+from percuss.explore.jobs.item_time import Pace, chunk_of, measured
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.partial_chunks import Record
+from percuss.explore.jobs.pool import Chunk, Pool, Processes
+from percuss.explore.jobs.process_count import SMALL
+from percuss.explore.jobs.progress import Meter
+from percuss.explore.jobs.result_columns import Sheet, check_memory, runs
 
 __all__ = ["Task"]
 

@@ -8,12 +8,12 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.errors import ParameterError
-from percuss.explore.ends.cycles import COLUMNS, followed
-from percuss.explore.ends.motions import fingerprint, some, start_columns, start_values
-from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
+from percuss.explore.attractors.cycles import COLUMNS, followed
+from percuss.explore.attractors.motion_columns import fingerprint, some, start_columns, start_values
+from percuss.explore.attractors.start_distributions import DISTRIBUTIONS, drawn, named, own
 from percuss.explore.family import describe_system
-from percuss.explore.job import ASK_FORMAT, Column, Columns
-from percuss.explore.rough import seconds_of_start
+from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
+from percuss.explore.rough_time import seconds_of_start
 from percuss.model import System
 from percuss.model.checks import count, instance
 
