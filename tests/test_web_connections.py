@@ -23,8 +23,8 @@ import httpx
 import uvicorn
 
 from percuss.case import steady_answer
-from percuss.case.reading import MAX_KEYS, parsed
-from percuss.case.tables import case_of
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import MAX_KEYS, parsed
 from percuss.cli import main
 from percuss.cli import serve as serve_command
 from percuss.errors import CaseError, Interrupted, UnitError

@@ -35,7 +35,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from percuss.case import load_case
-from percuss.case.uploads import uploaded_history
+from percuss.case.uploads.upload import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
@@ -371,7 +371,7 @@ def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None
 
 def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     """As is what it takes too long over, or is stopped in."""
-    from percuss.case import apart
+    from percuss.case.uploads import separate_process as apart
 
     data = _hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
     (tmp_path / "recording.h5").write_bytes(data)
@@ -390,7 +390,7 @@ def test_a_large_text_is_read_apart_and_can_be_given_up(monkeypatch: pytest.Monk
     with pytest.raises(Interrupted):
         uploaded_history(rows, "a.csv", options, lambda: True)
     found = uploaded_history(rows, "a.csv", options)
-    monkeypatch.setattr("percuss.case.uploads._SMALL", len(rows))
+    monkeypatch.setattr("percuss.case.uploads.upload._SMALL", len(rows))
     assert found == uploaded_history(rows, "a.csv", options)
 
 

@@ -112,7 +112,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _unknown(word: str) -> str:
-    from percuss.case.suggest import did_you_mean
+    from percuss.case.file_format.suggest import did_you_mean
 
     if word.startswith("-"):
         hint = did_you_mean(word, ["--help", "--version"]) or "the command comes first: percuss COMMAND …"

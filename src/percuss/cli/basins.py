@@ -79,7 +79,7 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.basins(found, case.title), options.plot)
     if options.json:
-        from percuss.case.exploring_json import basins_dict
+        from percuss.case.answers.exploration_json import basins_dict
 
         print(json.dumps(basins_dict(case, found), ensure_ascii=False))
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.numerals import counted, number, percent, quantity
+from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.blocks import BAD, GOOD, Section
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.numerals import number
+from percuss.case.answers.numerals import number
 from percuss.cli.arguments import whole
 from percuss.cli.files import need
 from percuss.errors import Interrupted, PercussError

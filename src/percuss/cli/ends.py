@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.case.ends_told import does, power
-from percuss.case.numerals import counted
+from percuss.case.answers.ends_in_words import does, power
+from percuss.case.answers.numerals import counted
 from percuss.cli.blocks import Section
 from percuss.cli.files import as_typed
 
 if TYPE_CHECKING:
-    from percuss.case.ends import End, Ends
+    from percuss.case.answers.ends import End, Ends
     from percuss.model import System
 
 __all__ = ["ends_section"]

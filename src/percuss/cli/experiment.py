@@ -69,7 +69,7 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.experiment(found, case.title), options.plot)
     if options.json:
-        from percuss.case.exploring_json import experiment_dict
+        from percuss.case.answers.exploration_json import experiment_dict
 
         print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
     else:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from percuss.case.clocked import clock_in_short
-from percuss.case.numerals import counted, number, quantity
+from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.report import system_section
 

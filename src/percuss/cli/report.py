@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.numerals import counted, number, ordinal, percent, quantity
-from percuss.case.summary import every, summary_of
+from percuss.case.answers.first_lines import every, summary_of
+from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
 from percuss.cli.blocks import BAD, GOOD, Report, Section
 from percuss.cli.card import orbit_section
 from percuss.cli.ends import ends_section

@@ -16,7 +16,7 @@ from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
     from percuss.case import Case, SteadyAnswer
-    from percuss.case.ends import Ends
+    from percuss.case.answers.ends import Ends
 
 __all__ = ["run"]
 
@@ -129,7 +129,7 @@ def _answer(name: str, asked: tuple[int, ...], kept: int | None, starts: int | N
 
 def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.ends import STARTS, ends_of, not_followed
+    from percuss.case.answers.ends import STARTS, ends_of, not_followed
 
     if starts == 0:
         return not_followed("none were asked for")

@@ -101,7 +101,7 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
     if options.json:
-        from percuss.case.exploring_json import sweep_dict
+        from percuss.case.answers.exploration_json import sweep_dict
 
         print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
     else:

@@ -8,9 +8,9 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from percuss.case.catalogue import is_machine, load_case
-from percuss.case.reading import parsed
-from percuss.case.tables import case_of
+from percuss.case.catalogue.sample_cases import is_machine, load_case
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError
 from percuss.web.problems import refused
 

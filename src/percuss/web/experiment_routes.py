@@ -17,8 +17,8 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from percuss.case import experiment_job_of
-from percuss.case.exploring_json import experiment_dict
-from percuss.case.live import watched_experiment
+from percuss.case.answers.exploration_json import experiment_dict
+from percuss.case.answers.watched_experiment import watched_experiment
 from percuss.errors import PercussError
 from percuss.web.answering import PROBLEMS, attachment, compiled, gate_of, limits_of
 from percuss.web.asking import ExperimentAsked, ExperimentFileAsked

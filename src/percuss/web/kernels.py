@@ -87,7 +87,7 @@ def load() -> bool:
 
 def _use_multipliers() -> None:
     from percuss.case import load_case
-    from percuss.case.curves import curves_dict
+    from percuss.case.answers.steady_curves import curves_dict
 
     curves_dict(load_case("mini-breaker"), points=3, branches=3)
 

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import simulation_answer
-from percuss.case.frames import motion_frames, orbit_frames
+from percuss.case.answers.motion_frames import motion_frames, orbit_frames
 from percuss.web.answering import (
     PROBLEMS,
     answer_of,

@@ -11,10 +11,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import steady_answer, sweep_job_of
-from percuss.case.curves import boundaries_dict, curves_dict
-from percuss.case.placing import placed
-from percuss.case.quick import quick_dict
-from percuss.case.tables import json_tables
+from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.answers.steady_curves import boundaries_dict, curves_dict
+from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.moved_case import placed
 from percuss.web.answering import PROBLEMS, answer_of, binary, check_steady, limits_of, plain_json
 from percuss.web.asking import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
 from percuss.web.bodies import StrictRoute

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.plain import number, numbers, plain, system_dict
+from percuss.case.answers.json_values import number, numbers, plain, system_dict
 
 if TYPE_CHECKING:
-    from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
+    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
     from percuss.stability import Reduced
 
 __all__ = ["answer_dict"]

@@ -7,11 +7,11 @@ import re
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.clocked import clock_note
-from percuss.case.family import CaseFamily
-from percuss.case.plain import number, plain, system_dict
-from percuss.case.schema import PhysicalCase
-from percuss.case.tables import fourier_table, json_tables
+from percuss.case.answers.clock_note import clock_note
+from percuss.case.answers.json_values import number, plain, system_dict
+from percuss.case.file_format.plain_tables import fourier_table, json_tables
+from percuss.case.file_format.schema import PhysicalCase
+from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import PercussError
 from percuss.explore.family import PARAMETERS
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answer_json import _WAVEFORM, _reduced
-from percuss.case.plain import number, numbers, plain
+from percuss.case.answers.json_values import number, numbers, plain
+from percuss.case.answers.steady_json import _WAVEFORM, _reduced
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
 from percuss.steady import steady_states
 

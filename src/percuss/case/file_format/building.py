@@ -7,10 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from percuss.case.problems import from_parameter, raise_all
-from percuss.case.recorded import history_load, positive_area, positive_frequency
-from percuss.case.running import checked_simulation, checked_start
-from percuss.case.schema import (
+from percuss.case.file_format.problems import from_parameter, raise_all
+from percuss.case.file_format.recorded_load import history_load, positive_area, positive_frequency
+from percuss.case.file_format.schema import (
     BarTable,
     ContactTable,
     FourierForce,
@@ -23,6 +22,7 @@ from percuss.case.schema import (
     SquareForce,
     SquareLoad,
 )
+from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Bar, Contact, Load, System
 from percuss.units import si

@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
-from percuss.case.running import MAX_MODES, start_of
-from percuss.case.schema import HistoryForce, table_fields
-from percuss.case.suggest import did_you_mean
+from percuss.case.file_format.schema import HistoryForce, table_fields
+from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
+from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import ParameterError
 from percuss.explore.family import PARAMETERS, describe_system, refuse_twice, vary
 from percuss.model import System

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.case.numerals import counted, number, quantity
+from percuss.case.answers.numerals import counted, number, quantity
 
 if TYPE_CHECKING:
-    from percuss.case.ends import End, Ends
+    from percuss.case.answers.ends import End, Ends
     from percuss.model import System
 
 __all__ = ["does", "ends_sentence", "power"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.plain import number, numbers
+from percuss.case.answers.json_values import number, numbers
 from percuss.stability import exact_plane, stability_plane, waveform_criterion
 from percuss.steady import steady_states
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.plain import number
+from percuss.case.answers.json_values import number
 
 if TYPE_CHECKING:
     from percuss.case.case import Case

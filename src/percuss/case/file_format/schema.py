@@ -1,9 +1,9 @@
 """What a case file may say: one pydantic model for every table, in the SI form and in the dimensionless form.
 
 The models keep what the file says (SI quantities as text with their units), so that a case can be written back as it
-was read; `percuss.case.building` makes the objects. A new load is a new class in one of the two unions at the end; a
-new table is a new optional field of both cases. The text below a key is what the reference prints; what stands there
-for a key of one load holds for its dimensionless form, and for the loads after it that say nothing.
+was read; `percuss.case.file_format.building` makes the objects. A new load is a new class in one of the two unions at
+the end; a new table is a new optional field of both cases. The text below a key is what the reference prints; what
+stands there for a key of one load holds for its dimensionless form, and for the loads after it that say nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from percuss.case.values import (
+from percuss.case.file_format.values import (
     Area,
     Coefficients,
     Column,
@@ -210,7 +210,7 @@ class StartTable(Table):
 
 
 class PlainStart(StartTable):
-    """The same beside a dimensionless system, which knows no units."""
+    """Where a simulation of a dimensionless system starts: the keys of `StartTable` without units."""
 
     position: PlainNumber | None = None
     velocity: PlainNumber | None = None
@@ -233,7 +233,7 @@ class SimulationTable(Table):
 
 
 class PlainSimulation(SimulationTable):
-    """The same beside a dimensionless system, which knows no units."""
+    """How a dimensionless system is simulated: the keys of `SimulationTable` without units."""
 
     time: PlainNumber | None = None
 

@@ -137,7 +137,7 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
     >>> sum(end.starts for end in ends.ends), sorted(end.label for end in ends.ends)
     (24, ['aperiodic', 'z=1/1'])
     """
-    from percuss.case.exploring import experiment_job_of
+    from percuss.case.answers.exploration_jobs import experiment_job_of
 
     number = count("starts", starts, most=_MOST_STARTS)
     simulation = case.simulation()

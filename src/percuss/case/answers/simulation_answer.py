@@ -65,7 +65,7 @@ class SimulationAnswer(Shown):
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
         """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
-        from percuss.case.simulation_json import simulation_dict
+        from percuss.case.answers.simulation_json import simulation_dict
 
         return simulation_dict(self, None if last is None else count("last", last, least=0))
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.describing import parsed_quantity
-from percuss.case.family import CaseFamily
-from percuss.case.tables import case_of, json_tables, without_recording
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.case.parameters.description import parsed_quantity
 from percuss.errors import ParameterError
 from percuss.explore.family import PARAMETERS
 from percuss.model import Bar, Load
@@ -23,7 +23,7 @@ Tables = dict[str, Any]
 
 
 def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Case:
-    """The case with these parameters, named as `percuss.case.describing.parameters` lists them.
+    """The case with these parameters, named as `percuss.case.parameters.description.parameters` lists them.
 
     What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
     its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
@@ -33,7 +33,7 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
     values
         By name, in the unit that the case uses.
     harmonics
-        See `percuss.case.tables.case_of`.
+        See `percuss.case.file_format.plain_tables.case_of`.
 
     Raises
     ------

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.case.problems import from_parameter
-from percuss.case.schema import HistoryForce, HistoryLoad
-from percuss.case.suggest import did_you_mean
+from percuss.case.file_format.problems import from_parameter
+from percuss.case.file_format.schema import HistoryForce, HistoryLoad
+from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, HistoryError, ParameterError
 from percuss.model import Load
 from percuss.units import si

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from percuss.case.apart import read_apart
-from percuss.case.describing import case_dict
-from percuss.case.reading import parsed
-from percuss.case.tables import case_of
-from percuss.case.uploaded_file import FILE, PACKED, history_table, read_here
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import parsed
+from percuss.case.parameters.description import case_dict
+from percuss.case.uploads.separate_process import read_apart
+from percuss.case.uploads.uploaded_file import FILE, PACKED, history_table, read_here
 from percuss.errors import CaseError, HistoryError
 from percuss.recordings.text_table import LONGEST_LINE
 from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
@@ -87,9 +87,10 @@ def uploaded_history(
 def uploaded_case(
     text: str, data: bytes, name: str, harmonics: int, halt: Callable[[], bool] | None = None
 ) -> dict[str, Any]:
-    """A case file together with the recording that it names, as `percuss.case.describing.case_dict` tells a case.
+    """A case file together with the recording that it names, as plain values.
 
-    The recording is read as the table [load] of the case says; in the answer its harmonics stand in its place.
+    They are those of `percuss.case.parameters.description.case_dict`. The recording is read as the table [load] of the
+    case says; in the answer its harmonics stand in its place.
 
     Parameters
     ----------

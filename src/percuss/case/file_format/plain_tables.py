@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case, _tables
-from percuss.case.schema import HistoryForce, HistoryLoad, PhysicalCase, PlainCase
+from percuss.case.file_format.schema import HistoryForce, HistoryLoad, PhysicalCase, PlainCase
 from percuss.errors import CaseError
 
 if TYPE_CHECKING:

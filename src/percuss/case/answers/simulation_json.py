@@ -6,10 +6,10 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.plain import number, plain, system_dict
+from percuss.case.answers.json_values import number, plain, system_dict
 
 if TYPE_CHECKING:
-    from percuss.case.simulation import SimulationAnswer
+    from percuss.case.answers.simulation_answer import SimulationAnswer
 
 __all__ = ["simulation_dict", "simulation_text"]
 

@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.case.suggest import did_you_mean
+from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, ParameterError
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def machine_text(name: str) -> str:
         known = [machine.name for machine in MACHINES]
         remedy = did_you_mean(name, known) or "see 'percuss machines'"
         raise CaseError(name, "", None, f"no machine of this name; the catalogue has {', '.join(known)}", remedy)
-    return resources.files("percuss.case").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8")
+    return resources.files("percuss.case.catalogue").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8")
 
 
 def uses_history(name: str) -> bool:
@@ -122,7 +122,7 @@ def write_history(path: str | os.PathLike[str]) -> None:
     The net pressure of the two chambers on 6.5 cm²: a mean of 6.197 MPa for 310 J at 60 Hz with R = 0.2, and three
     harmonics; amplitudes are fractions of the mean, angles in rad.
     """
-    from percuss.case.sample_history import write_sample_history
+    from percuss.case.catalogue.sample_history import write_sample_history
 
     shape = (rect(1.0, 0.0), rect(3.3, 0.0), rect(0.5, 0.8), rect(0.25, 2.6))
     write_sample_history(path, pressure_coefficients=[6.197e6 * p for p in shape], frequency=60.0)

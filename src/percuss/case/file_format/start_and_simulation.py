@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.schema import SimulationTable, StartTable
+from percuss.case.file_format.schema import SimulationTable, StartTable
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count
 from percuss.simulate import Start, Stop

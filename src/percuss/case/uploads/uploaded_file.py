@@ -10,11 +10,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from percuss.case.plain import plain
-from percuss.case.problems import from_validation, raise_all
-from percuss.case.recorded import history_load
-from percuss.case.schema import HistoryForce, HistoryLoad, keys_of
-from percuss.case.tables import fourier_table
+from percuss.case.answers.json_values import plain
+from percuss.case.file_format.plain_tables import fourier_table
+from percuss.case.file_format.problems import from_validation, raise_all
+from percuss.case.file_format.recorded_load import history_load
+from percuss.case.file_format.schema import HistoryForce, HistoryLoad, keys_of
 from percuss.errors import CaseError, HistoryError
 from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
 
@@ -28,7 +28,7 @@ FILE = "load.file"
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """As `percuss.case.uploads.uploaded_history`, of a file of ours.
+    """As `percuss.case.uploads.upload.uploaded_history`, of a file of ours.
 
     Raises
     ------

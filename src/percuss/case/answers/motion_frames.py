@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.plain import number, plain
-from percuss.case.stretch import stretch_of
+from percuss.case.answers.framed_stretch import stretch_of
+from percuss.case.answers.json_values import number, plain
 from percuss.errors import ParameterError
 from percuss.simulate.events import IMPACT
 from percuss.steady import steady_states

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from percuss.case.case import Case, checked_case
-from percuss.case.family import CaseFamily
+from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.quantities import DEFAULT_QUANTITIES

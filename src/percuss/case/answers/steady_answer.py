@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.ends import Ends, ends_of, not_followed
 from percuss.case.case import checked_case
-from percuss.case.ends import Ends, ends_of, not_followed
 from percuss.model.checks import count, several
 from percuss.shown import Shown
 from percuss.stability import stability_of
@@ -102,7 +102,7 @@ class SteadyAnswer(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss steady --json` prints it."""
-        from percuss.case.answer_json import answer_dict
+        from percuss.case.answers.steady_json import answer_dict
 
         return answer_dict(self)
 
@@ -120,7 +120,7 @@ def steady_answer(
         Elastic modes for the mode sums and for the multipliers; by default the sums take as many as their
         tolerance needs and the multipliers 32.
     starts
-        How many random starts to follow besides, 0 to 1000; see `percuss.case.ends.ends_of`.
+        How many random starts to follow besides, 0 to 1000; see `percuss.case.answers.ends.ends_of`.
 
     Raises
     ------

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from percuss.case.clocked import clock_in_short
-from percuss.case.ends_told import ends_sentence
-from percuss.case.numerals import number, quantity
+from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.ends_in_words import ends_sentence
+from percuss.case.answers.numerals import number, quantity
 
 if TYPE_CHECKING:
-    from percuss.case.answer import OrbitAnswer, SteadyAnswer
+    from percuss.case.answers.steady_answer import OrbitAnswer, SteadyAnswer
     from percuss.stability import Stability
     from percuss.steady import Rest
 

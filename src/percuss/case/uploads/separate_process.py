@@ -29,7 +29,7 @@ _DIED = "it could not be read within the memory and the time allowed for an uplo
 
 
 def read_apart(path: Path, options: dict[str, Any], halt: Callable[[], bool] | None = None) -> dict[str, Any]:
-    """What `percuss.case.uploaded_file.read_here` finds, found by another process.
+    """What `percuss.case.uploads.uploaded_file.read_here` finds, found by another process.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def read_apart(path: Path, options: dict[str, Any], halt: Callable[[], bool] | N
         When `halt` returned true.
     """
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-    command = [sys.executable, "-P", "-m", "percuss.case.apart"]
+    command = [sys.executable, "-P", "-m", "percuss.case.uploads.separate_process"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     ) as process:
@@ -76,7 +76,7 @@ def _answer(process: subprocess.Popen[bytes], asked: bytes, halt: Callable[[], b
 def _main() -> None:
     asked = json.load(sys.stdin)
     _bound()
-    from percuss.case.uploaded_file import read_here
+    from percuss.case.uploads.uploaded_file import read_here
 
     try:
         found: dict[str, Any] = {"kind": "found", **read_here(Path(asked["path"]), asked["options"])}

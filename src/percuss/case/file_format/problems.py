@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from pydantic import ValidationError
 
-from percuss.case.suggest import did_you_mean
+from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, ParameterError
 
 __all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all"]
