@@ -16,8 +16,8 @@ from percuss.case.answers.clock_note import clock_in_short, clock_note
 from percuss.case.answers.ends import Ends, ends_of
 from percuss.case.answers.ends_in_words import ends_sentence
 from percuss.cli import main
-from percuss.cli.ends import ends_section
-from percuss.cli.report import steady_report
+from percuss.cli.ends_section import ends_section
+from percuss.cli.steady_report import steady_report
 from percuss.model.switching import switching_of
 from percuss.steady import drag_of, greatest_drag
 from percuss.steady.level import level
@@ -184,7 +184,7 @@ def test_json_follows_only_when_asked(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_the_command_that_follows_more_can_be_typed() -> None:
-    from percuss.cli.ends import ends_section
+    from percuss.cli.ends_section import ends_section
 
     ends, system = Ends(1, 0, 100, ()), plain(0.3, 0.5).system()
     for name, typed in (("<stdin>", "-"), ("my case.toml", "'my case.toml'"), ("mini-breaker", "mini-breaker")):

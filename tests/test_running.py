@@ -23,8 +23,9 @@ import pytest
 
 from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
 from percuss import Load, System
-from percuss.cli import carrying, main
-from percuss.cli.carrying import Watch, add_carrying, carried
+from percuss.cli import long_commands as carrying
+from percuss.cli import main
+from percuss.cli.long_commands import Watch, add_carrying, carried
 from percuss.cli.parser import Parser, UsageError
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
 from percuss.explore.attractors.experiment_job import experiment_job

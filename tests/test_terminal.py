@@ -8,8 +8,8 @@ import re
 import pytest
 
 from percuss.cli import main
-from percuss.cli.blocks import Grid, Report, Section
-from percuss.cli.show import show as show_report
+from percuss.cli.report_parts import Grid, Report, Section
+from percuss.cli.report_printing import show as show_report
 from percuss.neutral import neutral, one_line
 
 EVIL = "a\x1b[2J\x1b]0;x\x07\x9b31m\u202eb\rc\x7f"

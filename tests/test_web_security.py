@@ -40,13 +40,13 @@ from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
 from percuss.web import Limits, Settings
-from percuss.web.app import create_app
-from percuss.web.gate import Gate, Lane
-from percuss.web.guard import CONTENT_SECURITY_POLICY
-from percuss.web.problems import Refusal
+from percuss.web.access_checks import CONTENT_SECURITY_POLICY
+from percuss.web.application import create_app
+from percuss.web.client_limits import protocol
+from percuss.web.lanes import Gate, Lane
+from percuss.web.problem_json import Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
-from percuss.web.wire import protocol
 from web_client import BASE, Client, answered, offered, posted
 
 MACHINE = {"machine": "mini-breaker"}

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from percuss.cli.neutral_streams import neutral_streams
 from percuss.cli.parser import UsageError
-from percuss.cli.terminal import neutral_streams
 from percuss.errors import Interrupted, PercussError
 
 __all__ = ["COMMANDS", "run"]

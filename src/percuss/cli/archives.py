@@ -10,7 +10,7 @@ from percuss.cli.files import check_target, need
 from percuss.cli.parser import Parser
 
 if TYPE_CHECKING:
-    from percuss.cli.blocks import Grid, Report, Section
+    from percuss.cli.report_parts import Grid, Report, Section
     from percuss.explore.jobs.archive import Archive
 
 __all__ = ["archive_report", "export", "show"]
@@ -49,7 +49,7 @@ def show(arguments: Sequence[str]) -> int:
 
             print(json.dumps(_json(archive), indent=1, ensure_ascii=False))
         else:
-            from percuss.cli.show import show as shown
+            from percuss.cli.report_printing import show as shown
 
             shown(archive_report(archive, options.archive))
     return 0
@@ -80,7 +80,7 @@ def export(arguments: Sequence[str]) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
+    from percuss.cli.report_parts import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
     sections: list[Section | Grid] = [Section("what was asked for", tuple(_asked(archive)))]
@@ -134,7 +134,7 @@ def _brief(value: Any) -> str:
 
 
 def _axes(archive: Archive) -> Grid | None:
-    from percuss.cli.blocks import Grid
+    from percuss.cli.report_parts import Grid
 
     axes = archive.ask.get("axes")
     if not isinstance(axes, list) or not all(isinstance(axis, dict) and axis.get("values") for axis in axes):
@@ -149,7 +149,7 @@ def _axes(archive: Archive) -> Grid | None:
 
 
 def _columns(archive: Archive) -> Section:
-    from percuss.cli.blocks import Section
+    from percuss.cli.report_parts import Section
 
     rows = []
     for name, column in archive.columns.items():

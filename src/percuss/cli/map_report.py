@@ -10,7 +10,7 @@ import numpy as np
 from percuss.case.answers.clock_note import clock_in_short, clock_note
 from percuss.case.answers.numerals import counted as _counted
 from percuss.case.answers.numerals import number, percent
-from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.explore.quantities import CELL_OUTCOMES, needs
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from percuss.cli.files import need
+from percuss.cli.neutral_streams import raw
 from percuss.cli.parser import Parser
-from percuss.cli.terminal import raw
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import up_to
 from percuss.cli.files import PICTURES, as_typed, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
+from percuss.cli.simulate_arguments import up_to
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
@@ -87,8 +87,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.json:
         print(text)
     else:
-        from percuss.cli.report import steady_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
+        from percuss.cli.steady_report import steady_report
 
         show(steady_report(answer))
     tell_made(options.json, picture=options.plot, report=options.report)

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried, watching
 from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
+from percuss.cli.long_commands import add_carrying, carried, watching
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
+from percuss.cli.simulate_arguments import whole
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -106,7 +106,7 @@ def run(arguments: Sequence[str]) -> int:
         print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
     else:
         from percuss.cli.map_report import sweep_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
 
         show(sweep_report(case.title, found, curves, _ranges(job, found)))
     tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)

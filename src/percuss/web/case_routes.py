@@ -17,10 +17,10 @@ from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moved_case import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
-from percuss.web.answering import PROBLEMS, answer_of, gate_of, limits_of, plain_json
-from percuss.web.asking import CaseAsked, PlaceAsked
-from percuss.web.bodies import StrictRoute, bounded_body
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
+from percuss.web.questions import CaseAsked, PlaceAsked
+from percuss.web.request_bodies import StrictRoute, bounded_body
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, gate_of, limits_of, plain_json
 
 __all__ = ["router"]
 

@@ -20,11 +20,11 @@ from percuss.case import experiment_job_of
 from percuss.case.answers.exploration_json import experiment_dict
 from percuss.case.answers.watched_experiment import watched_experiment
 from percuss.errors import PercussError
-from percuss.web.answering import PROBLEMS, attachment, compiled, gate_of, limits_of
-from percuss.web.asking import ExperimentAsked, ExperimentFileAsked
-from percuss.web.bodies import StrictRoute
-from percuss.web.cases import Memory, case_asked, case_key
-from percuss.web.problems import problem, problems_of, refused
+from percuss.web.asked_cases import Memory, case_asked, case_key
+from percuss.web.problem_json import problem, problems_of, refused
+from percuss.web.questions import ExperimentAsked, ExperimentFileAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import PROBLEMS, attachment, compiled, gate_of, limits_of
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import Experiment
     from percuss.explore.attractors.experiments import ExperimentJob
-    from percuss.web.gate import Halt
+    from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
 
 __all__ = ["router"]

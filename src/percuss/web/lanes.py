@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from percuss.errors import Interrupted
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
 
 if TYPE_CHECKING:
     from starlette.requests import Request

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted, number, percent, quantity
-from percuss.cli.blocks import BAD, GOOD, Section
+from percuss.cli.report_parts import BAD, GOOD, Section
 
 if TYPE_CHECKING:
     from percuss.case import OrbitAnswer

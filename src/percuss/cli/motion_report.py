@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.clock_note import clock_in_short
 from percuss.case.answers.numerals import counted, number, quantity
-from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.report import system_section
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.cli.steady_report import system_section
 
 if TYPE_CHECKING:
     from percuss.case import SimulationAnswer

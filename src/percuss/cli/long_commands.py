@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.numerals import number
-from percuss.cli.arguments import whole
 from percuss.cli.files import need
+from percuss.cli.simulate_arguments import whole
 from percuss.errors import Interrupted, PercussError
 from percuss.notebook import duration
 

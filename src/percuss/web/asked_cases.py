@@ -12,11 +12,11 @@ from percuss.case.catalogue.sample_cases import is_machine, load_case
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.web.asking import CaseAsked
+    from percuss.web.questions import CaseAsked
 
 __all__ = ["Memory", "case_asked", "case_key", "is_known"]
 

@@ -11,16 +11,16 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.halting import halting
-from percuss.web.cases import case_asked, case_key, is_known
-from percuss.web.gate import Halt
-from percuss.web.problems import refused
+from percuss.web.asked_cases import case_asked, case_key, is_known
+from percuss.web.lanes import Halt
+from percuss.web.problem_json import refused
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.model import System
-    from percuss.web.asking import CaseAsked
-    from percuss.web.gate import Gate
-    from percuss.web.kernels import Kernels, Part
+    from percuss.web.kernel_loading import Kernels, Part
+    from percuss.web.lanes import Gate
+    from percuss.web.questions import CaseAsked
     from percuss.web.settings import Limits
 
 __all__ = [
@@ -98,7 +98,7 @@ async def answer_of(
     Raises
     ------
     Refusal, PercussError
-        See `percuss.web.gate.Lane.run`, and what the work raises.
+        See `percuss.web.lanes.Lane.run`, and what the work raises.
     """
     limits = limits_of(request)
     if kernels is not None and not request.app.state.kernels.work(kernels):
@@ -184,7 +184,7 @@ def plain_json(tree: Any, status: int = 200) -> Response:
 
 
 def binary(data: bytes) -> Response:
-    """What `percuss.web.packing.packed` made."""
+    """What `percuss.web.packed_arrays.packed` made."""
     return Response(data, media_type="application/octet-stream")
 
 

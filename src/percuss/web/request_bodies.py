@@ -11,7 +11,7 @@ from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
 from percuss.web.settings import Limits
 
 __all__ = ["StrictRoute", "bounded_body", "strict_json"]

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.first_lines import every, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
-from percuss.cli.blocks import BAD, GOOD, Report, Section
-from percuss.cli.card import orbit_section
-from percuss.cli.ends import ends_section
+from percuss.cli.ends_section import ends_section
+from percuss.cli.orbit_section import orbit_section
+from percuss.cli.report_parts import BAD, GOOD, Report, Section
 
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer

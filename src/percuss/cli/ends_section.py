@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.ends_in_words import does, power
 from percuss.case.answers.numerals import counted
-from percuss.cli.blocks import Section
 from percuss.cli.files import as_typed
+from percuss.cli.report_parts import Section
 
 if TYPE_CHECKING:
     from percuss.case.answers.ends import End, Ends

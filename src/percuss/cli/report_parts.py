@@ -30,7 +30,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Report:
-    """What `percuss.cli.show` prints."""
+    """What `percuss.cli.report_printing` prints."""
 
     title: str
     summary: str

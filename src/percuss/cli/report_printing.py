@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.cli.blocks import Grid, Report, Section
+from percuss.cli.report_parts import Grid, Report, Section
 from percuss.neutral import one_line
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.errors import MissingExtraError
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable

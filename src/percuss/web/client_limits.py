@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
-from percuss.web.crowd import Crowd
-from percuss.web.guard import overcrowded, plain_refusal
+from percuss.web.access_checks import overcrowded, plain_refusal
+from percuss.web.connected_clients import Crowd
 
 if TYPE_CHECKING:
     from percuss.web.settings import Limits
@@ -30,7 +30,7 @@ def protocol(limits: Limits) -> type[asyncio.Protocol]:
     uvicorn bounds none of this: a header without an end would fill the memory, and silent connections would take all
     places before anything looks at a token; one byte between two requests puts off its time for the next one for good,
     and a client that does not read holds its connection as long as it likes. `head_bytes` also bounds what is sent
-    around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.bodies`.
+    around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.request_bodies`.
     """
     crowd = Crowd(limits)
     look = min(1.0, limits.head_seconds / 4.0, limits.idle_seconds / 4.0, limits.write_seconds / 4.0)

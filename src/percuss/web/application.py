@@ -17,13 +17,13 @@ from starlette.responses import Response
 from percuss._version import __version__
 from percuss.errors import PercussError
 from percuss.web import case_routes, experiment_routes, motion_routes, report_routes, steady_routes
-from percuss.web.answering import plain_json
-from percuss.web.gate import Gate
-from percuss.web.guard import Guard
-from percuss.web.kernels import Kernels
-from percuss.web.problems import Refusal, problem, problems_of
+from percuss.web.access_checks import Guard
+from percuss.web.kernel_loading import Kernels
+from percuss.web.lanes import Gate
+from percuss.web.page_files import Shelf
+from percuss.web.problem_json import Refusal, problem, problems_of
 from percuss.web.settings import Settings
-from percuss.web.static import Shelf
+from percuss.web.shared_by_routes import plain_json
 
 __all__ = ["create_app"]
 
