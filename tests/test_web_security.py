@@ -194,7 +194,7 @@ def test_every_answer_carries_the_policy(client: Client) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        "/static/../app.py",
+        "/static/../application.py",
         "/static/..%2fapp.py",
         "/static/%2e%2e/%2e%2e/cli/app.py",
         "/static//etc/passwd",

@@ -117,7 +117,7 @@ def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: 
 
 
 def _ranges(axis: Axis, parts: Sequence[Range]) -> str:
-    """Where it is so; an end that is not the axis' is solved for, and has more digits."""
+    """The ranges of an axis where a quantity is true; an end inside the axis is solved for and has more digits."""
     if not parts:
         return "nowhere"
     unit = f" {axis.unit}" if axis.unit else ""

@@ -203,7 +203,7 @@ def _values(mean: float, each: tuple[float, ...] | None, shown: Callable[[float]
 
 
 def _which(figures: Summary) -> str:
-    """Of which blows a speed or an energy is told."""
+    """The words that say over which blows a speed or an energy is the mean."""
     blows = "main blows" if _chatters(figures) else "blows"
     if figures.cycle_velocities is None:
         return f" (mean of the {blows})"

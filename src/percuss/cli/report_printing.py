@@ -27,7 +27,7 @@ def show(report: Report) -> None:
 
 
 def _neutral(report: Report) -> Report:
-    """The same with all its texts in their places: none begins a line of its own or steers the terminal."""
+    """A copy of the report in which no text begins a line of its own or steers the terminal."""
     sections: list[Section | Grid] = []
     for part in report.sections:
         heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)

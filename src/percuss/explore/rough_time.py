@@ -12,12 +12,12 @@ _FUNCTION = 1e-3
 
 
 def seconds_of_start(modes: int) -> float:
-    """Of a start that is followed until its motion is found."""
+    """Seconds that it takes to follow one start until its motion is found."""
     return 3e-4 * (1.0 + modes / 8.0)
 
 
 def seconds_of_cell(groups: Collection[str], modes: int, simulated: int, functions: int = 0) -> float:
-    """Of a cell of a map for which these groups of quantities are computed, by itself.
+    """Seconds that one cell of a map takes, computed by itself, for these groups of quantities.
 
     Parameters
     ----------
@@ -39,5 +39,5 @@ def seconds_of_cell(groups: Collection[str], modes: int, simulated: int, functio
 
 
 def seconds_of_plane_cell(groups: Collection[str], modes: int) -> float:
-    """Of a cell of a map that arrays compute at once."""
+    """Seconds that one cell takes in a map whose cells are computed at once, as arrays."""
     return sum(_OF_ARRAYS.get(group, 0.0) for group in groups) * (1.0 + (modes / 32.0) ** 2)

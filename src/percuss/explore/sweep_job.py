@@ -82,7 +82,7 @@ class SweepJob:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the map."""
+        """Numbers of cells along the axes of the map."""
         return tuple(len(axis) for axis in self.axes)
 
     @property
@@ -119,7 +119,7 @@ class SweepJob:
 
     @property
     def columns(self) -> Mapping[str, Column]:
-        """Those of the quantities, and the outcome."""
+        """The columns of the quantities asked for, and the outcome of each cell."""
         own = {name: Column(meaning=f"of {_qualified(function)}") for name, function in self.functions}
         return {**columns_of(self.quantities, self.is_si), **own}
 

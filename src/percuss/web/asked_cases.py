@@ -79,7 +79,7 @@ _cases: Memory[Case] = Memory(64, 1_000_000, lambda key, _: len(key))
 
 
 def case_key(asked: CaseAsked) -> str:
-    """The same text for the same case."""
+    """A text that is the same for two requests when they ask for the same case."""
     if asked.machine is not None:
         return f"machine {asked.machine}"
     if asked.toml is not None:

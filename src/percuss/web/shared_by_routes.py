@@ -222,5 +222,5 @@ def simulated_case(
 
 
 def motion_key(asked: CaseAsked, start: Mapping[str, Any] | None, simulation: Mapping[str, Any] | None) -> str:
-    """The same text for the same simulation."""
+    """A text that is the same for two requests when they ask for the same simulation."""
     return f"{case_key(asked)} {json.dumps([start, simulation], sort_keys=True)}"

@@ -33,7 +33,7 @@ def clock_note(load: Load) -> str:
 
 
 def clock_in_short(load: Load) -> str:
-    """The same for the first lines, of a recorded load only; or ""."""
+    """The shorter sentence that the first lines of an answer have for a recorded load that switches; else ""."""
     if load.report is None or switching_of(load) is None:
         return ""
     return (

@@ -118,5 +118,5 @@ def _nested(values: np.ndarray[Any, Any]) -> Any:
 
 
 def _number(value: float | int) -> float | int | str | None:
-    """As JSON has it; −∞, the Lyapunov exponent of what comes to rest, is a word."""
+    """A number as JSON can hold it; −∞, the Lyapunov exponent of a motion that comes to rest, becomes a word."""
     return "-inf" if value == -np.inf else number(value)

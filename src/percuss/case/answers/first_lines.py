@@ -37,7 +37,7 @@ class Summary:
 
     @property
     def text(self) -> str:
-        """All of it."""
+        """All sentences of the summary as one text."""
         return f"{self.headline} {self.more}".rstrip()
 
 

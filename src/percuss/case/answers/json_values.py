@@ -42,7 +42,7 @@ def number(value: Any) -> float | int | None:
 
 
 def numbers(values: Iterable[Any]) -> list[float | int | None]:
-    """Each as `number` has it."""
+    """A list of the values, each as `number` gives it: finite or None."""
     if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isfinite(values).all():
         found: list[float | int | None] = values.tolist()
         return found

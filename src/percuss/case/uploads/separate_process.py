@@ -90,7 +90,7 @@ def _main() -> None:
 
 
 def _bound() -> None:
-    """Where the system can: little memory and processor, no file written, no trace of a crash left."""
+    """Limit this process, as far as the operating system can: memory, processor time, no files, no core dump."""
     with suppress(ImportError):  # of Windows
         import resource
 

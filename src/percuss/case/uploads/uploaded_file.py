@@ -28,7 +28,7 @@ FILE = "load.file"
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """As `percuss.case.uploads.upload.uploaded_history`, of a file of ours.
+    """What `percuss.case.uploads.upload.uploaded_history` answers, read from a file that we have named.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def history_table(file: str, options: dict[str, Any]) -> HistoryForce:
 
 
 def _without(error: CaseError, folder: str) -> CaseError:
-    """The same problem without the name of our file."""
+    """A copy of the error whose texts do not tell where our file lies."""
     value = None if error.key == FILE else error.value
     return CaseError("upload", error.key, value, _clean(error.accepted, folder), _clean(error.remedy, folder))
 

@@ -69,7 +69,7 @@ class Share(Shown):
 
     @property
     def label(self) -> str:
-        """Of the motion, as `Trajectory.label`."""
+        """The label of the motion, as `Trajectory.label` gives it."""
         return self.attractor.label
 
     @property

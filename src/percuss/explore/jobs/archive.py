@@ -235,7 +235,7 @@ class Archive:
 
     @property
     def fraction(self) -> float:
-        """Of the items that are done, 0 to 1."""
+        """The share of the items that are done, 0 to 1."""
         return self.items_done / self.size if self.size else 1.0
 
     @property
@@ -245,7 +245,7 @@ class Archive:
 
     @property
     def versions(self) -> dict[str, str]:
-        """Of this package, Python and the libraries that began it."""
+        """The versions of this package, Python and the libraries with which the archive was begun."""
         return dict(self.sessions[0]["versions"])
 
     @property

@@ -125,7 +125,7 @@ def _axes(archive: Archive) -> dict[str, tuple[list[Any], str]]:
 
 
 def _row_dims(dataset: xarray.Dataset) -> tuple[str, ...]:
-    """Of the first variable, but for those that others do not have: several numbers of one item."""
+    """The dimensions whose places are the rows: those of the first variable that all related variables have too."""
     every = [set(variable.dims) for variable in dataset.data_vars.values()]
     first = next(iter(dataset.data_vars.values())).dims
     related = [dims for dims in every if first[0] in dims]

@@ -65,7 +65,7 @@ class Task:
     def columns(
         self, archive: str | os.PathLike[str] | None, workers: int, pool: Pool | None, chunk: int | None
     ) -> Columns:
-        """All of it."""
+        """Compute what is missing of the job, and give all its columns."""
         asked = chunk if not self.chunk else self.chunk
         self.chunk_asked = chunk is not None
         at_once = max(1, pool.workers) if pool is not None else workers

@@ -190,7 +190,7 @@ class Processes:
         self._waiting.clear()
 
     def close(self) -> None:
-        """As `cancel`: taking leave would take a second."""
+        """End the processes at once, as `cancel` does: letting them end by themselves would take a second."""
         self.cancel()
 
     def __enter__(self) -> Processes:

@@ -122,7 +122,7 @@ class Meter:
         return self.stopped
 
     def __call__(self) -> bool:
-        """As `tell`, but not too often: this is what jobs ask while they compute."""
+        """Whether the job is to stop, asked by jobs while they compute: calls `tell`, but not too often."""
         if not self.stopped and time.monotonic() - self._looked >= _LOOK:
             self.tell()
         return self.stopped

@@ -44,7 +44,7 @@ def work(connection: Connection[Any, Any]) -> None:
 
 
 def _end_with_parent() -> None:
-    """Also when it was killed: its end of a pipe closes, whatever it dies of."""
+    """End this process when its parent dies, even when killed: the parent's end of a pipe closes in any case."""
     parent = parent_process()
     if parent is not None:
         parent.join()

@@ -58,7 +58,7 @@ def _kind() -> Any:
     package = zarr_package()
 
     class DurableStore(package.storage.LocalStore):  # type: ignore[misc, name-defined]  # zarr is imported late
-        """As zarr's own, whose files may be empty after a power cut."""
+        """zarr's folder store, made durable: files of zarr's own may be empty after a power cut."""
 
         async def set(self, key: str, value: Any) -> None:
             if not self._is_open:
