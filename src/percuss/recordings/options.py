@@ -36,7 +36,7 @@ def check_column(name: str, key: object) -> None:
     ParameterError
         When `key` is neither text nor a whole number.
     """
-    if key is not None and (isinstance(key, bool) or not isinstance(key, str | int)):
+    if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
         raise ParameterError(name, key, "the heading of a column, or its number from 1")
 
 
