@@ -110,9 +110,7 @@ def flights(body: Body, at: int, period: float, modes: int) -> tuple[Modes, Prop
     return known, step
 
 
-def free_sum(
-    omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array, rows: Array
-) -> tuple[Array, Array]:
+def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
     """Σ_n rows[i, n] z_n(t) and its derivative for free oscillators z_n: the free motion of the bar.
 
     Parameters
