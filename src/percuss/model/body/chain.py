@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from percuss.model.checks import Array, ComplexArray
 
-__all__ = ["Chain", "sinc_deficit"]
+__all__ = ["Chain", "Numbers", "chain", "sinc_deficit"]
+
+Numbers = npt.NDArray[np.intp]
+"""Numbers of sections, from 0 on."""
 
 _SERIES_BELOW = 0.5
 
@@ -71,13 +74,13 @@ class Chain:
         steps = pairwise(self.impedance.tolist())
         return float(sum(np.arcsin(abs(one - other) / (one + other)) for one, other in steps))
 
-    def locate(self, x: Array) -> tuple[npt.NDArray[np.intp], Array]:
+    def locate(self, x: Array) -> tuple[Numbers, Array]:
         """The section of each point, the later one at a step, and the time of a wave from its start to the point."""
         section = np.searchsorted(self.start[1:], x, side="right")
         share = np.clip((x - self.start[section]) / self.width[section], 0.0, 1.0)
         return section, share * self.transit[section]
 
-    def masses(self, section: npt.NDArray[np.intp], time: Array) -> tuple[Array, Array]:
+    def masses(self, section: Numbers, time: Array) -> tuple[Array, Array]:
         """Mass on both sides of points; neither is a difference from 1."""
         z, left = self.impedance[section], self.transit[section] - time
         return self.before[section] + z * time, self.after[section + 1] + z * left

@@ -1,10 +1,10 @@
 """Receptance of a chain of sections at complex frequencies: all its modes together, by transfer matrices.
 
-U is the motion with unit displacement at a free end, M the mass that lies behind a point, each times its displacement:
-the force there is −z²M. U_L comes from the driven end, U_R from the striking end, and w = U_L M_R + U_R M_L is the same
-everywhere. The answer to a unit force at p is −U_L(a) U_R(b)/(z² w), a the nearer to the driven end of x and p. Its
-rigid part −1/z² is taken off. Well below the first mode that would cancel, so there U = 1 − z²D and M = m − z²Q are told
-by D and Q, and z² drops out of the difference.
+U is the motion with unit displacement at a free end, M the sum of all mass between there and a point, each part times
+its displacement: the force at the point is −z²M. U_L comes from the driven end, U_R from the striking end, and
+w = U_L M_R + U_R M_L is the same everywhere. The answer to a unit force at p is −U_L(a) U_R(b)/(z² w), a the one of x
+and p that is nearer to the driven end, b the other. Its rigid part −1/z² is taken off. Well below the first mode that
+would cancel, so there U = 1 − z²D and M = m − z²Q are told by D and Q, and z² drops out of the difference.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from percuss.model.body.chain import Chain, sinc_deficit
+from percuss.model.body.chain import Chain, Numbers, sinc_deficit
 from percuss.model.checks import Array, ComplexArray
 
 __all__ = ["elastic_receptance"]
@@ -98,45 +97,44 @@ def _both(
     return (left, _motion(turned, z, sections.size - 1 - section, rest, slow)), masses
 
 
-def _motion(sections: Chain, z: ComplexArray, section: npt.NDArray[np.intp], time: Array, slow: bool) -> _Motion:
+def _motion(sections: Chain, z: ComplexArray, section: Numbers, time: Array, slow: bool) -> _Motion:
     """The motion from the first section's start on, at points; shapes (K, len(section))."""
-    state = _Motion(np.zeros_like(z), np.zeros_like(z), np.zeros(z.size))
-    if not slow:
-        state = state._replace(first=np.ones_like(z))
-    last = int(section.max(initial=0))
-    starts = [state]
-    for i in range(last):
-        impedance, tau = float(sections.impedance[i]), float(sections.transit[i])
-        starts.append(_along(starts[-1], z, impedance, tau, sections.before[i] if slow else None))
+    still = np.zeros_like(z)
+    starts = [_Motion(still if slow else still + 1.0, still, np.zeros(z.size))]
+    z_i, tau, m = sections.impedance, sections.transit, sections.before
+    for i in range(int(section.max(initial=0))):
+        here = starts[-1]
+        starts.append(_deviating(here, z, z_i[i], tau[i], m[i]) if slow else _growing(here, z, z_i[i], tau[i]))
     at = _Motion(*(np.stack(parts, axis=-1)[:, section] for parts in zip(*starts, strict=True)))
-    before = sections.before[section] if slow else None
-    return _along(at, z[:, None], sections.impedance[section], time, before)
+    z = z[:, None]
+    return _deviating(at, z, z_i[section], time, m[section]) if slow else _growing(at, z, z_i[section], time)
 
 
-def _along(
-    state: _Motion, z: ComplexArray, impedance: Array | float, time: Array | float, before: Array | float | None
-) -> _Motion:
-    """The motion after some time of a wave along a section; `before`, the mass behind its start, makes it (D, Q)."""
+def _growing(state: _Motion, z: ComplexArray, impedance: Array, time: Array) -> _Motion:
+    """(U, M) after some time of a wave along a section, its growth in the logarithm."""
     q = z * time
-    if before is not None:
-        cosine, deficit = np.cos(q), sinc_deficit(q)
-        sine, bend = time * (1.0 - deficit), 2.0 * (time * (1.0 - sinc_deficit(0.5 * q)) * 0.5) ** 2
-        lag = np.asarray(time) ** 3 * _cubic(q)
-        d, rest = state.first, state.second
-        moved = before - z * z * rest
-        return _Motion(
-            bend + d * cosine + moved * sine / impedance,
-            before * bend + rest * cosine + impedance * (lag + d * sine),
-            state.log,
-        )
-    depth = -q.imag
-    clipped = q.real - 1j * np.minimum(depth, _DEEP)
-    scale = np.exp(-np.minimum(depth, _DEEP))
-    cosine, sine = np.cos(clipped) * scale, np.sin(clipped) * scale / z
+    depth = np.minimum(-q.imag, _DEEP)
+    scale = np.exp(-depth)
+    cosine, sine = np.cos(q.real - 1j * depth) * scale, np.sin(q.real - 1j * depth) * scale / z
     u = state.first * cosine - z * z * state.second * sine / impedance
     m = state.second * cosine + impedance * state.first * sine
     size = np.abs(u) + np.abs(z * m) / impedance
-    return _Motion(u / size, m / size, state.log + depth + np.log(size))
+    return _Motion(u / size, m / size, state.log - q.imag + np.log(size))
+
+
+def _deviating(state: _Motion, z: ComplexArray, impedance: Array, time: Array, before: Array) -> _Motion:
+    """(D, Q) after some time of a wave along a section; `before` is the mass behind its start."""
+    d, rest, _ = state
+    q = z * time
+    cosine = np.cos(q)
+    sine = time * (1.0 - sinc_deficit(q))  # sin(zt)/z
+    bend = 0.5 * (time * (1.0 - sinc_deficit(0.5 * q))) ** 2  # (1 − cos zt)/z²
+    lag = time**3 * _cubic(q)  # (t − sin(zt)/z)/z²
+    return _Motion(
+        bend + d * cosine + (before - z * z * rest) * sine / impedance,
+        before * bend + rest * cosine + impedance * (lag + d * sine),
+        state.log,
+    )
 
 
 def _cubic(q: ComplexArray) -> ComplexArray:

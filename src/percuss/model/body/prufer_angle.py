@@ -1,8 +1,8 @@
 """Modes of a chain of sections by the Prüfer angle: every one of them, in order, without a determinant.
 
 With u = r cos θ and N/(Zω) = r sin θ the angle grows by ωτ along a section and stays in its quadrant at a step, where
-tan θ' = (Z/Z') tan θ. The angle Θ(ω) at the far end grows with ω, and mode n is the one root of Θ(ω) = nπ: no mode can be
-missed, and none is found twice. Angles are kept as a number of half turns and a unit vector with c = cos ≥ 0: nothing
+tan θ' = (Z/Z') tan θ. The angle Θ(ω) at the far end grows with ω, and mode n is the one root of Θ(ω) = nπ: no mode can
+be missed, and none is found twice. Angles are kept as a number of half turns and a unit vector with cos θ ≥ 0: nothing
 is lost near the quarter turns, where a step of 10⁶ leaves nearly all angles.
 """
 
@@ -141,7 +141,7 @@ def _waves(sections: Chain, omega: Array, numbers: Array) -> ComplexArray:
     """
     left, right = _march(sections, omega), _march(sections.mirrored, omega)
     phases = np.outer(sections.transit, omega)
-    back = _March(*(values[::-1] for values in right[:3]), *right[3:])
+    back = right._replace(vectors=right.vectors[::-1], turns=right.turns[::-1], growths=right.growths[::-1])
     apart = (left.turns + back.turns - numbers) * np.pi + np.angle(left.vectors) + np.angle(back.vectors) + phases
     weight = np.log(sections.impedance)[:, None] + left.growths + back.growths
     near = np.abs(apart) <= np.maximum(0.5 * np.pi, np.abs(apart).min(axis=0))
@@ -155,6 +155,6 @@ def _waves(sections: Chain, omega: Array, numbers: Array) -> ComplexArray:
     units, growths = np.where(before, from_left, from_right), np.where(before, left.growths, growths)
     sizes = np.exp(growths - growths.max(axis=0))
     middles = (units * np.exp(0.5j * phases)).real ** 2  # cos² at the middle of the section
-    shares = 2.0 * middles - (2.0 * middles - 1.0) * sinc_deficit(phases).real
+    shares = 2.0 * middles - (2.0 * middles - 1.0) * sinc_deficit(phases.astype(complex)).real
     mass = np.einsum("kn,k,kn->n", sizes**2, 0.5 * sections.impedance * sections.transit, shares)
     return np.asarray(units * (sizes / np.sqrt(mass)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, Shape
-from percuss.model.body.chain import Chain, chain
+from percuss.model.body.chain import Chain, Numbers, chain
 from percuss.model.body.chain_receptance import elastic_receptance
 from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
 from percuss.model.body.prufer_angle import Waves, waves
@@ -155,7 +155,7 @@ def _sections(name: str, values: object) -> tuple[float, ...]:
         raise ParameterError(name, f"{found.size} sections", accepted)
     if not found.max() <= _MOST_RATIO * found.min():
         raise ParameterError(name, values, f"numbers that differ by at most a factor {_MOST_RATIO:g}")
-    return tuple((found / 1.0).tolist())
+    return tuple(found.tolist())
 
 
 def _bending(bar: Chain, x: Array) -> tuple[Array, Array, Array]:
@@ -170,7 +170,7 @@ def _bending(bar: Chain, x: Array) -> tuple[Array, Array, Array]:
     return behind[0][section] + first, behind[1][section] + second, ahead[section + 1] + third
 
 
-def _pieces(bar: Chain, section: Array, start: Array, end: Array) -> tuple[Array, Array, Array]:
+def _pieces(bar: Chain, section: Numbers, start: Array, end: Array) -> tuple[Array, Array, Array]:
     """The three integrals over parts of sections, whose forces are linear along them."""
     (m, n), (mm, nn) = bar.masses(section, start), bar.masses(section, end)
     share = (end - start) / bar.impedance[section]
