@@ -97,9 +97,9 @@ def chain(
 
 def sinc_deficit(q: ComplexArray) -> ComplexArray:
     """1 − sin q/q without cancellation near 0, where it is q²/6; any shape."""
-    square = np.where(np.abs(q) < _SERIES_BELOW, q * q, 0.0)
+    near = np.abs(q) < _SERIES_BELOW
+    square, far = np.where(near, q, 0.0) ** 2, np.where(near, 1.0, q)
     total = np.zeros_like(square)
     for j in range(9, 0, -1):
         total = square / (2 * j * (2 * j + 1)) * (1.0 - total)
-    far = np.where(square == 0.0, q, 1.0)
-    return np.asarray(np.where((square == 0.0) & (q != 0.0), 1.0 - np.sin(far) / np.where(far == 0.0, 1.0, far), total))
+    return np.asarray(np.where(near, total, 1.0 - np.sin(far) / far))
