@@ -14,6 +14,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
+from percuss.model.body import Body
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -22,7 +23,7 @@ from percuss.stability.plane import Plane, stability_plane
 from percuss.steady import Orbit
 from percuss.steady.full_rebound import grows
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import flights, phi1
+from percuss.steady.oscillator import phi1, propagator
 from percuss.steady.phases import Arcs, Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
@@ -174,7 +175,11 @@ class _Job:
         self.pull = {side: np.asarray(load.value(self.phase, side)) for side in load.sides}
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
-        self.bar, self.span = _bar(system.s, system.d, 2.0 * np.pi * periods, modes)
+        self.period = 2.0 * np.pi * periods
+        self.bar = _bar(system.body, system.load.at, self.period, modes)
+        kinds, which = np.unique(self.r, return_inverse=True)
+        factors = [system.contact.with_restitution(float(value)).strain_factor for value in kinds]
+        self.strain_factor = np.array(factors, dtype=float)[which.reshape(-1)]
 
     def work_off(self, workers: int) -> None:
         """All roots on the threads, each portion by itself."""
@@ -212,8 +217,8 @@ class _Job:
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
         found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
         kn.largest_multipliers(
-            self.r[index], self.mean[index], self.pull[side][index], f, rate, self.bar, self.span, work, state, found,
-            mode,
+            self.r[index], self.strain_factor[index], self.mean[index], self.pull[side][index], f, rate, self.bar,
+            self.period, work, state, found, mode,
         )  # fmt: skip
         values = found[0] + 1j * found[1]
         for i in np.flatnonzero(mode < 0):
@@ -267,19 +272,22 @@ class _Job:
 
 
 @lru_cache(maxsize=8)
-def _bar(s: float, d: float, period: float, modes: int) -> tuple[Array, Array]:
-    """The arrays of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
-    omega, step = flights(s, d, period, modes)
-    decay, n = float(np.exp(-d * period)), np.arange(1, modes + 1)
+def _bar(body: Body, at: int, period: float, modes: int) -> Array:
+    """The rows of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
+    found, drag = body.modes(modes, at), body.damping.rigid
+    step = propagator(found.omega, found.damping, period)
+    damping = np.append(drag, found.damping)
     rows = (
         np.append(1.0, step.a),
-        np.append(period * float(phi1(d * period)), step.b),
+        np.append(period * float(phi1(drag * period)), step.b),
         np.append(0.0, step.c),
-        np.append(decay, step.e),
-        np.append(0.0, omega),
-        np.append(1.0, np.where(n % 2, -2.0, 2.0)),
+        np.append(np.exp(-drag * period), step.e),
+        np.exp(-damping * period),
+        np.exp(-0.5 * damping * period),
+        -np.expm1(-0.5 * damping * period),
+        damping,
+        np.append(0.0, found.omega),
+        np.append(1.0, found.gamma),
         np.append(0.0, step.versine),
     )
-    half = float(np.exp(-0.5 * d * period))
-    # writable, though nobody writes: for read-only arrays numba would compile the kernels a second time
-    return np.stack(rows), np.array([period, d, decay, half, float(-np.expm1(-0.5 * d * period))])
+    return np.stack(rows)  # writable, though nobody writes: for read-only arrays numba would compile the kernels again

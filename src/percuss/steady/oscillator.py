@@ -65,7 +65,7 @@ class Propagator(NamedTuple):
     versine: Array
 
 
-def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
+def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Propagator:
     """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d`.
 
     Parameters
@@ -76,10 +76,10 @@ def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
         Damping, 0 or greater.
     """
     omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
-    half_d = 0.5 * d
+    half_d = 0.5 * np.asarray(d, dtype=float)
     square = omega**2 - half_d**2
     half = np.exp(-half_d * t)
-    if d == 0.0 or np.all(square > 0.0):
+    if np.all(square > 0.0):
         angle = np.sqrt(square) * t
         cosine, b = half * np.cos(angle), half * t * np.sinc(angle / np.pi)
         versine = half * 2.0 * np.sin(0.5 * angle) ** 2
