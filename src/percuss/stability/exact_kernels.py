@@ -32,7 +32,7 @@ from percuss.stability.secular_kernels import (
 
 __all__ = ["STATE_ROWS", "WORK_ROWS", "largest_multipliers"]
 
-# rows of `bar`, for n = 0 … N: Φ_n over the impact period, exp(−d_n T) and its root, and 1 less that, d_n, ω_n, γ_n, and
+# rows of `bar`, for n = 0 … N: Φ_n over the impact period, exp(−d_n T), its root and 1 less that, d_n, ω_n, γ_n, and
 # exp(−d_n T/2)(1 − cos λ_n T)
 A, B, C, E, DECAY, HALF, LOSS, DAMPING, OMEGA, GAMMA, VERSINE = range(11)
 BAR_ROWS = 11
@@ -45,8 +45,8 @@ ASIDE = 2.0  # as in percuss.stability.linear_map
 def jumps(r, alpha, mean, pull, forced, forced_rate, bar, period, work):
     """g_n and g_n' of the saltation matrix into `work`; returns the speed of the striking end before the impact.
 
-    `mean`, `pull`: p_0 and p(φ) − p_0. `forced`, `forced_rate`: f_n less its static part, and f_n', n = 1 … N. The state
-    before the impact solves (I − ΦD)(u, u') = (I − Φ)(f, f').
+    `mean`, `pull`: p_0 and p(φ) − p_0. `forced`, `forced_rate`: f_n less its static part, and f_n', n = 1 … N. The
+    state before the impact solves (I − ΦD)(u, u') = (I − Φ)(f, f').
     """
     speed, bent, turning = 0.0, 0.0, 1.0 - alpha
     for n in range(1, bar.shape[1]):

@@ -4,8 +4,8 @@ With ξ the perturbation of the modal state at fixed times, flight is ξ → Φ(
 saltation matrix S = D − g hᵀ/(h·ẋ⁻), which carries the change of the flight time. D = diag(α, −R) in every mode, the
 rigid one too: its position is set so that the striking end stays at 0, which for a state with y = 0 is α times itself.
 h is γ_n on the displacements, ẋ⁻ the velocity before the impact and g = Dẋ⁻ − ẋ⁺, in mode n
-((α + R) w_n, (α + R) ω_n² u_n − (1 + R) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ is
-block-diagonal plus rank one. Where the strain turns over with the velocity, α = −R, only the load is left in g.
+((α + R) w_n, (α + R) ω_n² u_n − (1 + R) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ
+is block-diagonal plus rank one. Where the strain turns over with the velocity, α = −R, only the load is left in g.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
@@ -23,6 +24,7 @@ from percuss.steady.oscillator import phi1, propagator
 
 __all__ = ["LinearMap", "linear_map"]
 
+Numbers = npt.NDArray[Any]  # real where the contact law keeps the strain, else complex
 _CHUNK = 256  # multipliers whose participation is worked out together
 _TINY = 1e-150
 _ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
@@ -129,13 +131,13 @@ class LinearMap:
 
     # -- the secular function --
 
-    def partial_fractions(self) -> tuple[Array, Array] | tuple[ComplexArray, ComplexArray]:
+    def partial_fractions(self) -> tuple[Numbers, Numbers]:
         """Poles ξ_j and residues r_j of 1 + Σ r_j/(μ − ξ_j), whose zeros are the multipliers; shapes (2N + 2,).
 
         The function is det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ + R E_n g_n]/Q_n(μ) with
         Q_n = det(D Φ_n − μ) = μ² − (α a_n − R e_n) μ − α R E_n. Where the law keeps the strain (α = 1) all poles are
-        real. Where it turns it over they are −R times the eigenvalues of Φ_n, complex ones in pairs; without drag both
-        of the rigid motion are −R, and one of them is put elsewhere, by the factor (μ − α)/(μ − 2), which moves no zero.
+        real. Where it turns it over they are −R times the eigenvalues of Φ_n, complex ones in pairs. Without drag both
+        of the rigid motion are −R then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no zero moves.
         A pole of a pair that meets (R = 0) is kept with the residue 0.
         """
         r, alpha = self.restitution, self.strain_factor
@@ -156,7 +158,7 @@ class LinearMap:
             second[0] = (slope[0] * drag + constant[0]) / (drag - _ASIDE)
         return np.stack([large, small]).reshape(-1), np.stack([first, second]).reshape(-1)
 
-    def _poles(self) -> tuple[Array, Array] | tuple[ComplexArray, ComplexArray]:
+    def _poles(self) -> tuple[Numbers, Numbers]:
         """The eigenvalues of the blocks DΦ_n: the larger and the smaller of each; of the rigid motion α and −R E."""
         r, alpha = self.restitution, self.strain_factor
         trace, product = alpha * self.a - r * self.e, -alpha * r * self.decay
@@ -205,8 +207,8 @@ class LinearMap:
     def shares(self, multiplier: complex) -> Array:
         """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1.
 
-        The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load or the striking end hardly feels
-        has hardly a share, and a bar that is turned round has the same shares.
+        The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load hardly drives has hardly a
+        share, and a bar that is turned round has the same shares.
         """
         u, v, determinant = self._adjugate(multiplier, self.g, self.g_velocity)
         tiny = 1e-300 + np.finfo(float).tiny
@@ -225,7 +227,10 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     instance("orbit", orbit, Orbit)
     modes = count("modes", modes, least=0, most=MAX_MODES)
     choice("side", side, "left", "right")
-    state = orbit.modal_state(modes)
-    velocity = np.append(orbit.rigid_velocity, state.velocity)
-    force = float(orbit.system.load.value(orbit.phase, side))
-    return LinearMap.at_impact(orbit.system, orbit.period, force, state.displacement, velocity)
+    state, system = orbit.modal_state(modes), orbit.system
+    gamma = system.body.modes(modes, system.load.at).gamma
+    # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
+    bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
+    rigid = (system.load.mean * orbit.period + system.d * bent) / (1.0 + system.restitution)
+    force = float(system.load.value(orbit.phase, side))
+    return LinearMap.at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))

@@ -58,7 +58,7 @@ class Multipliers(Shown):
     @property
     def largest(self) -> float:
         """Largest modulus: less than 1 when the orbit is stable."""
-        return float(np.abs(self.values[0]))
+        return float(np.abs(self.values).max())  # of equal ones the first in `values` may be an ulp off
 
     @cached_property
     def rigid(self) -> tuple[int, int]:

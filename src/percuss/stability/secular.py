@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.halting import look
 from percuss.model.checks import Array, ComplexArray
@@ -26,10 +27,11 @@ _SETTLED = 1e-11  # steps below this that no longer shrink are rounding
 _PATIENCE = 12  # sweeps without a smaller step after which a root is left where it is
 _LOOSE = 1e-7  # and counts as found only if its steps were this small
 
-Index = np.typing.NDArray[np.intp]
+Index = npt.NDArray[np.intp]
+Numbers = npt.NDArray[Any]  # real or complex
 
 
-def secular_roots(poles: Array | ComplexArray, residues: Array | ComplexArray) -> tuple[ComplexArray, bool]:
+def secular_roots(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
     """Roots of 1 + Σ r_j/(μ − ξ_j) = 0, as many as there are poles, and whether all of them converged.
 
     A pole whose residue vanishes is itself a root; equal poles are taken together. Each root is right to rounding when
@@ -62,7 +64,7 @@ def secular_roots(poles: Array | ComplexArray, residues: Array | ComplexArray) -
     return np.concatenate([settled, roots]), converged
 
 
-def _groups(poles: Array | ComplexArray, width: float) -> tuple[Index, Index]:
+def _groups(poles: Numbers, width: float) -> tuple[Index, Index]:
     """An order in which equal poles follow each other, and where each of them begins; real parts increase."""
     order = np.argsort(poles.real)
     column = np.cumsum(np.append(0, np.diff(poles.real[order]) > width))
@@ -74,7 +76,7 @@ def _groups(poles: Array | ComplexArray, width: float) -> tuple[Index, Index]:
     return order, np.flatnonzero(np.append(True, fresh))
 
 
-def _iterate(poles: Array | ComplexArray, residues: Array | ComplexArray) -> tuple[ComplexArray, bool]:
+def _iterate(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
     n = poles.size
     if n == 0:
         return np.empty(0, dtype=complex), True
@@ -130,7 +132,7 @@ def _guess_in_the_plane(poles: ComplexArray, residues: ComplexArray) -> ComplexA
 
 
 def cauchy_sums(
-    z: ComplexArray, sources: ComplexArray, weights: Array | ComplexArray, *, flat: bool = True
+    z: ComplexArray, sources: ComplexArray, weights: Numbers, *, flat: bool = True
 ) -> tuple[ComplexArray, ComplexArray]:
     """Σ_j w_j/(z − s_j) and its derivative −Σ_j w_j/(z − s_j)² at every z; a source at z itself does not count.
 
@@ -163,7 +165,7 @@ def cauchy_sums(
 
 
 def _add_direct(
-    z: ComplexArray, where: Index, sources: ComplexArray, weights: Any, total: ComplexArray, slope: ComplexArray
+    z: ComplexArray, where: Index, sources: ComplexArray, weights: Numbers, total: ComplexArray, slope: ComplexArray
 ) -> None:
     off = z[where, None] - sources[None, :]
     inverse = np.where(off == 0.0, 0.0, 1.0 / off)
@@ -175,7 +177,7 @@ def _visit(
     z: ComplexArray,
     where: Index,
     sources: ComplexArray,
-    weights: Any,
+    weights: Numbers,
     total: ComplexArray,
     slope: ComplexArray,
     flat: bool,
@@ -183,8 +185,8 @@ def _visit(
     """Add one node of the tree to the targets `where`: by its expansion if they are far, else through its halves."""
     if not flat:  # the longer side of the node is parted
         sides = np.ptp(sources.real), np.ptp(sources.imag)
-        order = np.argsort(sources.imag if sides[1] > sides[0] else sources.real, kind="stable")
-        sources, weights = sources[order], weights[order]
+        along = np.argsort(sources.imag if sides[1] > sides[0] else sources.real, kind="stable")
+        sources, weights = sources[along], weights[along]
     centre = 0.5 * (sources[0] + sources[-1])
     radius = float(np.abs(sources - centre).max())
     off = z[where] - centre

@@ -194,7 +194,7 @@ def beside_poles(live, work, state):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def all_together(live, strong, flat, work, state):
-    """Ehrlich's and Aberth's method for the roots listed in `state`; whether all settled. `flat`: all poles are real."""
+    """Ehrlich's and Aberth's method for the roots in `state`; whether all settled. `flat`: all poles are real."""
     for i in range(strong):
         state[STALLED, i] = 0
         work[BEST, i] = math.inf
