@@ -13,8 +13,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
-from percuss.model import System
-from percuss.model.body import Body
+from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -22,8 +21,7 @@ from percuss.stability.multipliers import floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.steady import Orbit
 from percuss.steady.full_rebound import grows
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import phi1, propagator
+from percuss.steady.oscillator import flights, phi1
 from percuss.steady.phases import Arcs, Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
@@ -212,8 +210,7 @@ class _Job:
         ensure_cache()
         from percuss.stability import exact_kernels as kn  # only here is the compiler needed
 
-        modal = self.response.modal_apart if isinstance(self.response, HarmonicResponse) else self.response.modal
-        f, rate = (np.ascontiguousarray(x.T) for x in modal(self.modes, self.phase[index]))
+        f, rate = (np.ascontiguousarray(x.T) for x in self.response.modal_apart(self.modes, self.phase[index]))
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
         found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
         kn.largest_multipliers(
@@ -274,8 +271,7 @@ class _Job:
 @lru_cache(maxsize=8)
 def _bar(body: Body, at: int, period: float, modes: int) -> Array:
     """The rows of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
-    found, drag = body.modes(modes, at), body.damping.rigid
-    step = propagator(found.omega, found.damping, period)
+    (found, step), drag = flights(body, at, period, modes), body.damping.rigid
     damping = np.append(drag, found.damping)
     rows = (
         np.append(1.0, step.a),

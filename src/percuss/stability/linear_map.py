@@ -20,7 +20,7 @@ from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.steady import Orbit
-from percuss.steady.oscillator import phi1, propagator
+from percuss.steady.oscillator import flights, phi1
 
 __all__ = ["LinearMap", "linear_map"]
 
@@ -81,8 +81,7 @@ class LinearMap:
             u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
         """
         r, alpha, d = system.restitution, system.contact.strain_factor, system.d
-        modes = system.body.modes(displacement.size, system.load.at)
-        step = propagator(modes.omega, modes.damping, period)
+        modes, step = flights(system.body, system.load.at, period, displacement.size)
         omega = np.append(0.0, modes.omega)
         gamma = np.append(1.0, modes.gamma)
         decay = np.exp(-np.append(d, modes.damping) * period)

@@ -17,7 +17,6 @@ from percuss.model.checks import Array, instance
 from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
-from percuss.steady.harmonic import HarmonicResponse
 
 __all__ = ["Reduced", "elastic_feedback", "quadratic_coefficients", "reduced_criterion", "schur_quotients"]
 
@@ -68,9 +67,7 @@ def elastic_feedback(orbit: Orbit) -> float:
         For a contact law that changes the strain: the multipliers do not depend on σ then.
     """
     orbit.system.contact.need(Result.FEEDBACK)
-    known = orbit.response
-    response = known if isinstance(known, HarmonicResponse) else HarmonicResponse(orbit.system)
-    return response.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
+    return orbit.response.by_harmonics.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
 
 
 def quadratic_coefficients(
