@@ -18,11 +18,11 @@ from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import floquet_multipliers
-from percuss.stability.plane import Plane, stability_plane
+from percuss.stability.plane import Plane, phase_curves, stability_plane
 from percuss.steady import Orbit
 from percuss.steady.full_rebound import grows
 from percuss.steady.oscillator import flights, phi1
-from percuss.steady.phases import Arcs, Response, forced_response
+from percuss.steady.phases import Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
 
@@ -234,7 +234,10 @@ class _Job:
 
     def _fold(self) -> npt.NDArray[np.bool_]:
         """Where two motions meet."""
-        return Arcs.of(forced_response(self.system)).folded(self.phase, self.level)
+        found = np.zeros(self.where.size, dtype=bool)
+        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
+            found[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
+        return found
 
     def _grows(self) -> npt.NDArray[np.bool_]:
         """Where an undamped bar that rebounds fully would gain energy in its elastic modes at every impact."""
