@@ -157,7 +157,7 @@ class Body(ABC):
 
     @abstractmethod
     def frequency_floor(self, n: int) -> float:
-        """A number f > 0 with ω_{n+j} ≥ f + jπs for every j ≥ 0."""
+        """A number f with ω_{n+j} ≥ f + jπs for every j ≥ 0; greater than 0 from n = 128 on."""
 
     @property
     @abstractmethod
