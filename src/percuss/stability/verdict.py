@@ -67,6 +67,9 @@ class Stability(Shown):
 def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
+    The multipliers are exact for the contact law of the system. Under the law that keeps the strain (B77) an elastic
+    mode may grow where the rigid motion is stable; that is a property of the law, not of bars, as the reason says then.
+
     Parameters
     ----------
     orbit
@@ -126,7 +129,8 @@ def _reason(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bo
     if abs(1.0 - modulus) <= _NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
     if mode != 0 and reduced.stable:  # what B77's criterion cannot see
-        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact"
+        note = orbit.system.contact.elastic_growth
+        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
     if abs(first.imag) > _FOLD * modulus:
         turn = abs(float(np.angle(first)))
         grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"
