@@ -10,20 +10,18 @@ import numpy as np
 
 from percuss.errors import ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.jobs.job import Columns
-from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, REASONS, columns_of, needs
+from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, columns_of, needs
 from percuss.model import System
+from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
+from percuss.steady.figures import FIGURES
+from percuss.steady.reason import VERDICTS
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
     from percuss.stability import Stability
 
 __all__ = ["Asked", "cell_columns", "failure", "label_text"]
-
-NEUTRAL = 1e-10
-"""Margins this small are neither stable nor unstable: rounding would decide."""
-
-_NOTHING = 1e-12  # of the blow's energy: with R = 1 and no damping nothing is put in but rounding
 
 OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL_OUTCOMES))
 
@@ -146,7 +144,6 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     reduced_margins = [1.0 - max(max(r.moduli), max(r.other_side.moduli) if r.other_side else 0.0) for r in reduced]
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
     found: dict[str, Any] = {
-        "phase": orbits[best].phase,
         "reduced_stable": any(margin > NEUTRAL for margin in reduced_margins),
         "reduced_margin": max(reduced_margins),
     }
@@ -157,7 +154,7 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
             if name in out:
                 value = getattr(verdicts[best], name)
                 found[name] = np.nan if value is None else value
-        found["reason"] = _reason(orbits[best], verdicts[best])
+        found["reason"] = VERDICTS.index(verdicts[best].kind)
     for name, value in found.items():
         if name in out:
             out[name][i] = value
@@ -171,42 +168,19 @@ _OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group 
 }
 
 
+_FIGURES = tuple(name for name, quantity in QUANTITIES.items() if quantity.one and name in FIGURES)
+
+
 def _of_orbit(out: Columns, i: int, orbit: Orbit, si: bool) -> None:
     """Figures of one orbit, in SI for a system with scales."""
-    system = orbit.system
     if "admissible" in out:
         out["admissible"][i] = orbit.admissible
-    if "impact_velocity" in out:
-        out["impact_velocity"][i] = orbit.impact_velocity * (system.speed_scale if si else 1.0)
-    if "blow_energy" in out:
-        out["blow_energy"][i] = orbit.blow_energy * (system.energy_scale if si else 1.0)
-    if "power" in out:
-        out["power"][i] = orbit.blow_energy / orbit.period * (system.power_scale if si else 1.0)
-    if "stroke" in out:
-        out["stroke"][i] = orbit.stroke * (system.length_scale if si else 1.0)
-    if "stress" in out and orbit.impact_velocity > 0.0:
-        young = system.stress_scale if si and system.bar is not None else 1.0
-        out["stress"][i] = 0.5 * young * (1.0 + system.restitution) * orbit.impact_velocity / system.s  # theory §10
-    if "delivered" in out:
-        out["delivered"][i] = orbit.delivered_energy * (system.energy_scale if si else 1.0)
-    if "efficiency" in out and orbit.energy.input > _NOTHING * orbit.blow_energy:
-        out["efficiency"][i] = orbit.delivered_energy / orbit.energy.input
-
-
-def _reason(orbit: Orbit, verdict: Stability) -> int:
-    """Why, as one of `REASONS`."""
-    first = complex(verdict.multipliers.values[0])
-    if orbit.fold:
-        return REASONS.index("fold")
-    if verdict.stable:
-        return REASONS.index("stable")
-    if abs(verdict.margin) <= NEUTRAL:
-        return REASONS.index("neutral")
-    if verdict.multipliers.dominant_mode != 0:
-        return REASONS.index("elastic")
-    if abs(first.imag) > 1e-6 * abs(first):
-        return REASONS.index("spiral")
-    return REASONS.index("fold" if first.real > 0.0 else "flip")
+    for name in _FIGURES:
+        if name not in out:
+            continue
+        value = FIGURES[name].in_si(orbit) if si else FIGURES[name].value(orbit)
+        if value is not None:
+            out[name][i] = value
 
 
 # -- simulation -------------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
 import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
-import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
+import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export function startHeadline() {
   on("quick steady problems view info played", unhurried(paint));
@@ -62,15 +62,12 @@ function clock() {
 const badge = (kind, text) => h("span", { class: `badge ${kind}`, id: "verdict" }, text);
 
 function verdict(found) {
-  const { quick, full } = found;
-  const stable = quick.stable;
-  if (full && !full.admissible) {
-    const why = full.violation && quick.impact_velocity > 0
-      ? "between two blows the striking end would have to pass through the wall"
-      : "the end does not strike forward";
+  const { stable } = found.quick;
+  const obstacle = obstacleOf(found);
+  if (obstacle) {
     return [
       badge("bad", "Not possible"),
-      h("p", {}, `This steady motion cannot happen: ${why}. Its stability: ${reasonOf(found)}.`),
+      h("p", {}, `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`),
     ];
   }
   return [
@@ -102,16 +99,18 @@ function none() {
 
 const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + "." : "");
 
+const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "percussive_power_kW", "peak_stress_MPa"];
+
+/** What a figure of the report is called, its value in a unit without a prefix, and this unit. */
+function inUnit(key, value) {
+  const { label, unit, factor } = data.about.cards.find((card) => card.key === key);
+  return [label, value === null ? null : value * factor, unit];
+}
+
 function figures({ quick, full }) {
   const si = quick.si;
   const cells = si
-    ? [
-        ["blow energy", si.blow_energy_J, "J"],
-        ["blow rate", si.blow_rate_Hz, "Hz"],
-        ["striking speed", si.impact_velocity_m_s, "m/s"],
-        ["percussive power", si.percussive_power_kW * 1000, "W"],
-        ["peak stress", full?.si ? (full.si.peak_stress_MPa ?? Number.NaN) * 1e6 : null, "Pa"],
-      ]
+    ? FIRST.map((key) => inUnit(key, si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null)))
     : [
         ["blow energy", quick.blow_energy, ""],
         ["striking speed", quick.impact_velocity, ""],
