@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ from percuss.model.body import (
 )
 from percuss.model.checks import Array
 from percuss.model.contact import LAWS
+from percuss.model.parameter import Parameter
 
 LOADS = {
     "harmonic": Load.harmonic(0.9, 1.0),
@@ -56,6 +58,7 @@ class Twice(Body):
     """Another kind of body: the modes of a uniform bar of s = 3, and no number of its own that may be varied."""
 
     kind: ClassVar[str] = "twice"
+    parameters: ClassVar[tuple[Parameter[Any], ...]] = ()
     s: float = 3.0
     damping: Damping = UNDAMPED
 
@@ -156,3 +159,8 @@ def test_kappa_keeps_the_place_of_the_load_and_its_sign() -> None:
     moved = vary(System(UniformBar(20.0), load, Kept(0.6)), {"kappa": 0.9})
     assert moved.load.at == load.at and moved.load.values[0] == -1.0
     assert moved.load.breaks[1] == pytest.approx(0.9 * math.pi) and np.isclose(moved.load.mean, 0.1)
+
+
+def test_the_manual_names_every_parameter() -> None:
+    manual = (Path(__file__).parents[2] / "docs" / "maps.md").read_text(encoding="utf-8")
+    assert [name for name in (*PARAMETERS, PERIODS) if f"`{name}`" not in manual] == []
