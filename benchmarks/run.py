@@ -22,14 +22,14 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
+
 from explore_cells import explore_cells
 from explore_running import explore_running
 from page import page
-from simulation import simulation
-from web import web
-
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
+from simulation import simulation
+from web import web
 
 ROOT = Path(__file__).resolve().parent
 Row = tuple[str, str, str, str]

@@ -10,14 +10,14 @@ takes less of it; the margin shows how thick the rod may be.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from percuss import Contact, si_report, stability_of, steady_states
+from percuss import Kept, si_report, stability_of, steady_states
 from percuss.case import load_case
 
 drifter = load_case("hydraulic-drifter").system()
 ratios = np.linspace(1.0, 2.6, 41)
 delivered, margins = np.full((2, ratios.size), np.nan)
 for i, ratio in enumerate(ratios):
-    contact = Contact(receiving_area=ratio * drifter.bar.area, area=drifter.bar.area)
+    contact = Kept(receiving_area=ratio * drifter.bar.area, area=drifter.bar.area)
     for orbit in steady_states(drifter.with_restitution(contact.restitution)).orbits:
         if orbit.admissible:
             delivered[i], margins[i] = si_report(orbit).delivered_energy_J, stability_of(orbit, modes=8).margin

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from percuss.errors import PercussError as PercussError
     from percuss.model import Bar as Bar
     from percuss.model import Contact as Contact
+    from percuss.model import Kept as Kept
     from percuss.model import Load as Load
+    from percuss.model import Reversed as Reversed
     from percuss.model import System as System
     from percuss.simulate import Ensemble as Ensemble
     from percuss.simulate import Start as Start
@@ -42,10 +44,12 @@ _ROOMS = {
     "Case": "percuss.case",
     "Contact": "percuss.model",
     "Ensemble": "percuss.simulate",
+    "Kept": "percuss.model",
     "Load": "percuss.model",
     "Orbit": "percuss.steady",
     "PercussError": "percuss.errors",
     "Stability": "percuss.stability",
+    "Reversed": "percuss.model",
     "Start": "percuss.simulate",
     "Starts": "percuss.simulate",
     "SteadyStates": "percuss.steady",

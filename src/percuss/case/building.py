@@ -24,7 +24,7 @@ from percuss.case.schema import (
     SquareLoad,
 )
 from percuss.errors import CaseError, ParameterError
-from percuss.model import Bar, Contact, Load, System
+from percuss.model import Bar, Contact, Kept, Load, System
 from percuss.units import si
 
 __all__ = ["Parts", "Recording", "recording_of", "system_of"]
@@ -127,7 +127,7 @@ def _extreme(file: str, key: str) -> CaseError:
 
 
 def _bar(table: BarTable) -> Bar:
-    sizes: dict[str, float] = {}
+    sizes: dict[str, Any] = {}
     for name, dimension in _BAR_UNITS.items():
         text = getattr(table, name)
         if text is not None:
@@ -138,7 +138,8 @@ def _bar(table: BarTable) -> Bar:
         raise ParameterError("damping_ratio", table.damping_ratio, "either damping or damping_ratio, not both")
     if (table.area is None) == (table.diameter is None):
         raise ParameterError("diameter", table.diameter, "either a diameter or an area")
-    return Bar(**sizes, damping_ratio=table.damping_ratio)
+    drag = sizes.pop("damping", None)
+    return Bar(**sizes, damping_ratio=table.damping_ratio, drag=drag)
 
 
 _BAR_UNITS = {
@@ -155,11 +156,11 @@ def _contact(table: ContactTable, bar: Bar | None) -> Contact | None:
     if table.receiving_area is None:
         if table.restitution is None:
             raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
-        return Contact(table.restitution)
+        return Kept(table.restitution)
     if table.restitution is not None:
         raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
     receiving = si(table.receiving_area, "area", "receiving_area")
-    return None if bar is None else Contact(receiving_area=receiving, area=bar.area)
+    return None if bar is None else Kept(receiving_area=receiving, area=bar.area)
 
 
 def _check_system(table: Any) -> None:

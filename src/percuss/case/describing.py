@@ -100,11 +100,11 @@ def _bar(system: System) -> dict[str, Any] | None:
         return None
     return {
         "length_m": number(bar.length),
-        "area_m2": number(bar.area),
+        "area_m2": number(bar.pieces[-1].area),
         "mass_kg": number(bar.mass),
         "wave_speed_m_s": number(bar.wave_speed),
-        "youngs_modulus_Pa": number(bar.youngs_modulus),
-        "density_kg_m3": number(bar.density),
+        "youngs_modulus_Pa": number(bar.pieces[-1].youngs_modulus),
+        "density_kg_m3": number(bar.pieces[-1].density),
         "first_mode_Hz": number(bar.wave_speed / (2.0 * bar.length)),
         "contact_time_us": number(1e6 * bar.contact_duration),
     }

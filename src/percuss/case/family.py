@@ -12,9 +12,10 @@ from percuss.case.running import MAX_MODES, start_of
 from percuss.case.schema import HistoryForce, table_fields
 from percuss.case.suggest import did_you_mean
 from percuss.errors import ParameterError
-from percuss.explore.family import PARAMETERS, describe_system, refuse_twice, vary
+from percuss.explore.family import PARAMETERS, refuse_twice, vary
 from percuss.model import System
 from percuss.model.checks import count, finite, mapping, text
+from percuss.model.described import describe_system
 from percuss.units import si
 
 if TYPE_CHECKING:

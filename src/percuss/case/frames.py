@@ -207,7 +207,7 @@ def _header(system: System, modes: int, begin: float, end: float, period: float 
         "first_mode_Hz": number(bar.wave_speed / (2.0 * bar.length)) if bar is not None else None,
         "time_scale_s": number(system.time_scale) if si else None,
         "length_scale_m": number(system.length_scale) if si else None,
-        "stress_scale_Pa": number(bar.youngs_modulus) if bar is not None else None,
+        "stress_scale_Pa": number(bar.pieces[-1].youngs_modulus) if bar is not None else None,
     }
 
 

@@ -45,8 +45,8 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
         rows.append(
             (
                 "bar",
-                f"{quantity(bar.length, 'm')} long, {number(1e4 * bar.area)} cm², {number(bar.mass)} kg, wave speed "
-                f"{number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
+                f"{quantity(bar.length, 'm')} long, {number(1e4 * bar.pieces[-1].area)} cm², {number(bar.mass)} kg, "
+                f"wave speed {number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
             )
         )
     rows.append(
@@ -125,7 +125,7 @@ def _less_damping(system: System, d: float) -> str:
     text = f"damping at most {percent(d / system.d)} of its present value, so that it drags the bar less"
     if system.bar is None:
         return f"{text}: d = {number(d)} (now {number(system.d)})"
-    drag = system.bar.damping * system.bar.length
+    drag = system.bar.rigid_drag
     return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
 
 

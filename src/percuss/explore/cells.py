@@ -185,7 +185,7 @@ def _of_orbit(out: Columns, i: int, orbit: Orbit, si: bool) -> None:
     if "stroke" in out:
         out["stroke"][i] = orbit.stroke * (system.length_scale if si else 1.0)
     if "stress" in out and orbit.impact_velocity > 0.0:
-        young = system.bar.youngs_modulus if si and system.bar is not None else 1.0
+        young = system.stress_scale if si and system.bar is not None else 1.0
         out["stress"][i] = 0.5 * young * (1.0 + system.restitution) * orbit.impact_velocity / system.s  # theory §10
     if "delivered" in out:
         out["delivered"][i] = orbit.delivered_energy * (system.energy_scale if si else 1.0)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-import numpy as np
-
 from percuss.errors import ParameterError
-from percuss.model import Bar, Load, System
+from percuss.model import Load, System
 from percuss.model.checks import finite, having, instance, mapping
+from percuss.model.described import describe_system
 
-__all__ = ["PARAMETERS", "Family", "SystemFamily", "describe_system", "family_of", "system_from", "vary"]
+__all__ = ["PARAMETERS", "Family", "SystemFamily", "family_of", "vary"]
 
 
 class Family(Protocol):
@@ -101,35 +99,6 @@ _SETS = {"load_factor": "mean"}
 _VALUES = "values of parameters by name, such as {'restitution': 0.5}"
 
 
-def describe_system(system: System) -> dict[str, Any]:
-    """A system in JSON's types, exactly: what an archive is known by."""
-    load = system.load
-    about: dict[str, Any] = {"s": system.s, "d": system.d, "restitution": system.restitution}
-    about["load"] = {"coefficients": [[c.real, c.imag] for c in load.coefficients.tolist()]}
-    if load.is_piecewise:
-        about["load"] |= {"breaks": list(load.breaks), "values": list(load.values)}
-    if system.bar is not None:
-        bar = system.bar
-        about["bar"] = {
-            "length": bar.length, "area": bar.area, "density": bar.density, "youngs_modulus": bar.youngs_modulus,
-        }  # fmt: skip
-        about["frequency"] = system.frequency
-    return about
-
-
-def system_from(about: Mapping[str, Any]) -> System:
-    """The system that an ask describes; `describe_system` backwards."""
-    load = about["load"]
-    p = np.array([complex(*pair) for pair in load["coefficients"]])
-    made = Load(p, None, tuple(load.get("breaks", ())), tuple(load.get("values", ())))
-    system = System(about["s"], about["d"], about["restitution"], made)
-    if about.get("bar") is None:
-        return system
-    sizes, frequency = Bar(**about["bar"]), float(about["frequency"])
-    damping = system.d * sizes.mass_per_length * 2.0 * math.pi * frequency
-    return replace(system, bar=Bar(**about["bar"], damping=damping), frequency=frequency)
-
-
 @dataclass(frozen=True)
 class Parameter:
     """A dimensionless parameter: what it is, how a system gets it, and which systems have it."""
@@ -165,19 +134,14 @@ def _with_amplitude(system: System, amplitude: float) -> System:
     return replace(system, load=load.with_mean(0.0).scaled(amplitude / present).with_mean(load.mean))
 
 
-def _without_scales(system: System) -> System:
-    """s and d belong to the scales: a system in which one is changed by itself has none."""
-    return replace(system, bar=None, frequency=None)
-
-
 PARAMETERS: dict[str, Parameter] = {
     "restitution": Parameter("coefficient of restitution R", System.with_restitution),
     "load_factor": Parameter(
         "p_0/p_1, the mean load over the amplitude of its first harmonic", System.with_load_factor, _alternates
     ),
     "kappa": Parameter("κ of a square load: it pushes for κπ of 2π", _with_kappa, _is_square),
-    "s": Parameter("wave speed s = C/(LΩ)", lambda system, s: replace(_without_scales(system), s=s)),
-    "d": Parameter("damping d = D/(MΩ)", lambda system, d: replace(_without_scales(system), d=d)),
+    "s": Parameter("wave speed s = C/(LΩ)", lambda system, s: system.uniform(s=s)),
+    "d": Parameter("damping d = D/(MΩ)", lambda system, d: system.uniform(d=d)),
     "mean": Parameter(
         "mean load p_0", lambda system, mean: replace(system, load=system.load.with_mean(finite("mean", mean)))
     ),

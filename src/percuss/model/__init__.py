@@ -1,8 +1,41 @@
-"""The ground floor: bar, load and contact, and the system that joins them."""
+"""The ground floor: body, load and contact, and the system that joins them."""
 
-from percuss.model.bar import Bar
-from percuss.model.contact import Contact
+from percuss.model.body import (
+    UNDAMPED,
+    Bar,
+    Body,
+    Damping,
+    External,
+    KelvinVoigt,
+    Modes,
+    Ratio,
+    Shape,
+    SizedBody,
+    Table,
+    UniformBar,
+)
+from percuss.model.contact import Contact, Kept, Result, Reversed
 from percuss.model.load import Jump, Load
 from percuss.model.system import System
 
-__all__ = ["Bar", "Contact", "Jump", "Load", "System"]
+__all__ = [
+    "UNDAMPED",
+    "Bar",
+    "Body",
+    "Contact",
+    "Damping",
+    "External",
+    "Jump",
+    "KelvinVoigt",
+    "Kept",
+    "Load",
+    "Modes",
+    "Ratio",
+    "Result",
+    "Reversed",
+    "Shape",
+    "SizedBody",
+    "System",
+    "Table",
+    "UniformBar",
+]

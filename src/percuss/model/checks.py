@@ -5,9 +5,9 @@ from __future__ import annotations
 import inspect
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from numbers import Complex, Real
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -82,11 +82,12 @@ def unit_interval(name: str, value: object) -> float:
 Kind = TypeVar("Kind")
 
 
-def instance(name: str, value: object, kind: type[Kind]) -> Kind:
-    """`value`, when it is an object of the given kind."""
+def instance(name: str, value: object, kind: Callable[..., Kind]) -> Kind:
+    """`value`, when it is an object of the given class, which may be an abstract one."""
+    assert isinstance(kind, type)
     if not isinstance(value, kind):
         raise ParameterError(name, value, f"an object of the class {kind.__name__}")
-    return value
+    return cast("Kind", value)
 
 
 def flag(name: str, value: object) -> bool:

@@ -35,6 +35,9 @@ __all__ = ["MAX_HARMONICS", "Jump", "Load"]
 MAX_HARMONICS = 4096
 """The most harmonics a load may have."""
 
+MOST_STEPS = 199
+"""The most steps a body may have, and so the last place on it where a load may act."""
+
 TURN = 2.0 * math.pi
 _SNAP = 8.0 * np.finfo(float).eps  # phases this close (times 2π) to a jump are at the jump
 
@@ -72,6 +75,8 @@ class Load(Shown):
         What was found in the recording that the load was made from, or None.
     error
         Of a load made from a function: its greatest deviation from that function, over the greatest |f − mean|.
+    at
+        Where on the body it acts: 0, the driven end, or the number of a step of the body, counted from there.
 
     Raises
     ------
@@ -93,6 +98,7 @@ class Load(Shown):
     values: tuple[float, ...] = ()
     report: HistoryReport | None = field(default=None, compare=False)
     error: float | None = field(default=None, compare=False)
+    at: int = 0
     _key: tuple[complex, ...] = field(init=False, repr=False, default=())
 
     def __post_init__(self) -> None:
@@ -117,6 +123,7 @@ class Load(Shown):
             instance("report", self.report, HistoryReport)
         if self.error is not None:
             set_(self, "error", non_negative("error", self.error))
+        set_(self, "at", count("at", self.at, least=0, most=MOST_STEPS))
 
     def _check_steps(self) -> None:
         if isinstance(self.breaks, tuple) and isinstance(self.values, tuple) and not self.breaks and not self.values:
@@ -402,13 +409,17 @@ class Load(Shown):
         values = tuple(v + (wanted - self.mean) for v in self.values)
         return replace(self, coefficients=coefficients, values=values)
 
+    def acting_at(self, number: int) -> Load:
+        """The same load on another place of the body: 0, the driven end, or the number of a step."""
+        return replace(self, at=number)
+
     def __setstate__(self, state: dict[str, object]) -> None:
         """Copies and unpickled loads are as read-only as their originals."""
         self.__dict__.update(state)
         self.coefficients.setflags(write=False)
 
     def __hash__(self) -> int:
-        return hash((self._key, self.frequency, self.breaks, self.values))
+        return hash((self._key, self.frequency, self.breaks, self.values, self.at))
 
     def __repr__(self) -> str:
         return f"<{self}>"
@@ -420,7 +431,8 @@ class Load(Shown):
         form = f"{len(self.breaks)} exact steps, " if self.is_piecewise else ""
         what = "constant" if self.is_constant else f"{form}{size} harmonic{'s' if size != 1 else ''}"
         factor = "" if self.is_constant else f", load factor {self.load_factor:.4g}"
-        return f"Load: mean {self.mean:.4g}{unit}, {what}{factor}{where}"
+        place = f", at step {self.at}" if self.at else ""
+        return f"Load: mean {self.mean:.4g}{unit}, {what}{factor}{where}{place}"
 
 
 def _record(name: str, values: npt.ArrayLike) -> Array:

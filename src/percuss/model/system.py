@@ -1,108 +1,164 @@
-"""The system: bar, load and contact joined and made dimensionless, with the scales back to SI."""
+"""The system: body, load and contact joined and made dimensionless, with the scales back to SI."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any, overload
 
 from percuss.errors import ParameterError
-from percuss.model.bar import Bar
+from percuss.model.body import Body, External, SizedBody, UniformBar
 from percuss.model.checks import finite, instance, non_negative, positive, unit_interval
-from percuss.model.contact import Contact
+from percuss.model.contact import Contact, Kept
 from percuss.model.load import Load
 from percuss.shown import Shown
 
 __all__ = ["System"]
 
-# Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
-LEAST_S, MOST_S, MOST_D, MOST_LOAD = 1e-4, 1e9, 1e6, 1e100
+MOST_LOAD = 1e100
+"""Far beyond any load: the squares of forces stay in the range of double precision."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class System(Shown):
-    """A striking bar in the dimensionless form of B77 (3, 4): u_tt + d u_t − s² u_xx = 0, −s² u_x(0, t) = p(t).
+    """A body, the load that drives it and the contact by which it strikes, all dimensionless.
 
-    Researchers make one from s, d, R and a dimensionless load; engineers with `System.from_si`.
+    Researchers of B77's uniform bar make one from s, d, R and a load, `System(s=…, d=…, restitution=…, load=…)`;
+    others from a body and a contact law; engineers with `System.from_si`.
 
     Parameters
     ----------
-    s
-        Wave speed C/(LΩ), dimensionless, greater than 0.
-    d
-        Damping D/(MΩ), dimensionless, 0 or greater.
-    restitution
-        Coefficient of restitution R, 0 to 1.
+    body
+        What strikes.
     load
-        The dimensionless load P/(M L² Ω²).
+        The dimensionless load P/(M L² Ω²), with the place where it acts.
+    contact
+        How the body leaves the wall.
     bar, frequency
-        The bar and the frequency (Hz) of the load's fundamental behind an SI system, or None.
+        The body with its sizes in SI and the frequency (Hz) of the load's fundamental behind an SI system, or None.
+    s, d, restitution
+        Instead of `body` and `contact`: a uniform bar of wave speed s = C/(LΩ) > 0 and external damping
+        d = D/(MΩ) ≥ 0, which keeps its strain at an impact with the coefficient of restitution R, 0 to 1 (B77).
 
     Raises
     ------
     ParameterError
-        For values out of range, or a load in newtons.
+        For values out of range, a load in newtons, a load at a place that the body does not have, or a contact law that
+        does not hold for the body.
 
     Examples
     --------
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> print(system)
     System: s = 20, d = 0.0048, R = 0.6; mean 0.9, 1 harmonic, load factor 0.9
+    >>> from percuss.model import Kept, Ratio, UniformBar
+    >>> free = System(UniformBar(20.0, Ratio(1e-3)), Load.harmonic(0.9, 1.0), Kept(0.6))
+    >>> free.s, free.d, free.restitution
+    (20.0, 0.0, 0.6)
     """
 
-    s: float
-    d: float
-    restitution: float
+    body: Body
     load: Load
-    bar: Bar | None = None
+    contact: Contact
+    bar: SizedBody | None = None
     frequency: float | None = None
 
-    def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        set_(self, "s", positive("s", self.s))
-        set_(self, "d", non_negative("d", self.d))
-        if not LEAST_S <= self.s <= MOST_S:
-            raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
-        if self.d > MOST_D:
-            raise ParameterError("d", self.d, f"a damping of at most {MOST_D:g}")
-        set_(self, "restitution", unit_interval("restitution", self.restitution))
-        if not isinstance(self.load, Load):
-            raise ParameterError("load", self.load, "a Load")
-        greatest = float(abs(self.load.coefficients).max())
+    @overload
+    def __init__(
+        self,
+        body: Body,
+        load: Load,
+        contact: Contact,
+        *,
+        bar: SizedBody | None = None,
+        frequency: float | None = None,
+    ) -> None: ...
+
+    @overload
+    def __init__(self, s: float, d: float, restitution: float, load: Load) -> None: ...
+
+    def __init__(
+        self,
+        *given: Any,
+        body: Body | None = None,
+        load: Load | None = None,
+        contact: Contact | None = None,
+        bar: SizedBody | None = None,
+        frequency: float | None = None,
+        s: float | None = None,
+        d: float | None = None,
+        restitution: float | None = None,
+    ) -> None:
+        whole = body is not None or contact is not None or (bool(given) and isinstance(given[0], Body))
+        names = ("body", "load", "contact") if whole else ("s", "d", "restitution", "load")
+        named = {"body": body, "load": load, "contact": contact, "s": s, "d": d, "restitution": restitution}
+        values = _matched(names, given, {name: value for name, value in named.items() if value is not None})
+        if whole:
+            self._set(**values, bar=bar, frequency=frequency)
+        else:
+            made = UniformBar(values["s"], External(non_negative("d", values["d"])))
+            self._set(made, values["load"], Kept(unit_interval("restitution", values["restitution"])), bar, frequency)
+
+    def _set(
+        self,
+        body: Body,
+        load: Load,
+        contact: Contact,
+        bar: SizedBody | None = None,
+        frequency: float | None = None,
+    ) -> None:
+        if not isinstance(load, Load):
+            raise ParameterError("load", load, "a Load")
+        greatest = float(abs(load.coefficients).max())
         if not greatest <= MOST_LOAD:
             raise ParameterError("load", greatest, f"coefficients of at most {MOST_LOAD:g}")
-        if self.load.frequency is not None:
-            raise ParameterError(
-                "load", str(self.load), "a dimensionless load", "use System.from_si for a load in newtons"
-            )
-        if self.bar is not None:
-            instance("bar", self.bar, Bar)
-        if (self.bar is None) != (self.frequency is None):
-            raise ParameterError("bar", self.bar, "a bar and a frequency together, or neither")
-        if self.frequency is not None:
-            set_(self, "frequency", positive("frequency", self.frequency))
+        if load.frequency is not None:
+            raise ParameterError("load", str(load), "a dimensionless load", "use System.from_si for a load in newtons")
+        instance("body", body, Body).place(load.at)
+        instance("contact", contact, Contact).check(body)
+        if bar is not None:
+            instance("bar", bar, SizedBody)
+        if (bar is None) != (frequency is None):
+            raise ParameterError("bar", bar, "a bar and a frequency together, or neither")
+        if frequency is not None:
+            frequency = positive("frequency", frequency)
+        values = {"body": body, "load": load, "contact": contact, "bar": bar, "frequency": frequency}
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @classmethod
-    def from_si(cls, bar: Bar, load: Load, contact: Contact) -> System:
-        """The system of a bar, a load in newtons with its frequency, and a contact.
+    def from_si(cls, bar: SizedBody, load: Load, contact: Contact) -> System:
+        """The system of a body in SI units, a load in newtons with its frequency, and a contact.
 
         Raises
         ------
         ParameterError
             When the load has no frequency.
         """
-        instance("bar", bar, Bar), instance("load", load, Load), instance("contact", contact, Contact)
+        instance("bar", bar, SizedBody), instance("load", load, Load), instance("contact", contact, Contact)
         if load.frequency is None:
             raise ParameterError("frequency", None, "a frequency in Hz greater than 0")
         omega = 2.0 * math.pi * load.frequency
-        force_scale = bar.mass_per_length * bar.length**2 * omega**2
-        return cls(
-            s=bar.wave_speed / (bar.length * omega),
-            d=bar.damping / (bar.mass_per_length * omega),
-            restitution=contact.restitution,
-            load=load.scaled(1.0 / force_scale),
-            bar=bar,
-            frequency=load.frequency,
-        )
+        force_scale = bar.mass * bar.length * omega**2
+        made = load.scaled(1.0 / force_scale)
+        return cls(bar.body(omega), made, contact, bar=bar, frequency=load.frequency)
+
+    # -- the numbers of B77 --
+
+    @property
+    def s(self) -> float:
+        """Wave speed: 1/(time of a wave from end to end), dimensionless; C/(LΩ) of a uniform bar."""
+        return self.body.s
+
+    @property
+    def d(self) -> float:
+        """Damping of the rigid motion, dimensionless: B77's D/(MΩ), 0 unless the damping is external."""
+        return self.body.damping.rigid
+
+    @property
+    def restitution(self) -> float:
+        """Coefficient of restitution R, 0 to 1."""
+        return self.contact.restitution
 
     # -- scales --
 
@@ -111,7 +167,7 @@ class System(Shown):
         """Whether the scales back to SI are known."""
         return self.bar is not None
 
-    def _si(self) -> tuple[Bar, float]:
+    def _si(self) -> tuple[SizedBody, float]:
         if self.bar is None or self.frequency is None:
             raise ParameterError("system", "dimensionless", "a system made from SI", "use System.from_si")
         return self.bar, 2.0 * math.pi * self.frequency
@@ -141,7 +197,7 @@ class System(Shown):
     def force_scale(self) -> float:
         """M L² Ω² in N."""
         bar, omega = self._si()
-        return bar.mass_per_length * (bar.length * omega) ** 2
+        return bar.mass * bar.length * omega**2
 
     @property
     def energy_scale(self) -> float:
@@ -155,14 +211,32 @@ class System(Shown):
 
     @property
     def stress_scale(self) -> float:
-        """E in Pa: stress is E times the strain u_x."""
-        return self._si()[0].youngs_modulus
+        """E at the striking end, in Pa: stress is E times the strain u_x. `bar.youngs_modulus_at` tells of others."""
+        return self._si()[0].pieces[-1].youngs_modulus
 
     # -- neighbours --
 
     def with_restitution(self, restitution: float) -> System:
         """The same system with another coefficient of restitution."""
-        return replace(self, restitution=restitution)
+        return replace(self, contact=self.contact.with_restitution(restitution))
+
+    def with_load(self, load: Load) -> System:
+        """The same body and contact under another dimensionless load."""
+        return replace(self, load=load)
+
+    def uniform(self, s: float | None = None, d: float | None = None) -> System:
+        """The same load and contact on a uniform bar with another s or external d, without the scales to SI.
+
+        Raises
+        ------
+        ParameterError
+            When the body has other numbers than these.
+        """
+        if not isinstance(self.body, UniformBar):
+            raise ParameterError("body", self.body.kind, "a uniform bar, which s and d describe")
+        damping = self.body.damping if d is None else External(non_negative("d", d))
+        body = UniformBar(self.body.s if s is None else s, damping)
+        return System(body, self.load, self.contact)
 
     def with_load_factor(self, load_factor: float) -> System:
         """The same alternating load about the mean that makes p_0/p_k equal to `load_factor`.
@@ -179,8 +253,28 @@ class System(Shown):
         return replace(self, load=self.load.with_mean(mean))
 
     def __str__(self) -> str:
-        text = (
-            f"System: s = {self.s:.6g}, d = {self.d:.6g}, R = {self.restitution:.6g}; "
-            f"{str(self.load).removeprefix('Load: ')}"
-        )
+        text = f"System: {self.body}, R = {self.restitution:.6g}{self._law()}; {str(self.load).removeprefix('Load: ')}"
         return text if self.bar is None else f"{text}; {self.frequency:.4g} Hz; {self.bar}"
+
+    def _law(self) -> str:
+        return "" if isinstance(self.contact, Kept) else f", strain {self.contact.kind}"
+
+
+def _matched(names: tuple[str, ...], given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of one of the two ways to make a system, by name; None for what is missing.
+
+    Raises
+    ------
+    ParameterError
+        For too many of them, or those of both ways.
+    """
+    if len(given) > len(names):
+        raise ParameterError("system", len(given), f"{', '.join(names)}: no more without a name")
+    values = dict.fromkeys(names) | dict(zip(names, given, strict=False))
+    for name, value in named.items():
+        if name not in names:
+            raise ParameterError(name, value, "either body, load and contact or s, d, restitution and load, not both")
+        if values[name] is not None:
+            raise ParameterError(name, value, "one value, not two")
+        values[name] = value
+    return values

@@ -13,9 +13,9 @@ import numpy as np
 
 from percuss._version import __version__
 from percuss.errors import HistoryError, MissingExtraError, PercussError
-from percuss.model import Bar, Load, System
 from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
+from percuss.model.described import describe_system, system_from
 from percuss.model.vetting import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
@@ -84,7 +84,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
             "title": str(motion),
             "label": motion.label,
             "outcome": motion.outcome,
-            "system": json.dumps(_system_dict(motion.system)),
+            "system": json.dumps(describe_system(motion.system)),
             "description": json.dumps(
                 {
                     "modes": motion.modes,
@@ -181,7 +181,7 @@ def _digest(dataset: xarray.Dataset) -> str:
 
 def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     about = json.loads(dataset.attrs["description"])
-    system = _system_from(json.loads(dataset.attrs["system"]))
+    system = system_from(json.loads(dataset.attrs["system"]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
     start = dataset["start_state"].values
     engine = {str(name)[7:]: data.values for name, data in dataset.data_vars.items() if str(name).startswith("engine_")}
@@ -202,27 +202,6 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
         begin_time=about["begin_time"],
         end_time=about["end_time"],
     )
-
-
-def _system_dict(system: System) -> dict[str, Any]:
-    load, bar = system.load, system.bar
-    return {
-        "s": system.s,
-        "d": system.d,
-        "restitution": system.restitution,
-        "coefficients": [[c.real, c.imag] for c in load.coefficients.tolist()],
-        "breaks": list(load.breaks),
-        "values": list(load.values),
-        "frequency": system.frequency,
-        "bar": None if bar is None else {field.name: getattr(bar, field.name) for field in fields(Bar)},
-    }
-
-
-def _system_from(about: dict[str, Any]) -> System:
-    coefficients = np.array([complex(*pair) for pair in about["coefficients"]])
-    load = Load(coefficients, None, tuple(about["breaks"]), tuple(about["values"]))
-    bar = None if about["bar"] is None else Bar(**about["bar"])
-    return System(about["s"], about["d"], about["restitution"], load, bar, about["frequency"])
 
 
 def _xarray() -> Any:

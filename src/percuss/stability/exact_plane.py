@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -170,7 +170,7 @@ class _Job:
         self.level = plane.level.reshape(-1)[cell]
         load = system.load.with_mean(0.0)
         # of no mean and any R: the same one while these are moved
-        self.response: Response = forced_response(replace(system, load=load, restitution=0.0))
+        self.response: Response = forced_response(system.with_load(load).with_restitution(0.0))
         self.pull = {side: np.asarray(load.value(self.phase, side)) for side in load.sides}
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
@@ -224,7 +224,7 @@ class _Job:
         """A root whose multipliers failed their check, as a single orbit."""
         load = self.system.load.with_mean(float(self.mean[i]))
         try:
-            system = replace(self.system, restitution=float(self.r[i]), load=load)
+            system = self.system.with_restitution(float(self.r[i])).with_load(load)
             found = floquet_multipliers(Orbit(system, self.periods, float(self.phase[i])), self.modes, side=side)
         except (PercussError, ArithmeticError, np.linalg.LinAlgError):
             return complex(np.nan, np.nan), -1

@@ -8,7 +8,7 @@ be a drag that no machine has.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from percuss.errors import ResonanceError
@@ -99,7 +99,7 @@ def greatest_drag(system: System, periods: int) -> float | None:
     period = 2.0 * math.pi * count("periods", periods, most=MAX_PERIODS)
 
     def exists(d: float) -> bool:
-        lighter = replace(system, d=d)
+        lighter = system.uniform(d=d)
         try:
             highest = Arcs.of(forced_response(lighter)).highest
         except ResonanceError:

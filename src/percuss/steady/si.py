@@ -56,10 +56,10 @@ def si_report(orbit: Orbit) -> SIReport:
 
     Examples
     --------
-    >>> from percuss import Bar, Contact, Load, System, si_report, steady_states
+    >>> from percuss import Bar, Kept, Load, System, si_report, steady_states
     >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-4)
     >>> load = Load.harmonic(mean=4.0e3, amplitude=9.0e3, frequency=60.0)
-    >>> system = System.from_si(bar, load, Contact(restitution=0.2))
+    >>> system = System.from_si(bar, load, Kept(restitution=0.2))
     >>> report = si_report(steady_states(system).orbits[1])
     >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")
     306 J, 60 Hz, 11.0 m/s
@@ -75,7 +75,8 @@ def si_report(orbit: Orbit) -> SIReport:
     energy, rate = system.energy_scale * orbit.blow_energy, system.frequency / orbit.periods
     put_in = system.energy_scale * orbit.energy.input
     delivered = (1.0 - r**2) * energy
-    wave = 1e-6 * bar.density * bar.wave_speed * speed / 2.0 if speed > 0.0 else None
+    struck = bar.pieces[-1]
+    wave = 1e-6 * struck.impedance / struck.area * speed / 2.0 if speed > 0.0 else None
     return SIReport(
         impact_velocity_m_s=speed,
         rigid_velocity_m_s=rigid,
@@ -92,8 +93,8 @@ def si_report(orbit: Orbit) -> SIReport:
         contact_time_us=1e6 * bar.contact_duration,
         mean_force_kN=1e-3 * bar.mass * rigid * (1.0 + r) * rate,
         momentum_N_s=bar.mass * rigid,
-        drag_N_s_m=bar.damping * bar.length,
-        drag_force_kN=1e-3 * bar.damping * bar.length * rigid,
+        drag_N_s_m=bar.rigid_drag,
+        drag_force_kN=1e-3 * bar.rigid_drag * rigid,
     )
 
 

@@ -11,11 +11,11 @@ from percuss.errors import ParameterError
 from percuss.explore.ends.cycles import COLUMNS, followed
 from percuss.explore.ends.motions import fingerprint, some, start_columns, start_values
 from percuss.explore.ends.starts import DISTRIBUTIONS, drawn, named, own
-from percuss.explore.family import describe_system
 from percuss.explore.job import ASK_FORMAT, Column, Columns
 from percuss.explore.rough import seconds_of_start
 from percuss.model import System
 from percuss.model.checks import count, instance
+from percuss.model.described import describe_system
 
 if TYPE_CHECKING:
     from percuss.simulate import Starts, Stop

@@ -17,10 +17,10 @@ from percuss.explore.ends.cycles import COLUMNS
 from percuss.explore.ends.experiment_job import ExperimentJob, experiment_job
 from percuss.explore.ends.motions import dataset_of, done, starts_from
 from percuss.explore.ends.shares import Share, share_of, wilson
-from percuss.explore.family import system_from
 from percuss.explore.job import Columns
 from percuss.model import System
 from percuss.model.checks import non_negative
+from percuss.model.described import system_from
 from percuss.shown import Shown
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from percuss import Bar, Contact, Load, System, steady_states
+from percuss import Bar, Kept, Load, System, steady_states
 from percuss.simulate import Cycle, Start, Stop, run
 from percuss.stability import floquet_multipliers
 
@@ -153,7 +153,7 @@ def test_summary_of_whole_cycles():
 
 def test_summary_in_si():
     bar = Bar(length=0.5, diameter=0.05)
-    system = System.from_si(bar, Load.harmonic(700.0, 1000.0, frequency=40.0), Contact(restitution=0.5))
+    system = System.from_si(bar, Load.harmonic(700.0, 1000.0, frequency=40.0), Kept(restitution=0.5))
     orbit = steady_states(system, modes=4).orbits[1]
     motion = run(system, Start.orbit(orbit, velocity=[-1e-5]), modes=4, stop=Stop(impacts=4000))
     assert motion.outcome == "periodic"

@@ -28,7 +28,7 @@ def orbits(found, system, restitution, load_factor, periods=1):
     for place in map(tuple, np.argwhere(~np.isnan(found.plane.phase))):
         cell = place[1:]
         load = system.load.with_mean(float(factor[cell] * unit))
-        here = replace(system, restitution=float(r[cell]), load=load)
+        here = system.with_restitution(float(r[cell])).with_load(load)
         yield place, Orbit(here, periods, float(found.plane.phase[place]), bool(found.fold[place]))
 
 
@@ -146,8 +146,8 @@ def test_verdicts_kinds_and_modes_are_those_of_single_orbits():
 
 
 def test_many_modes_are_the_secular_roots():
-    found = exact_plane(replace(PNEUMATIC, s=5.0), 0.6, np.array([0.45, 0.9]), modes=200)
-    for place, orbit in orbits(found, replace(PNEUMATIC, s=5.0), np.array(0.6), np.array([0.45, 0.9])):
+    found = exact_plane(PNEUMATIC.uniform(s=5.0), 0.6, np.array([0.45, 0.9]), modes=200)
+    for place, orbit in orbits(found, PNEUMATIC.uniform(s=5.0), np.array(0.6), np.array([0.45, 0.9])):
         assert found.largest[place] == pytest.approx(floquet_multipliers(orbit, 200).largest, rel=1e-9)
 
 

@@ -10,7 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from percuss import Bar, Contact, Load, System, si_report, steady_states
+from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
 from percuss.case.clocked import clock_in_short, clock_note
 from percuss.case.ends import Ends, ends_of
@@ -264,8 +264,8 @@ def test_the_rhythm_hardly_changes_where_the_ringing_changes_its_mode() -> None:
 
 
 def test_the_drag_is_the_damping_of_the_whole_bar() -> None:
-    bar = Bar(length=0.341, diameter=0.049, damping=900.0)
-    system = System.from_si(bar, Load.harmonic(4.0e3, 9.0e3, frequency=60.0), Contact(restitution=0.2))
+    bar = Bar(length=0.341, diameter=0.049, drag=900.0)
+    system = System.from_si(bar, Load.harmonic(4.0e3, 9.0e3, frequency=60.0), Kept(restitution=0.2))
     for orbit in steady_states(system).orbits:
         si, drag = si_report(orbit), drag_of(orbit)
         assert si.drag_N_s_m == pytest.approx(900.0 * 0.341, rel=1e-12)
@@ -328,7 +328,7 @@ def test_a_tiny_machine_has_the_efficiency_of_a_large_one(scale: float) -> None:
     def answer(size: float) -> tuple[float | None, float]:
         bar = Bar(length=0.3 * size, diameter=0.05 * size, damping_ratio=1e-4)
         load = Load.harmonic(2.0e3 * size**2, 6.0e3 * size**2, frequency=60.0 / size)
-        si = si_report(steady_states(System.from_si(bar, load, Contact(restitution=0.2))).orbits[1])
+        si = si_report(steady_states(System.from_si(bar, load, Kept(restitution=0.2))).orbits[1])
         return si.efficiency, si.blow_energy_J
 
     (efficiency, energy), (whole, large) = answer(scale), answer(1.0)
@@ -341,7 +341,7 @@ def test_where_nothing_is_put_in_there_is_no_efficiency() -> None:
     """R = 1 without damping takes nothing, whatever the size."""
     bar = Bar(length=0.3, diameter=0.05)
     load = Load.harmonic(2.0e3, 6.0e3, frequency=60.0)
-    for orbit in steady_states(System.from_si(bar, load, Contact(restitution=1.0)), modes=0).orbits:
+    for orbit in steady_states(System.from_si(bar, load, Kept(restitution=1.0)), modes=0).orbits:
         assert si_report(orbit).efficiency is None
 
 
@@ -362,7 +362,7 @@ def test_a_motion_that_does_not_strike_has_no_stress_and_no_blow() -> None:
     """A bar so soft that its ringing end moves back faster than the bar as a whole moves forward."""
     bar = Bar(length=1.0, diameter=0.05, damping_ratio=0.001)
     load = Load.harmonic(2.5e4, 1.0e5, frequency=bar.wave_speed / (2.0 * math.pi * 0.252))
-    system = System.from_si(bar, load, Contact(restitution=0.21))
+    system = System.from_si(bar, load, Kept(restitution=0.21))
     backward = [orbit for orbit in steady_states(system).orbits if orbit.impact_velocity < 0.0]
     assert backward
     for orbit in backward:

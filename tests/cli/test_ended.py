@@ -81,8 +81,8 @@ def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
     """A batch system sends it to all processes of a job at once."""
     from percuss.explore.carry.archive import Archive
 
-    here = Path(__file__).resolve().parent
-    command = [sys.executable, str(here / "jobs.py"), str(tmp_path / "a.zarr"), "100000", "0.01", "20", "3"]
+    jobs = Path(__file__).resolve().parents[1] / "explore" / "jobs.py"
+    command = [sys.executable, str(jobs), str(tmp_path / "a.zarr"), "100000", "0.01", "20", "3"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
         until = time.monotonic() + 60.0
         while time.monotonic() < until and len(list((tmp_path / "a.zarr" / "done" / "c").glob("*"))) < 3:

@@ -27,6 +27,8 @@ pytest.importorskip("distributed")
 from percuss import cluster
 
 HERE = Path(__file__).resolve().parent
+PATHS = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
+"""Where other processes find the jobs, and the package where these tests find it."""
 
 
 def free_port() -> int:
@@ -52,7 +54,7 @@ class Dask:
         return self.workers[-1]
 
     def _started(self, *arguments: str, **environment: str) -> subprocess.Popen[bytes]:
-        env = {**os.environ, "PYTHONPATH": str(HERE), "OPENBLAS_NUM_THREADS": "1", **environment}
+        env = {**os.environ, "PYTHONPATH": PATHS, "OPENBLAS_NUM_THREADS": "1", **environment}
         with open(self.folder / "dask.log", "ab") as log:
             return subprocess.Popen([sys.executable, "-m", "dask", *arguments], env=env, stdout=log, stderr=log)
 
@@ -204,7 +206,7 @@ def test_workers_with_another_version(tmp_path):
     fake.mkdir()
     (fake / "sitecustomize.py").write_text("import percuss._version as v\nv.__version__ = '0.0.1'\n")
     try:
-        found.worker(PYTHONPATH=f"{fake}{os.pathsep}{HERE}")
+        found.worker(PYTHONPATH=f"{fake}{os.pathsep}{PATHS}")
         with pytest.raises(PercussError, match=r"has other versions: percuss 0\.0\.1 there") as error:
             cluster.pool(found.address, timeout=30)
         assert "install the same" in str(error.value)

@@ -156,8 +156,10 @@ def test_whole_numbers_that_are_places(motions, row, tmp_path):
         ("description", "end_time", "1"), ("description", "stop", {"impacts": -1}), ("description", "stop", {"x": 1}),
         ("description", "stop", None), ("description", "cycle", {"first": 0}),
         ("description", "cycle", {"first": 10**6, "impacts": 1, "periods": 1, "kind": 0}),
-        ("system", "s", float("inf")), ("system", "s", "x"), ("system", "d", -1.0), ("system", "coefficients", [["x"]]),
-        ("system", "breaks", [0.4]), ("system", "values", [1.5]), ("system", "bar", {"length": 0.0}),
+        ("system", "s", float("inf")), ("system", "s", "x"), ("system", "d", -1.0),
+        ("system", "load", {"coefficients": [["x"]]}), ("system", "bar", {"length": 0.0}),
+        ("system", "load", {"coefficients": [[1.0, 0.0]], "breaks": [0.4], "values": [1.5]}),
+        ("system", "load", {"coefficients": [[1.0, 0.0]], "breaks": [0.4, 1.0], "values": [1.5]}),
     ],
 )  # fmt: skip
 def test_what_is_said_about_it(motions, attribute, key, value, tmp_path):

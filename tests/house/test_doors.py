@@ -15,7 +15,7 @@ import percuss
 from percuss import (
     Bar,
     Case,
-    Contact,
+    Kept,
     Load,
     Start,
     Starts,
@@ -32,6 +32,7 @@ from percuss import (
 )
 from percuss import case as room_of_cases
 from percuss.errors import ParameterError, PercussError
+from percuss.model import External, KelvinVoigt, Ratio, Reversed, Table, UniformBar
 
 ROOMS = ("model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
 
@@ -152,6 +153,11 @@ NO_DOORS: dict[str, str] = {
     "explore.Job": "a protocol",
     "explore.Job.compute": "a protocol",
     "explore.Column": "what one's own job keeps; numpy judges its type",
+    **dict.fromkeys(
+        ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
+        "a contract: the doors are its kinds",
+    ),
+    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result"], MADE_HERE),
     "errors.PercussError": "what comes out",
 }
 
@@ -165,7 +171,7 @@ NO_KEYS = {"dict"}
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 SI_LOAD = Load.harmonic(900.0, 1000.0, frequency=50.0)
-SI_SYSTEM = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Contact(0.5))
+SI_SYSTEM = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Kept(0.5))
 SHORT = Stop(impacts=3)
 PLAIN = """
 [system]
@@ -206,7 +212,7 @@ Entry = tuple[Callable[..., object], dict[str, Any], dict[str, set[str]]]
 
 def table(folder: Path) -> dict[str, Entry]:
     """A valid call of everything public: callable, arguments, and the objects that have a meaning in their places."""
-    bar, contact = Bar(0.3, 1e-3), Contact(0.5)
+    bar, contact = Bar(0.3, 1e-3), Kept(0.5)
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
     orbit = states.orbits[1]
@@ -230,21 +236,35 @@ def table(folder: Path) -> dict[str, Entry]:
     return {
         # -- model --
         "model.Bar": (
-            Bar, {"length": 1.0, "area": 1.0, "youngs_modulus": 1.0, "density": 1.0, "damping": 1.0}
-            | {"diameter": None, "damping_ratio": None},
-            {"damping": OPTIONAL, "diameter": OPTIONAL, "damping_ratio": OPTIONAL},
+            Bar, {"length": 1.0, "area": 1.0, "youngs_modulus": 1.0, "density": 1.0, "damping": None}
+            | {"diameter": None, "damping_ratio": None, "drag": None},
+            {"damping": OPTIONAL, "diameter": OPTIONAL, "damping_ratio": OPTIONAL, "drag": OPTIONAL},
         ),
+        "model.Bar.body": (bar.body, {"angular_frequency": 2.0}, {}),
+        "model.UniformBar": (UniformBar, {"s": 1.0, "damping": External(0.1)}, {}),
+        "model.UniformBar.place": (UniformBar(1.0).place, {"number": 0}, {}),
+        "model.External": (External, {"d": 0.1}, {}),
+        "model.Ratio": (Ratio, {"ratio": 0.1}, {}),
+        "model.KelvinVoigt": (KelvinVoigt, {"eta": 0.1}, {}),
+        "model.Table": (Table, {"values": (0.1, 0.2)}, {}),
         "model.Bar.natural_frequencies": (bar.natural_frequencies, {"modes": 2}, {}),
-        "model.Contact": (
-            Contact, {"restitution": None, "receiving_area": 2.0, "area": 1.0},
-            {"restitution": OPTIONAL},
-        ),
+        **{
+            f"model.{law.__name__}": (
+                law, {"restitution": None, "receiving_area": 2.0, "area": 1.0}, {"restitution": OPTIONAL},
+            )
+            for law in (Kept, Reversed)
+        },
+        **{
+            f"model.{law.__name__}.with_restitution": (law(0.5).with_restitution, {"restitution": 0.2}, {})
+            for law in (Kept, Reversed)
+        },
         "model.Load": (
             Load, {"coefficients": [0.3, 1.0], "frequency": 1.0, "breaks": (), "values": (), "report": None}
-            | {"error": 0.1},
+            | {"error": 0.1, "at": 0},
             {"coefficients": REAL, "frequency": OPTIONAL, "breaks": PLACES, "values": PLACES}
             | {"report": OPTIONAL, "error": OPTIONAL},
         ),
+        "model.Load.acting_at": (load.acting_at, {"number": 1}, {}),
         "model.Load.harmonic": (
             Load.harmonic, {"mean": 0.9, "amplitude": 1.0, "harmonic": 1, "frequency": 1.0},
             {"mean": REAL, "amplitude": REAL, "frequency": OPTIONAL},
@@ -274,8 +294,12 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Load.shifted": (load.shifted, {"phi": 1.0}, {"phi": REAL}),
         "model.Load.with_mean": (load.with_mean, {"mean": 1.0}, {"mean": REAL}),
         "model.System": (
-            System, {"s": 1.0, "d": 0.1, "restitution": 0.5, "load": load, "bar": bar, "frequency": 2.0}, {},
+            System, {"s": None, "d": None, "restitution": None, "load": load, "bar": bar, "frequency": 2.0}
+            | {"body": UniformBar(1.0), "contact": contact},
+            {"s": OPTIONAL, "d": OPTIONAL, "restitution": OPTIONAL},
         ),
+        "model.System.with_load": (SYSTEM.with_load, {"load": load}, {}),
+        "model.System.uniform": (SYSTEM.uniform, {"s": 1.0, "d": 0.1}, {"s": OPTIONAL, "d": OPTIONAL}),
         "model.System.from_si": (
             System.from_si, {"bar": bar, "load": SI_LOAD, "contact": contact}, {},
         ),
@@ -563,16 +587,38 @@ def public() -> Iterator[tuple[str, Callable[..., object]]]:
                         yield f"{key}.{method}", thing
 
 
+BY_THE_MECHANICS = {
+    f"model.{kind}": ("place", "with_restitution", "body", "natural_frequencies")
+    for kind in ("Body", "Damping", "Contact", "SizedBody", "Modes")
+}
+"""Contracts whose methods the mechanics ask, with arrays and counts that other floors have checked, and their doors."""
+
+
+def asked_by_the_mechanics(name: str) -> bool:
+    """Whether it is a method of a body or a law that takes what others have checked."""
+    room, _, method = name.partition(".")
+    kind, _, method = method.partition(".")
+    found = getattr(importlib.import_module("percuss.model"), kind, None) if room == "model" else None
+    contracts = [BY_THE_MECHANICS.get(f"model.{base.__name__}") for base in getattr(found, "__mro__", ())]
+    doors = [own for own in contracts if own is not None]
+    return bool(method and doors) and (method not in doors[0] or f"model.{kind}" in BY_THE_MECHANICS)
+
+
 def parameters(function: Callable[..., object]) -> set[str]:
     """The names that a caller can give; not what is passed on."""
     try:
         told = inspect.signature(function).parameters
     except (TypeError, ValueError):
         return set()
-    return {name for name, about in told.items() if name != "self" and about.kind is not about.VAR_KEYWORD}
+    unnamed = {"self", "given"}  # the latter are those of `System`, which have names too
+    return {name for name, about in told.items() if name not in unnamed and about.kind is not about.VAR_KEYWORD}
 
 
-DOORS = {name: function for name, function in public() if parameters(function) and name not in NO_DOORS}
+DOORS = {
+    name: function
+    for name, function in public()
+    if parameters(function) and name not in NO_DOORS and not asked_by_the_mechanics(name)
+}
 
 
 @pytest.fixture(scope="module")

@@ -40,6 +40,8 @@ from percuss.explore.sweep_job import sweep_job
 from percuss.notebook import duration
 
 HERE = Path(__file__).resolve().parent
+PATHS = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
+"""Where other processes find the jobs, and the package where these tests find it."""
 
 
 def alive(pid: int) -> bool:
@@ -304,7 +306,7 @@ def test_more_than_memory_holds():
 def script(folder: Path, text: str) -> Any:
     """What a script without a main guard comes to, that says each time when it is run."""
     (folder / "study.py").write_text(f"print('run')\n{textwrap.dedent(text)}\nprint('end')\n")
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])}
+    env = {**os.environ, "PYTHONPATH": PATHS}
     command = [sys.executable, str(folder / "study.py")]
     return subprocess.run(command, capture_output=True, text=True, env=env, timeout=100)
 
@@ -468,7 +470,7 @@ if __name__ == "__main__":
 def started(tmp_path: Path, workers: int) -> Any:
     """The script as a process group of its own, some chunks done, and the numbers of all processes."""
     (tmp_path / "script.py").write_text(SCRIPT)
-    env = {**os.environ, "PYTHONPATH": str(HERE)}
+    env = {**os.environ, "PYTHONPATH": PATHS}
     command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path), str(workers)]
     process = subprocess.Popen(
         command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -532,7 +534,7 @@ def test_ctrl_c_while_processes_start(tmp_path):
                     print("interrupted")
     """)
     (tmp_path / "script.py").write_text(code)
-    env = {**os.environ, "PYTHONPATH": str(HERE)}
+    env = {**os.environ, "PYTHONPATH": PATHS}
     process = subprocess.Popen(
         [sys.executable, str(tmp_path / "script.py")], env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, start_new_session=True,

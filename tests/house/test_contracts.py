@@ -9,16 +9,18 @@ import pytest
 
 import percuss
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 PUBLIC = [
     "Bar",
     "Case",
     "Contact",
     "Ensemble",
+    "Kept",
     "Load",
     "Orbit",
     "PercussError",
+    "Reversed",
     "Stability",
     "Start",
     "Starts",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from percuss import Bar, Contact, Load, Start, Starts, Stop, System, run
+from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.carry.archive import Archive
@@ -104,7 +104,7 @@ def test_dataset():
 
 def test_the_axes_of_a_dataset_have_scales():
     system = System.from_si(
-        Bar(length=0.341, diameter=0.049), Load.harmonic(5e3, 6e3, frequency=60.0), Contact(restitution=0.6)
+        Bar(length=0.341, diameter=0.049), Load.harmonic(5e3, 6e3, frequency=60.0), Kept(restitution=0.6)
     )
     data = basins(system, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).dataset
     assert data["time"].attrs == {"units": "rad", "si_scale": system.time_scale, "si_units": "s"}
@@ -138,7 +138,7 @@ def test_pictures_of_a_case_in_si_have_axes_in_si():
     from percuss import plot
 
     bar = Bar(length=0.09, diameter=0.06)
-    system = System.from_si(bar, Load.harmonic(mean=900.0, amplitude=1200.0, frequency=33.0), Contact(restitution=0.3))
+    system = System.from_si(bar, Load.harmonic(mean=900.0, amplitude=1200.0, frequency=33.0), Kept(restitution=0.3))
     speed = 8.0 / system.speed_scale
     found = basins(system, ("time", 0.1, 6.2, 6), ("velocity", -speed, -0.1 * speed, 5), modes=0, workers=1)
     panel = plot.basins(found).axes[0]

@@ -15,7 +15,7 @@ import pytest
 
 from percuss.case import Case
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs" / "_ext"))
 cells = importlib.import_module("cells")  # what the kernels of the built pages use
 

@@ -1,4 +1,4 @@
-"""The bar: a slender elastic rod with viscous damping spread along its length."""
+"""The uniform bar in SI units: a slender elastic rod of one cross-section and one material."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from percuss.errors import ParameterError
-from percuss.model.checks import Array, count, non_negative, positive
+from percuss.model.body.damping import UNDAMPED, Damping, External
+from percuss.model.body.sized import Piece, SizedBody
+from percuss.model.body.uniform import UniformBar
+from percuss.model.checks import instance, non_negative, positive
 
 __all__ = ["Bar"]
 
 
 @dataclass(frozen=True, init=False)
-class Bar:
+class Bar(SizedBody):
     """A uniform elastic bar in SI units; steel unless told otherwise.
 
     Parameters
@@ -29,17 +30,20 @@ class Bar:
     density
         Density in kg/m³.
     damping
-        D, the force per metre of bar and per velocity, in N·s/m²; or give `damping_ratio`.
+        A law of damping with its times in s; or give `damping_ratio` or `drag`.
     diameter
         Diameter in m of a solid round bar, instead of `area`.
     damping_ratio
         Fraction of critical damping of the first elastic mode (dimensionless), instead of `damping`:
         D = 2 ζ π C M / L.
+    drag
+        D, the force per metre of bar and per velocity, in N·s/m², instead of `damping`: `External(D/M)`.
 
     Raises
     ------
     ParameterError
-        For sizes that are not positive and finite, or when both or neither of `area` and `diameter` are given.
+        For sizes that are not positive and finite, when both or neither of `area` and `diameter` are given, or more
+        than one damping.
 
     Examples
     --------
@@ -48,6 +52,8 @@ class Bar:
     Bar: 341 mm × 1886 mm², 5.05 kg, C = 5172 m/s, impedance 7.66e+04 N·s/m, first mode 7584 Hz
     """
 
+    kind: ClassVar[str] = "uniform"
+
     STEEL_MODULUS: ClassVar[float] = 210e9
     """Young's modulus of steel in Pa, unless told otherwise."""
 
@@ -55,7 +61,7 @@ class Bar:
     area: float
     youngs_modulus: float
     density: float
-    damping: float
+    damping: Damping
 
     def __init__(
         self,
@@ -63,10 +69,11 @@ class Bar:
         area: float | None = None,
         youngs_modulus: float = STEEL_MODULUS,
         density: float = 7850.0,
-        damping: float | None = None,
+        damping: Damping | None = None,
         *,
         diameter: float | None = None,
         damping_ratio: float | None = None,
+        drag: float | None = None,
     ) -> None:
         set_ = object.__setattr__
         set_(self, "length", positive("length", length))
@@ -78,14 +85,32 @@ class Bar:
             raise ParameterError("area", None, "an area (m²) or a diameter (m) greater than 0")
         round_area = None if diameter is None else math.pi / 4.0 * positive("diameter", diameter) ** 2
         set_(self, "area", positive("area", area if round_area is None else round_area))
-        if damping is not None and damping_ratio is not None:
-            raise ParameterError("damping_ratio", damping_ratio, "either damping or damping_ratio, not both")
-        if damping_ratio is not None:
-            ratio = non_negative("damping_ratio", damping_ratio)
-            damping = 2.0 * ratio * math.pi * self.wave_speed * self.mass_per_length / self.length
         if not 0.0 < self.mass < math.inf:
             raise ParameterError("length", self.length, "sizes and a density that give the bar a finite mass")
-        set_(self, "damping", non_negative("damping", 0.0 if damping is None else damping))
+        set_(self, "damping", self._law(damping, damping_ratio, drag))
+
+    def _law(self, damping: Damping | None, ratio: float | None, drag: float | None) -> Damping:
+        given = {"damping": damping, "damping_ratio": ratio, "drag": drag}
+        several = [name for name, value in given.items() if value is not None]
+        if len(several) > 1:
+            raise ParameterError(several[1], given[several[1]], f"either {several[0]} or {several[1]}, not both")
+        if ratio is not None:
+            drag = 2.0 * non_negative("damping_ratio", ratio) * math.pi * self.wave_speed * self.mass_per_length
+            return External(drag / self.length / self.mass_per_length)
+        if drag is not None:
+            return External(non_negative("drag", drag) / self.mass_per_length)
+        return UNDAMPED if damping is None else instance("damping", damping, Damping)
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The one section that it is."""
+        diameter = math.sqrt(4.0 / math.pi * self.area)
+        return (Piece(0.0, self.length, self.area, self.youngs_modulus, self.density, diameter, 0.0),)
+
+    def body(self, angular_frequency: float) -> UniformBar:
+        """The dimensionless bar under a load whose fundamental has the angular frequency Ω, in rad/s."""
+        omega = positive("angular_frequency", angular_frequency)
+        return UniformBar(self.wave_speed / (self.length * omega), self.damping.per_radian(omega))
 
     @property
     def mass_per_length(self) -> float:
@@ -106,24 +131,6 @@ class Bar:
     def impedance(self) -> float:
         """Mechanical impedance A sqrt(E ρ) in N·s/m."""
         return self.area * math.sqrt(self.youngs_modulus * self.density)
-
-    @property
-    def contact_duration(self) -> float:
-        """2L/C in s: the time a wave needs to run through the bar and back."""
-        return 2.0 * self.length / self.wave_speed
-
-    def natural_frequencies(self, modes: int) -> Array:
-        """Damped natural frequencies of the elastic modes 1 … `modes` of the free bar.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (modes,), in Hz: λ_n/2π; 0 for a mode that is overdamped.
-        """
-        n = np.arange(1, count("modes", modes, most=1 << 20) + 1)
-        omega = n * math.pi * self.wave_speed / self.length
-        decay = self.damping / (2.0 * self.mass_per_length)
-        return np.asarray(np.sqrt(np.maximum(omega**2 - decay**2, 0.0)) / (2.0 * math.pi))
 
     def __str__(self) -> str:
         return (

@@ -12,13 +12,11 @@ import os
 import re
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -34,6 +32,7 @@ import uvicorn
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from hostile_recordings import bombs, hdf5
 from percuss.case import load_case
 from percuss.case.uploads import uploaded_history
 from percuss.cli import main
@@ -250,116 +249,9 @@ def test_hostile_recordings_are_refused_soon(client: Client, name: str, data: by
     assert time.process_time() - begun < 10.0
 
 
-def _hdf5(folder: Any, make: Any) -> bytes:
-    h5py = pytest.importorskip("h5py")
-    with h5py.File(folder / "made.h5", "w") as content:
-        make(content)
-    return bytes((folder / "made.h5").read_bytes())
-
-
-def _mat(*elements: tuple[int, bytes]) -> bytes:
-    head = b"MATLAB 5.0 MAT-file".ljust(116) + bytes(8) + b"\x00\x01IM"
-    return head + b"".join(struct.pack("<II", kind, len(body)) + body for kind, body in elements)
-
-
-def _matrix(kind: int, sizes: tuple[int, ...], data: bytes = b"", told: int | None = None) -> bytes:
-    """An array of MATLAB of version 5, its data of `told` bytes."""
-    body = struct.pack("<IIII", 6, 8, kind, 0) + struct.pack("<II", 5, 4 * len(sizes))
-    body += struct.pack(f"<{len(sizes)}i", *sizes).ljust(-(-len(sizes) // 2) * 8, b"\0") + struct.pack("<II", 1, 8)
-    body += b"force_kN" + struct.pack("<II", 9, len(data) if told is None else told) + data
-    return struct.pack("<II", 14, len(body)) + body
-
-
-def _bombs(folder: Any) -> dict[str, tuple[str, bytes, str]]:
-    """Recordings that would do harm: name, bytes, and what the refusal says."""
-    zeros = np.zeros(4000)
-
-    def no_gzip_of_its_size(content: Any) -> None:
-        found = content.create_dataset("force", shape=(1000,), dtype="f8", chunks=(1000,), compression="gzip")
-        found.id.write_direct_chunk((0,), zlib.compress(bytes(50_000_000), 9))
-
-    def virtual(content: Any) -> None:
-        import h5py
-
-        layout = h5py.VirtualLayout(shape=(4000,), dtype="f8")
-        layout[:] = h5py.VirtualSource(str(folder / "secret.h5"), "force", shape=(4000,))
-        content.create_virtual_dataset("force", layout)
-
-    def linked(content: Any) -> None:
-        import h5py
-
-        content["force"] = h5py.ExternalLink(str(folder / "secret.h5"), "force")
-        content["time"] = h5py.SoftLink("/force")
-
-    def outside(content: Any) -> None:
-        content.create_dataset("force", shape=(4000,), dtype="f8", external=[(str(folder / "secret.bin"), 0, 32_000)])
-
-    def huge(content: Any) -> None:
-        content.create_dataset("force", shape=(10**12,), dtype="f8", chunks=(10**6,), compression="gzip")
-
-    def bare(content: Any) -> None:
-        content.create_dataset("force", shape=(10**12,), dtype="f8")
-
-    def objects(content: Any) -> None:
-        import h5py
-
-        content.create_dataset("force", data=np.array([b"cos\nsystem\n"] * 20, dtype=object), dtype=h5py.string_dtype())
-        content.create_dataset("pickle", data=np.void(b"\x80\x04cos\nsystem\n."))
-
-    def plain(content: Any) -> None:
-        content["force"] = zeros + 3.0
-
-    secret = _hdf5(folder, plain)
-    (folder / "secret.h5").write_bytes(secret)
-    (folder / "secret.bin").write_bytes(zeros.tobytes())
-    too_much, numbers = "more than 5000000 numbers", _matrix(6, (1, 4000), bytes(32_000))
-    cells = _matrix(1, (1, 1), bytes(30_000_000))
-    return {
-        "hdf5 head": ("a.h5", b"\x89HDF\r\n\x1a\n", "not a readable"),
-        "hdf5 cut": ("a.h5", secret[:3000], "not a readable"),
-        "hdf5 of another kind": ("a.hdf5", b"time,force\n" * 100, "not a readable"),
-        "hdf5 huge": ("a.h5", _hdf5(folder, huge), too_much),
-        "hdf5 huge, nothing stored": ("a.h5", _hdf5(folder, bare), too_much),
-        "hdf5 gzip beyond its chunk": ("a.h5", _hdf5(folder, no_gzip_of_its_size), too_much),
-        "hdf5 virtual": ("a.h5", _hdf5(folder, virtual), "another file"),
-        "hdf5 external data": ("a.h5", _hdf5(folder, outside), "another file"),
-        "hdf5 links": ("a.h5", _hdf5(folder, linked), "no array of numbers"),
-        "hdf5 objects": ("a.h5", _hdf5(folder, objects), "no array of numbers"),
-        "mat 7.3 virtual": ("a.mat", bytes(512) + _hdf5(folder, virtual), "another file"),
-        "mat head": ("a.mat", b"MATLAB 5.0 MAT-file", "not a MATLAB file"),
-        "mat version 4": (
-            "a.mat",
-            struct.pack("<5i", 0, 10**6, 10**6, 0, 2) + b"a\0" + bytes(200),
-            "not a MATLAB file",
-        ),
-        "mat cut": ("a.mat", _mat((15, zlib.compress(numbers)))[:-9], "ends too early"),
-        "mat gzip": ("a.mat", _mat((15, zlib.compress(_matrix(6, (1, 7_000_000), bytes(56_000_000)), 9))), too_much),
-        "mat gzip of zeros": ("a.mat", _mat((15, zlib.compress(bytes(90_000_000), 9))), too_much),
-        "mat told": ("a.mat", _mat((15, zlib.compress(_matrix(6, (1, 4000), bytes(80), 32_000)))), "ends too early"),
-        "mat cells": ("a.mat", _mat((14, _matrix(1, (30_000, 30_000))[8:])), "no array of numbers"),
-        "mat extents": ("a.mat", _mat((14, _matrix(6, (-1, 4000), bytes(32_000))[8:])), "not a readable"),
-        "mat extents and data": ("a.mat", _mat((14, _matrix(6, (9, 400), bytes(32_000))[8:])), "not a readable"),
-        "mat many cells": ("a.mat", _mat(*[(15, zlib.compress(cells, 9))] * 2), too_much),
-        "mat many parts": ("a.mat", _mat((14, _matrix(6, (1, 1), bytes(8) + bytes(8) * 9, 8)[8:])), "not a readable"),
-        "tdms head": ("a.tdms", b"TDSm", "no array of numbers"),
-        "tdms of another kind": ("a.tdms", b"RIFF" * 30, "not a TDMS"),
-        "tdms told": ("a.tdms", _tdms(folder, 10**12), "no readable|numbers|holds|constant"),
-        "npz": ("a.npz", b"PK\x03\x04", "ends in"),
-    }
-
-
-def _tdms(folder: Any, told: int) -> bytes:
-    """A file that says that its channel has so many values."""
-    nptdms = pytest.importorskip("nptdms")
-    with nptdms.TdmsWriter(folder / "made.tdms") as file:
-        file.write_segment([nptdms.ChannelObject("g", "force", np.zeros(777))])
-    data: bytes = (folder / "made.tdms").read_bytes()
-    return data.replace(struct.pack("<Q", 777), struct.pack("<Q", told))
-
-
 def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None:
     """Refused before they are unpacked, in words; no other file is read."""
-    for what, (name, data, says) in _bombs(tmp_path).items():
+    for what, (name, data, says) in bombs(tmp_path).items():
         found = client.request(
             "POST", "/api/history", params={"name": name, "sample_rate": "1 kHz", "unit": "kN"}, content=data
         )
@@ -373,7 +265,7 @@ def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp
     """As is what it takes too long over, or is stopped in."""
     from percuss.case import apart
 
-    data = _hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
+    data = hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
     (tmp_path / "recording.h5").write_bytes(data)
     with pytest.raises(Interrupted):
         apart.read_apart(tmp_path / "recording.h5", {}, lambda: True)

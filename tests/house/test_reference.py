@@ -15,7 +15,7 @@ from percuss.case import Case, schema
 from percuss.cli import main
 from percuss.errors import CaseError
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 sys.path.insert(0, str(DOCS / "_ext"))
 reference = importlib.import_module("reference")

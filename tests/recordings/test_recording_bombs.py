@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from test_web_security import _bombs, _hdf5, _mat, _matrix
+from hostile_recordings import bombs, hdf5, mat, matrix
 
 for needed in ("h5py", "nptdms", "scipy"):
     pytest.importorskip(needed)
@@ -36,19 +36,19 @@ READ = """
 def test_they_are_refused_and_take_no_memory(tmp_path: Path) -> None:
     """A .mat of 0.5 MB that unpacks to 500 MB, an .h5 of 1.4 kB that holds 6 GB, and whatever else does harm."""
     files = {}
-    for what, (name, data, _) in _bombs(tmp_path).items():
+    for what, (name, data, _) in bombs(tmp_path).items():
         if what in ("npz", "mat gzip", "mat gzip of zeros", "mat many cells", "tdms told"):
             continue  # of no kind that is read; no more than may be read; read as far as it goes
         path = tmp_path / f"{what.replace(' ', '-')}{Path(name).suffix}"
         path.write_bytes(data)
         files[str(path)] = what
     packer = zlib.compressobj(9)
-    huge = packer.compress(_matrix(6, (1, 2**26), b"", 2**29))
+    huge = packer.compress(matrix(6, (1, 2**26), b"", 2**29))
     huge += b"".join(packer.compress(bytes(2**20)) for _ in range(500))
     huge += packer.flush()
-    (tmp_path / "big.mat").write_bytes(_mat((15, huge)))
+    (tmp_path / "big.mat").write_bytes(mat((15, huge)))
     (tmp_path / "big.h5").write_bytes(
-        _hdf5(tmp_path, lambda content: content.create_dataset("force", shape=(8 * 10**8,), dtype="f8", chunks=True))
+        hdf5(tmp_path, lambda content: content.create_dataset("force", shape=(8 * 10**8,), dtype="f8", chunks=True))
     )
     for name in ("big.mat", "big.h5"):
         assert (tmp_path / name).stat().st_size < 2_500_000

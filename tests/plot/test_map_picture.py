@@ -183,7 +183,7 @@ def test_compression_is_blue_and_negative_in_every_picture():
 
 
 def test_the_gallery_has_the_colours_of_the_palette():
-    docs = Path(__file__).resolve().parent.parent / "docs"
+    docs = Path(__file__).resolve().parents[2] / "docs"
     cycle = rc_params_from_file(str(docs / "matplotlibrc"), use_default_template=False)["axes.prop_cycle"]
     assert [f"#{c.lstrip('#')}" for c in cycle.by_key()["color"]] == list(palette.CYCLE)
     for script in (docs / "gallery").glob("*.py"):

@@ -1,0 +1,34 @@
+"""Bodies: what strikes. `Body` says all that the mechanics may ask of one; each kind of body is a file."""
+
+from percuss.model.body.bar import Bar
+from percuss.model.body.body import Body, Modes, Shape
+from percuss.model.body.damping import UNDAMPED, Damping, External, KelvinVoigt, Ratio, Table
+from percuss.model.body.sized import SizedBody
+from percuss.model.body.uniform import UniformBar
+
+__all__ = [
+    "BODIES",
+    "DAMPINGS",
+    "SIZED_BODIES",
+    "UNDAMPED",
+    "Bar",
+    "Body",
+    "Damping",
+    "External",
+    "KelvinVoigt",
+    "Modes",
+    "Ratio",
+    "Shape",
+    "SizedBody",
+    "Table",
+    "UniformBar",
+]
+
+BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar,)}
+"""The kinds of bodies by their word."""
+
+SIZED_BODIES: dict[str, type[SizedBody]] = {body.kind: body for body in (Bar,)}
+"""The same with sizes in SI."""
+
+DAMPINGS: dict[str, type[Damping]] = {law.kind: law for law in (External, Ratio, KelvinVoigt, Table)}
+"""The laws of damping by their word."""

@@ -1,0 +1,268 @@
+"""What a body is: everything that the mechanics may ask of a bar, and nothing of how it is asked."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model.body.damping import Damping
+from percuss.model.checks import Array, ComplexArray, count
+
+__all__ = ["Body", "Modes", "Shape"]
+
+_DIFFERENCES = 4096
+"""Modes in which a damped bar differs from the lossless one that stands for it; those above differ like 1/n³."""
+
+_KEPT = 1 << 16  # modes of the tables that are kept
+
+
+class Shape(NamedTuple):
+    """Displacement along the bar and its slope, the strain u_x; equal shapes, dimensionless."""
+
+    displacement: Array
+    strain: Array
+
+
+class ComplexShape(NamedTuple):
+    """As `Shape`, of a harmonic motion: complex amplitudes."""
+
+    displacement: ComplexArray
+    strain: ComplexArray
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The elastic modes n = 1 … N of a free body under a load at one place; every array of shape (N,), dimensionless.
+
+    Mode n moves as u = z_n(t) φ_n(x) φ_n(x_p), z_n'' + d_n z_n' + ω_n² z_n = p(t): B77's u_n. φ_n is scaled so that its
+    modal mass is the mass of the body, 1.
+
+    Parameters
+    ----------
+    omega
+        Undamped frequencies ω_n, increasing, per radian of the load.
+    damping
+        d_n.
+    inertia
+        1/φ_n(1)²: the mass that the mode has at the striking end (uniform bar: 1/2). Never 0.
+    at_load
+        φ_n(x_p)/φ_n(1): the mode at the load, where the striking end moves by 1 (uniform bar, driven end: (−1)ⁿ).
+    """
+
+    omega: Array
+    damping: Array
+    inertia: Array
+    at_load: Array
+
+    @property
+    def gamma(self) -> Array:
+        """γ_n = φ_n(x_p) φ_n(1): z_n moves the striking end by γ_n z_n (uniform bar, driven end: 2(−1)ⁿ)."""
+        return self.at_load / self.inertia
+
+    @property
+    def weight(self) -> Array:
+        """φ_n(x_p)²: the kinetic energy is ½ Σ weight z_n'², the load's power p Σ weight z_n' (uniform bar: 2)."""
+        return self.at_load**2 / self.inertia
+
+    @property
+    def end(self) -> Array:
+        """|φ_n(1)|, at the striking end (uniform bar: √2)."""
+        return 1.0 / np.sqrt(self.inertia)
+
+    @property
+    def size(self) -> int:
+        """N."""
+        return self.omega.size
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether every mode loses energy."""
+        return bool(np.all(self.damping > 0.0))
+
+    def stiffness(self, k: Array) -> ComplexArray:
+        """ω_n² + ik d_n − k², shape (N, K): what divides the harmonics k of the load."""
+        return np.asarray((self.omega**2)[:, None] + 1j * np.outer(self.damping, k) - (k**2)[None, :])
+
+    def first(self, count: int) -> Modes:
+        """The first `count` of them; itself when it has no more."""
+        if count >= self.size:
+            return self
+        return Modes(self.omega[:count], self.damping[:count], self.inertia[:count], self.at_load[:count])
+
+
+class Body(ABC):
+    """A free elastic bar in dimensionless form: length 1, mass 1, the time in radians of the load's fundamental.
+
+    The load works at a place x_p, mostly the driven end x = 0; the striking end is x = 1. A body is a frozen dataclass
+    that can be hashed, with the law of its `damping` as a field. To write one, write
+
+    - `s`: one over the time of a wave from end to end, a field or a property,
+    - `frequencies(count)`: ω_1 … ω_N of the free, undamped bar, none missed,
+    - `inertia(count)` and `shapes(x, count)`: its modes,
+    - `static_shape(x, source)`: what a constant force bends, inertia relieved,
+    - `frequency_floor(n)` and `coupling_bound`: bounds of all modes that nobody computes.
+
+    Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Two things may
+    be written for speed and digits: `lossless_receptance`, where all modes together have a closed form, and `places`,
+    where a load may act elsewhere than at the driven end.
+
+    Examples
+    --------
+    >>> from percuss.model.body import Ratio, UniformBar
+    >>> bar = UniformBar(s=20.0, damping=Ratio(1e-3))
+    >>> bar.modes(2).omega.round(3).tolist(), bar.modes(2).gamma.tolist()
+    ([62.832, 125.664], [-2.0, 2.0])
+    """
+
+    kind: ClassVar[str]
+    """Its word in JSON."""
+
+    s: float
+    """Wave speed: 1/(time of a wave from one end to the other), in bar lengths per radian of the load."""
+
+    damping: Damping
+    """The law of its damping."""
+
+    # -- to be written --
+
+    @abstractmethod
+    def frequencies(self, count: int) -> Array:
+        """Undamped ω_n, n = 1 … `count`, increasing; shape (count,)."""
+
+    @abstractmethod
+    def inertia(self, count: int) -> Array:
+        """1/φ_n(1)², n = 1 … `count`; shape (count,)."""
+
+    @abstractmethod
+    def shapes(self, x: Array, count: int) -> Shape:
+        """φ_n(x)/φ_n(1) and its slope for n = 1 … `count`; each of shape (len(x), count)."""
+
+    @abstractmethod
+    def static_shape(self, x: Array, source: float = 0.0) -> Shape:
+        """The elastic modes, all together, under a constant unit force at x = `source`; each of shape (len(x),).
+
+        Σ_{n≥1} φ_n(x) φ_n(source)/ω_n²: the bar in uniform acceleration, its mean displacement taken off.
+        """
+
+    @abstractmethod
+    def frequency_floor(self, n: int) -> float:
+        """A number f > 0 with ω_{n+j} ≥ f + jπs for every j ≥ 0."""
+
+    @property
+    @abstractmethod
+    def coupling_bound(self) -> float:
+        """A bound of |φ_n(x) φ_n(y)| for every mode and any two places (uniform bar: 2)."""
+
+    # -- may be written --
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Where a load may act, by number: the driven end is 0."""
+        return (0.0,)
+
+    def lossless_receptance(self, z: ComplexArray, x: Array, source: float = 0.0) -> ComplexShape:
+        """Σ_{n≥1} φ_n(x) φ_n(source)/(ω_n² − z²), and its slope; each of shape (K, len(x)).
+
+        By default the sum of the modes that differ, with the static shape in place of all others. That costs digits
+        where z is beyond the frequencies summed; bodies with a closed form write it here.
+
+        Parameters
+        ----------
+        z
+            Complex frequencies, Im z ≤ 0, shape (K,).
+        """
+        n = _DIFFERENCES
+        omega, shapes, static = self.frequencies(n), self.shapes(x, n), self.static_shape(x, source)
+        at = self.shapes(np.array([source]), n).displacement[0] / self.inertia(n)
+        more = at * (1.0 / (omega**2 - z[:, None] ** 2) - 1.0 / omega**2)
+        return ComplexShape(
+            np.asarray(more @ shapes.displacement.T + static.displacement),
+            np.asarray(more @ shapes.strain.T + static.strain),
+        )
+
+    # -- everything else follows --
+
+    @property
+    def transit_time(self) -> float:
+        """Time of a wave from one end to the other, 1/s."""
+        return 1.0 / self.s
+
+    def place(self, number: int) -> float:
+        """x of the place with a number.
+
+        Raises
+        ------
+        ParameterError
+            When the body has no such place.
+        """
+        if count("at", number, least=0) >= len(self.places):
+            most = len(self.places) - 1
+            wanted = f"a step of the bar, 0 (the driven end) to {most}" if most else "0: this bar has no steps"
+            raise ParameterError("at", number, wanted)
+        return self.places[number]
+
+    def modes(self, count: int, at: int = 0) -> Modes:
+        """The elastic modes 1 … `count` under a load at the place number `at`. Not to be written into."""
+        return (_known_modes if count <= _KEPT else _modes)(self, count, at)
+
+    def driven_shapes(self, x: Array, count: int, at: int = 0) -> Shape:
+        """φ_n(x) φ_n(x_p) and its slope: the motion u_n (B77) makes at x; each of shape (len(x), count)."""
+        gamma, shapes = self.modes(count, at).gamma, self.shapes(x, count)
+        return Shape(shapes.displacement * gamma, shapes.strain * gamma)
+
+    def static(self, x: Array, at: int = 0, count: int | None = None) -> Shape:
+        """`static_shape` for a load at a place, of all modes or of the first ones; each of shape (len(x),)."""
+        if count is None:
+            return self.static_shape(x, self.place(at))
+        rows, flexibility = self.driven_shapes(x, count, at), 1.0 / self.modes(count, at).omega ** 2
+        return Shape(rows.displacement @ flexibility, rows.strain @ flexibility)
+
+    def receptance(self, k: Array, x: Array, at: int = 0, count: int | None = None) -> ComplexShape:
+        """g_k(x) = Σ_n φ_n(x) φ_n(x_p)/(ω_n² + ik d_n − k²) of the elastic modes, and its slope; shapes (K, len(x)).
+
+        All modes, in closed form where body and damping have one, or the first `count`.
+
+        Parameters
+        ----------
+        k
+            Numbers of harmonics, shape (K,), greater than 0.
+        """
+        x = np.asarray(x, dtype=float)
+        if count is not None:
+            rows, gains = self.driven_shapes(x, count, at), 1.0 / self.modes(count, at).stiffness(k)
+            return ComplexShape((rows.displacement @ gains).T, (rows.strain @ gains).T)
+        bar = self.damping.lossless(k)
+        factor = bar.factor[:, None]
+        whole = self.lossless_receptance(bar.z, x, self.place(at))
+        if bar.exact:
+            return ComplexShape(factor * whole.displacement, factor * whole.strain)
+        modes = self.modes(_DIFFERENCES, at)
+        rows = self.driven_shapes(x, _DIFFERENCES, at)
+        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
+        return ComplexShape(
+            factor * whole.displacement + (rows.displacement @ off).T, factor * whole.strain + (rows.strain @ off).T
+        )
+
+    def nearest(self, omega: float) -> int:
+        """Number n ≥ 1 of the elastic mode whose frequency is nearest to `omega`."""
+        count = max(2, int(omega / (np.pi * self.s)) + 2)
+        while (found := self.frequencies(count))[-1] <= omega:
+            count *= 2
+        return int(np.argmin(np.abs(found - omega))) + 1
+
+
+def _modes(body: Body, count: int, at: int) -> Modes:
+    omega, inertia = body.frequencies(count), body.inertia(count)
+    at_load = body.shapes(np.array([body.place(at)]), count).displacement[0]
+    found = Modes(omega, body.damping.of(omega), inertia, at_load)
+    for values in (found.omega, found.damping, found.inertia, found.at_load):
+        values.setflags(write=False)
+    return found
+
+
+_known_modes = lru_cache(maxsize=32)(_modes)

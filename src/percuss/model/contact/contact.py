@@ -1,0 +1,153 @@
+"""What a contact law is: how the body leaves the wall (B77 10, and others)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import ClassVar, TypeVar
+
+from percuss.errors import ParameterError
+from percuss.model.body.body import Body
+from percuss.model.checks import Array, positive, unit_interval
+
+__all__ = ["Contact", "Result"]
+
+Kind = TypeVar("Kind", bound="Contact")
+
+
+class Result(Enum):
+    """Results of the theory that hold for some contact laws only; a law names those that hold for it."""
+
+    LEVEL = "the condition v_f(φ) = c for the impact phase (B77 14)"
+    REDUCED = "the reduced criterion of stability (B77 29–32)"
+    WAVEFORM = "the criterion of the waveform for the stability (B77 36, 41)"
+
+
+@dataclass(frozen=True, init=False)
+class Contact(ABC):
+    """A law of impact that takes no time: each mode's displacement and velocity are multiplied by a number.
+
+    (u_n, u_n') → D (u_n, u_n') with D = diag(α, −R) for the elastic modes; the velocity of the rigid motion turns to
+    −R times itself, and its position is such that the striking end stays where it touches. To write a law, write a
+    frozen dataclass with `strain_factor`, the words `kind` and `sentence`, what of the theory holds for it
+    (`results`), and `check` when it does not fit every body. Everything else follows: steady motions, multipliers,
+    simulations and their energy ask for no more.
+
+    Parameters
+    ----------
+    restitution
+        Coefficient of restitution R, from 0 to 1 (dimensionless).
+    receiving_area, area
+        Instead of `restitution`: the cross-sectional areas (m², or any one unit) of a long receiving rod of the
+        same material and of the bar; then R = (A_s − A)/(A_s + A) (B77 10).
+
+    Raises
+    ------
+    ParameterError
+        When R is outside [0, 1], the receiving rod is thinner than the bar, or neither form is complete.
+
+    Examples
+    --------
+    >>> from percuss.model.contact import Kept, Reversed
+    >>> Kept(0.6).strain_factor, Reversed(0.6).strain_factor
+    (1.0, -0.6)
+    """
+
+    kind: ClassVar[str]
+    """Its word in case files and JSON, the value of `strain`."""
+
+    sentence: ClassVar[str]
+    """What it does to the bar, for a report."""
+
+    results: ClassVar[frozenset[Result]]
+    """What of the theory holds for it."""
+
+    restitution: float
+
+    def __init__(
+        self,
+        restitution: float | None = None,
+        *,
+        receiving_area: float | None = None,
+        area: float | None = None,
+    ) -> None:
+        if restitution is not None and receiving_area is not None:
+            raise ParameterError("receiving_area", receiving_area, "either restitution or receiving_area, not both")
+        if receiving_area is not None:
+            if area is None:
+                raise ParameterError("area", area, "the bar's own area beside receiving_area")
+            restitution = _of_areas(positive("receiving_area", receiving_area), positive("area", area))
+        elif restitution is None:
+            raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
+        object.__setattr__(self, "restitution", unit_interval("restitution", restitution))
+
+    @property
+    @abstractmethod
+    def strain_factor(self) -> float:
+        """α: what the displacement of every elastic mode, and so the strain, is multiplied by."""
+
+    def check(self, body: Body) -> None:  # noqa: B027  # most laws fit every body
+        """Refuse a body that the law does not hold for.
+
+        Raises
+        ------
+        ParameterError
+            With the reason and the law to take instead.
+        """
+
+    @property
+    def velocity_factor(self) -> float:
+        """−R: what the velocity of every mode is multiplied by."""
+        return -self.restitution
+
+    @property
+    def duration(self) -> float:
+        """Time that the contact takes, in radians of the load: none."""
+        return 0.0
+
+    def after(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
+        """Displacements and velocities of elastic modes just after an impact, from those just before; any shape."""
+        return self.strain_factor * displacement, self.velocity_factor * velocity
+
+    def energy_taken(self, kinetic: float, strain: float) -> float:
+        """What an impact takes of the kinetic energy and of the strain energy just before it."""
+        return (1.0 - self.restitution**2) * kinetic + (1.0 - self.strain_factor**2) * strain
+
+    def holds(self, result: Result) -> bool:
+        """Whether a result of the theory holds for this law."""
+        return result in self.results
+
+    def need(self, result: Result) -> None:
+        """Refuse to be asked for what does not hold for this law.
+
+        Raises
+        ------
+        ParameterError
+            With the reason.
+        """
+        if not self.holds(result):
+            raise ParameterError(
+                "contact",
+                self.kind,
+                "a contact law that keeps the strain at the impact",
+                f"{result.value} is derived for it; take the exact multipliers, which hold for every law",
+            )
+
+    def with_restitution(self: Kind, restitution: float) -> Kind:
+        """The same law with another coefficient of restitution."""
+        return replace(self, restitution=restitution)
+
+    def __str__(self) -> str:
+        return f"{type(self).__name__}: restitution R = {self.restitution:.4g}"
+
+
+def _of_areas(receiving: float, own: float) -> float:
+    if receiving < own:
+        raise ParameterError(
+            "receiving_area",
+            receiving,
+            f"at least the bar's own area, {own:.4g}",
+            "a bar does not rebound from a thinner rod; give a restitution instead",
+        )
+    return (receiving - own) / (receiving + own)

@@ -1,0 +1,102 @@
+"""Systems in JSON's types, exactly, and back: what archives and saved motions are known by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model.body import BODIES, DAMPINGS, SIZED_BODIES, External, UniformBar
+from percuss.model.contact import LAWS, Kept
+from percuss.model.load import Load
+from percuss.model.system import System
+
+__all__ = ["describe_system", "system_from"]
+
+_KINDS: dict[str, Mapping[str, type]] = {
+    "body": BODIES,
+    "bar": SIZED_BODIES,
+    "contact": LAWS,
+    "damping": DAMPINGS,
+}
+
+
+def describe_system(system: System) -> dict[str, Any]:
+    """A system in JSON's types, exactly.
+
+    B77's systems are told by s, d and R, others by their body and contact law.
+    """
+    about: dict[str, Any] = {"load": _load(system.load)}
+    plain = isinstance(system.body, UniformBar) and isinstance(system.body.damping, External)
+    if plain and isinstance(system.contact, Kept):
+        about |= {"s": system.s, "d": system.d, "restitution": system.restitution}
+    else:
+        about |= {"body": _described(system.body), "contact": _described(system.contact)}
+    if system.bar is not None:
+        about |= {"bar": _described(system.bar), "frequency": system.frequency}
+    return about
+
+
+def system_from(about: Mapping[str, Any]) -> System:
+    """The system that a description tells of; `describe_system` backwards.
+
+    Raises
+    ------
+    ParameterError
+        When it tells of none.
+    """
+    load = _load_from(about["load"])
+    if "body" in about:
+        body, contact = _made("body", about["body"]), _made("contact", about["contact"])
+    else:
+        body, contact = UniformBar(about["s"], External(about["d"])), Kept(about["restitution"])
+    if about.get("bar") is None:
+        return System(body, load, contact)
+    return System(body, load, contact, bar=_made("bar", about["bar"]), frequency=float(about["frequency"]))
+
+
+def _load(load: Load) -> dict[str, Any]:
+    about: dict[str, Any] = {"coefficients": [[c.real, c.imag] for c in load.coefficients.tolist()]}
+    if load.is_piecewise:
+        about |= {"breaks": list(load.breaks), "values": list(load.values)}
+    if load.at:
+        about["at"] = load.at
+    return about
+
+
+def _load_from(about: Mapping[str, Any]) -> Load:
+    p = np.array([complex(*pair) for pair in about["coefficients"]])
+    steps = tuple(about.get("breaks", ())), tuple(about.get("values", ()))
+    return Load(p, None, *steps, at=about.get("at", 0))
+
+
+def _described(part: Any) -> dict[str, Any]:
+    """A body, a law of damping or of contact: its kind and its fields."""
+    return {"kind": part.kind} | {field.name: _plain(getattr(part, field.name)) for field in fields(part)}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "kind"):
+        return _described(value)
+    if hasattr(value, "_asdict"):
+        return {name: _plain(own) for name, own in value._asdict().items()}
+    return [_plain(own) for own in value] if isinstance(value, tuple) else value
+
+
+def _made(room: str, about: Mapping[str, Any]) -> Any:
+    """The object that `_described` told of."""
+    kinds = _KINDS[room]
+    kind = str(about.get("kind"))
+    if kind not in kinds:
+        raise ParameterError(room, kind, f"one of {', '.join(map(repr, kinds))}")
+    values = {name: _value(name, value) for name, value in about.items() if name != "kind"}
+    return kinds[kind](**values)
+
+
+def _value(name: str, value: Any) -> Any:
+    if isinstance(value, Mapping) and name in _KINDS:
+        return _made(name, value)
+    return tuple(_value(name, own) for own in value) if isinstance(value, list) else value
