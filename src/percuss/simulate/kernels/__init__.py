@@ -13,10 +13,11 @@ as exact as flights of 1.
 
 from __future__ import annotations
 
+from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.cycles import wanders
 from percuss.simulate.kernels.load import release_phases
 from percuss.simulate.kernels.many import follow, follow_many
 from percuss.simulate.kernels.place import place
 from percuss.simulate.kernels.statistics import conclude
 
-__all__ = ["conclude", "follow", "follow_many", "place", "release_phases", "wanders"]
+__all__ = ["bounded", "conclude", "follow", "follow_many", "place", "release_phases", "wanders"]

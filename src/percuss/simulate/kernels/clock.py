@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.elementary import sine_cosine
 from percuss.simulate.kernels.layout import TURN, TURN_LOW
 
 
-@inner
+@inlined
 def turn_clock(now, count, tau):
     """The load phase after τ, in [0, 2π), and the load periods gone by."""
     phase = now.phase + tau
@@ -33,7 +33,7 @@ def set_phase(now, phase):
     now.sine, now.cosine = sine_cosine(phase)
 
 
-@inner
+@inlined
 def to_break(now, count, breaks):
     """Time to the next step of the load."""
     if breaks.shape[0] == 0:

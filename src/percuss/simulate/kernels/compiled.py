@@ -1,7 +1,8 @@
 """How the functions of this room are compiled, and what their cache on disk is valid for.
 
-Three decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
+Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python nor a cache of its own.
+`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
 `summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
@@ -18,13 +19,16 @@ from typing import Any
 
 from numba import njit
 
-__all__ = ["entry", "inner", "sources_digest", "summed"]
+__all__ = ["entry", "inlined", "inner", "sources_digest", "summed"]
 
 _COMMON = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _SUMS = {"reassoc", "contract", "nsz"}
 
 inner: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_COMMON)
 """Compile a function that only compiled functions call."""
+
+inlined: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_COMMON)
+"""Compile a function that is copied into those that call it: records of arrays are costly to pass."""
 
 summed: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, fastmath=_SUMS, **_COMMON)
 """Compile a function that only compiled functions call, and whose sums may be reordered."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import entry, inner
+from percuss.simulate.kernels.compiled import entry, inlined, inner
 from percuss.simulate.kernels.layout import ASKED, LOOSE, LOST_CYCLE, SURE, TURN, TWIN, UNSEEN
 
 SAME = 64  # last impacts looked at
@@ -13,7 +13,7 @@ SETTLING = 100.0  # tolerances within which a state after a rest is still on its
 FEW = 4  # main blows of a cycle too few for errors to grow
 
 
-@inner
+@inlined
 def remember(speed, motion):
     """The state just after an impact, to be compared with later ones."""
     now, count, z, anchor = motion.now, motion.count, motion.z, motion.anchor
@@ -25,7 +25,7 @@ def remember(speed, motion):
     count.rests, count.chatters = 0, 0
 
 
-@inner
+@inlined
 def returned(bar, modes, speed, motion, tolerance):
     """Whether the state is the remembered one, each number to `tolerance` of its scale."""
     now, z, anchor = motion.now, motion.z, motion.anchor
@@ -53,7 +53,7 @@ def farthest(past, shift, first, last, scale):
     return most
 
 
-@inner
+@inlined
 def shortest(past, impacts, periods, seen, scale, tolerance):
     """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
 
@@ -137,7 +137,7 @@ def released_again(motion):
         mark(motion)
 
 
-@inner
+@inlined
 def recurrence(bar, modes, speed, fresh, motion, tolerance):
     """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 
 
 @inner
@@ -69,7 +69,7 @@ def fading(half, tau):
     return math.exp(-x), math.expm1(-x)
 
 
-@inner
+@inlined
 def reach(u, v, m):
     """How far u + v h + m h²/2 stays below 0 from h = 0 on, where it does reach 0 if m < 0; 0 when it is not below."""
     if u > 0.0 or (u == 0.0 and v >= 0.0):
@@ -105,7 +105,7 @@ def reach_cubic(u, v, a, m, m2):
     return best
 
 
-@inner
+@inlined
 def below(u, v, m):
     """From where to where u − v h + m h²/2 is below 0, for h ≥ 0; an empty span when it never is."""
     inside = v * v - 2.0 * m * u

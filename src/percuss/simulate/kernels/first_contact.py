@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.creeping import creeping
 from percuss.simulate.kernels.elementary import below, drift, reach, reach_cubic
 from percuss.simulate.kernels.layout import AWAY, CONTACT, EPS, GRAZE, NOTHING, POWERS, TIRED, TURN
@@ -30,7 +30,7 @@ from percuss.simulate.kernels.touch import approach, refined
 ALIKE = 1e-2  # phases of impacts after which the flight may be alike
 
 
-@inner
+@inlined
 def below_since(u, v, top, speed, m, near):
     """Up to which h one of u − v h + m h²/2 and top − speed h + m h²/2 is below 0 from `near` on; −1: not there."""
     first, last = below(u, v, m)
@@ -40,7 +40,7 @@ def below_since(u, v, top, speed, m, near):
     return max(last, end) if first <= last else last
 
 
-@inner
+@inlined
 def like_flight(motion):
     """The flight that followed the most alike of the impacts 1, 2 and 4 before this one; 0 when none is like it."""
     now, count, past = motion.now, motion.count, motion.past
@@ -55,7 +55,7 @@ def like_flight(motion):
     return flight
 
 
-@inner
+@inlined
 def bounds_anew(bar, modes, motion, desk, ring, tau):
     """Bounds at τ: of the oscillating part f, of how much more the creeping one comes to, and of f', f'', f‴ of both.
 
@@ -76,7 +76,7 @@ def bounds_anew(bar, modes, motion, desk, ring, tau):
     return left, most, left1, left2, left3
 
 
-@inner
+@inlined
 def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
     """The first contact after the anchor, or the proof that there is none before `horizon`.
 

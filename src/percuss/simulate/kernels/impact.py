@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss.simulate.kernels.compiled import inner, summed
+from percuss.simulate.kernels.compiled import inlined, inner, summed
 from percuss.simulate.kernels.modes import amplitudes, forced_modes
 
 
@@ -56,7 +56,7 @@ def turn_strain(bar, modes, z, work):
     return (1.0 - bar.strain * bar.strain) * total
 
 
-@inner
+@inlined
 def impact(table, motion, desk):
     """The velocity field turned over, u_t → −R u_t (B77 10), and the strain kept or turned over; the gap is set to 0.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined
 from percuss.simulate.kernels.layout import CHATTER, IMPACT, STATE_NUMBERS
 
 
-@inner
+@inlined
 def record(kind, before, lost, motion, log):
     """One event with the state after it, unless the record has no rows."""
     if log.events.shape[0] == 0:

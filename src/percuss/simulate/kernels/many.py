@@ -82,7 +82,7 @@ def follow_many(table, starts, rules, end_periods, end_phases, motion, twin, des
     `rules`: for all, but for the times when they end. `none` is an empty record, `twin` a motion for `verify`. What is
     kept of each goes into `members`, and its last impacts into `tail`. Returns how many are done.
     """
-    now, count, past = motion.now, motion.count, motion.past
+    count, past = motion.count, motion.past
     for i in range(members.shape[0]):
         if stopped[0]:
             return i

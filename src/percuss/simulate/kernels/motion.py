@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.cycles import clear, recurrence
 from percuss.simulate.kernels.first_contact import like_flight, next_contact
 from percuss.simulate.kernels.flight import advance, left_for_good, step_load
@@ -167,7 +167,7 @@ def fly(table, motion, desk, rules, log):
             return PERIODIC
 
 
-@inner
+@inlined
 def strike(table, motion, desk, rules, log):
     """One impact with all that is kept of it."""
     bar, modes, now, count, past = table.bar, table.modes, motion.now, motion.count, motion.past

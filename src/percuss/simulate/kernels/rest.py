@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from percuss.simulate.kernels.clock import turn_clock
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.impact import all_energy, undeformed
 from percuss.simulate.kernels.layout import CHATTER, ON_WALL, POWERS, REST, RESTING
 from percuss.simulate.kernels.load import load_at
@@ -16,7 +16,7 @@ CHATTER_TIME = 1e-5  # a chatter is completed when at most this time of it is le
 CHATTER_ERROR = 1e-13  # … and its end is known to this
 
 
-@inner
+@inlined
 def chatter_left(table, motion, desk, horizon):
     """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
 
@@ -58,7 +58,7 @@ def otherwise_damped(table, motion, desk):
     return total
 
 
-@inner
+@inlined
 def held(table, motion):
     """Whether the load holds a bar on the wall that has just struck it, by a law that turns the strain over.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined
 from percuss.simulate.kernels.creeping import creep_sizes
 from percuss.simulate.kernels.layout import EPS
 
@@ -27,7 +27,7 @@ class Blur(NamedTuple):
     crush: float
 
 
-@inner
+@inlined
 def blur_of(bar, modes, motion, osc, ring1, ring2, curve):
     """The parts of the error for a flight from the anchor.
 
@@ -45,7 +45,7 @@ def blur_of(bar, modes, motion, osc, ring1, ring2, curve):
     )  # fmt: skip
 
 
-@inner
+@inlined
 def blur(size, tau, first, second):
     """The rounding error of the gap at τ, where `first` and `second` are those of `drift`.
 

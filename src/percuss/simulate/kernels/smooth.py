@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined
 from percuss.simulate.kernels.elementary import drift, sine_cosine
 
 
-@inner
+@inlined
 def smooth_and_drift(bar, now, osc, tau):
     """S(τ) − S(0), S'(τ), S''(τ), the gap without the free elastic part; and what `drift` said."""
     d, b = bar.damping, now.drift
@@ -28,14 +28,14 @@ def smooth_and_drift(bar, now, osc, tau):
     return y, v, a, first, second
 
 
-@inner
+@inlined
 def smooth(bar, now, osc, tau):
     """The first three of them."""
     y, v, a, _, _ = smooth_and_drift(bar, now, osc, tau)
     return y, v, a
 
 
-@inner
+@inlined
 def rigid_rate(bar, harmonics, drifted, c, s):
     """u_0', the velocity of the mean of the bar: of its drift, and of its oscillation at a load phase."""
     wr, wi, v = c, s, drifted
@@ -46,14 +46,14 @@ def rigid_rate(bar, harmonics, drifted, c, s):
     return v
 
 
-@inner
+@inlined
 def drifted(bar, now, tau):
     """Velocity of the drift at τ."""
     first, _ = drift(bar.damping, tau)
     return now.drift + (bar.mean - bar.damping * now.drift) * first
 
 
-@inner
+@inlined
 def smooth_at_anchor(bar, harmonics, now, osc):
     """What a flight from the anchor needs to know of the smooth part."""
     c, s = now.cosine, now.sine

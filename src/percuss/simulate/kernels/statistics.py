@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import entry, inner
+from percuss.simulate.kernels.compiled import entry, inlined, inner
 from percuss.simulate.kernels.cycles import wanders
 from percuss.simulate.kernels.layout import LOST_CYCLE, TURN
 
 
-@inner
+@inlined
 def tally(speed, lost, motion):
     """An impact entered into the sums."""
     now, count, sums = motion.now, motion.count, motion.sums[0]
@@ -92,4 +92,4 @@ def conclude(motion, code, member):
     member.cycle_impacts = count.cycle_impacts if settled else 0
     member.cycle_periods = count.cycle_periods if settled else 0
     member.cycle_kind = count.cycle_kind if settled else 0
-    member.wanders = 1 if count.verdict == LOST_CYCLE or wanders(past, count.impacts) else 0
+    member.wanders = 1 if count.verdict == LOST_CYCLE or wanders(motion.past, count.impacts) else 0

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.layout import CONTACT, EPS, GRAZE, NOTHING
 from percuss.simulate.kernels.modes import elastic
 from percuss.simulate.kernels.rounding import blur
 from percuss.simulate.kernels.smooth import smooth, smooth_and_drift
 
 
-@inner
+@inlined
 def refined(table, motion, desk, here, low, high, jerk, slip):
     """The root of the gap that is unique between two times, from a time, gap, rate and acceleration near it.
 
