@@ -88,5 +88,5 @@ $(DEV): requirements/dev.txt $(RUN)
 # Once, beside the installation above: else each process of the suite would compile them for itself.
 $(KERNELS): src/percuss/simulate/kernels.py src/percuss/stability/exact_kernels.py src/percuss/explore/tangent.py $(RUN)
 	@echo "compiling the kernels"
-	@if $(BIN)/python -c 'import sys; from percuss.web.kernels import load; sys.exit(not load())'; then touch $@; \
+	@if $(BIN)/python -c 'import sys; from percuss.web.kernel_loading import load; sys.exit(not load())'; then touch $@; \
 	  else echo "the kernels could not be compiled; the tests will say more" >&2; fi

@@ -3,7 +3,8 @@
 ``commands``
     Every command with its arguments, from the parsers of the command line.
 ``keys TABLE``
-    The keys of a table of the case file, from its class in `percuss.case.schema` and the texts below its fields.
+    The keys of a table of the case file, from its class in `percuss.case.file_format.schema` and the texts below its
+    fields.
 ``units``
     The units that are known at once, from `percuss.units`.
 """
@@ -20,7 +21,7 @@ from unittest import mock
 from pydantic.fields import FieldInfo
 from sphinx.pycode import ModuleAnalyzer
 
-from percuss.case import schema, values
+from percuss.case.file_format import schema, values
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.parser import Parser
@@ -132,13 +133,13 @@ def said_of(table: type[values.Table], key: str) -> dict[str, str]:
 
     A key without a text has that of the SI form of its load, or of the nearest class before its own with such a key.
     """
-    said = ModuleAnalyzer.for_module("percuss.case.schema").find_attr_docs()
+    said = ModuleAnalyzer.for_module("percuss.case.file_format.schema").find_attr_docs()
     classes = [name for name, thing in vars(schema).items() if isinstance(thing, type)]
     name = table.__name__
     places = [name, name.replace("Load", "Force"), *classes[classes.index(name) :: -1]]
     text = next((" ".join(said[place, key]).strip() for place in places if (place, key) in said), None)
     if text is None:
-        raise LookupError(f"percuss.case.schema says nothing below {table.__name__}.{key}")
+        raise LookupError(f"percuss.case.file_format.schema says nothing below {table.__name__}.{key}")
     meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)
     found = {"meaning": meaning.rstrip(".")}
     for part in rest:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.summary import name_of, summary_of
+from percuss.case.answers.first_lines import name_of, summary_of
 from percuss.neutral import neutral
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ def neutral(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """As `neutral`, of a text that has its place in a line."""
+    """A text made harmless as `neutral` does, and without line breaks, for a place inside a line."""
     return _ALSO_LINES.sub(_written_out, text)
 
 

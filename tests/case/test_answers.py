@@ -12,12 +12,12 @@ import pytest
 
 from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
-from percuss.case.clocked import clock_in_short, clock_note
-from percuss.case.ends import Ends, ends_of
-from percuss.case.ends_told import ends_sentence
+from percuss.case.answers.clock_note import clock_in_short, clock_note
+from percuss.case.answers.ends import Ends, ends_of
+from percuss.case.answers.ends_in_words import ends_sentence
 from percuss.cli import main
-from percuss.cli.ends import ends_section
-from percuss.cli.report import steady_report
+from percuss.cli.ends_section import ends_section
+from percuss.cli.steady_report import steady_report
 from percuss.model.switching import switching_of
 from percuss.steady import drag_of, greatest_drag
 from percuss.steady.level import level
@@ -54,7 +54,7 @@ def rows_of(case: Case) -> dict[str, list[str]]:
 def test_the_starts_are_those_of_an_experiment(name: str) -> None:
     """The same starts and the same ends as `percuss experiment` finds with so many."""
     from percuss.case import experiment_job_of
-    from percuss.explore.ends.experiments import Experiment
+    from percuss.explore.attractors.experiments import Experiment
 
     case = load_case(name)
     ends = ends_of(case, 24)
@@ -184,7 +184,7 @@ def test_json_follows_only_when_asked(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_the_command_that_follows_more_can_be_typed() -> None:
-    from percuss.cli.ends import ends_section
+    from percuss.cli.ends_section import ends_section
 
     ends, system = Ends(1, 0, 100, ()), plain(0.3, 0.5).system()
     for name, typed in (("<stdin>", "-"), ("my case.toml", "'my case.toml'"), ("mini-breaker", "mini-breaker")):
@@ -201,7 +201,7 @@ def test_the_command_that_follows_more_can_be_typed() -> None:
     ],
 )
 def test_ends_in_words(label: str, words: str) -> None:
-    from percuss.case.ends import End
+    from percuss.case.answers.ends import End
 
     ends = Ends(2, 0, 100, (End(label, 2, None, None),))
     assert ends_sentence(ends, set(), plain(0.3, 0.5).system()) == words
@@ -230,7 +230,7 @@ def test_a_sweep_has_the_two_margins_of_the_single_answer() -> None:
 
 def test_both_margins_are_in_the_answers() -> None:
     """The report, the JSON and what the workbench is told of a machine: one number each, the same everywhere."""
-    from percuss.case.quick import quick_dict
+    from percuss.case.answers.quick_answer import quick_dict
 
     case = load_case("heavy-drifter")
     answer = steady_answer(case)

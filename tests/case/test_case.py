@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss.case import Case, CaseErrors, steady_answer
-from percuss.case.family import CaseFamily
-from percuss.case.writing import toml_text
+from percuss.case.file_format.writing import toml_text
+from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import CaseError, LoadError, ResonanceError
 
 SI = """

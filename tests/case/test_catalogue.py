@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 from percuss.case import MACHINES, Case, load_case, steady_answer
-from percuss.case.catalogue import HISTORY_FILE, Machine, is_machine, machine_text, uses_history, write_history
+from percuss.case.catalogue.sample_cases import (
+    HISTORY_FILE,
+    Machine,
+    is_machine,
+    machine_text,
+    uses_history,
+    write_history,
+)
 from percuss.errors import CaseError
 
 NAMES = [

@@ -13,8 +13,8 @@ import pytest
 
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
-from percuss.case.running import DEFAULT_MODES, MAX_MODES
-from percuss.case.simulation_json import simulation_text
+from percuss.case.answers.simulation_json import simulation_text
+from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate.starts import DISTRIBUTIONS
 from percuss.stability import floquet_multipliers

@@ -79,7 +79,7 @@ def test_ctrl_c_after_the_answer_changes_nothing():
 
 def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
     """A batch system sends it to all processes of a job at once."""
-    from percuss.explore.carry.archive import Archive
+    from percuss.explore.jobs.archive import Archive
 
     jobs = Path(__file__).resolve().parents[1] / "explore" / "jobs.py"
     command = [sys.executable, str(jobs), str(tmp_path / "a.zarr"), "100000", "0.01", "20", "3"]
@@ -100,7 +100,7 @@ def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
 
 
 def test_signals_wait_while_something_is_done_to_its_end():
-    from percuss.explore.carry.undisturbed import undisturbed
+    from percuss.explore.jobs.deferred_interrupt import undisturbed
 
     before = signal.getsignal(signal.SIGINT)
     done = []

@@ -18,9 +18,10 @@ import pytest
 
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
-from percuss.cli import main, simulate, watch
-from percuss.cli.arguments import events, start_keys, time_or_text, whole
-from percuss.cli.motion import label_in_words
+from percuss.cli import main, simulate
+from percuss.cli import simulation_progress as watch
+from percuss.cli.motion_report import label_in_words
+from percuss.cli.simulate_arguments import events, start_keys, time_or_text, whole
 from percuss.simulate import Trajectory
 
 PLAIN = """
@@ -423,7 +424,7 @@ def test_help_loads_no_compiler() -> None:
 
 
 def test_every_outcome_has_words():
-    from percuss.cli.motion import _OUTCOMES
+    from percuss.cli.motion_report import _OUTCOMES
     from percuss.simulate import OUTCOMES
 
     assert set(_OUTCOMES) == set(OUTCOMES)

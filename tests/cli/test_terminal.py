@@ -8,8 +8,8 @@ import re
 import pytest
 
 from percuss.cli import main
-from percuss.cli.blocks import Grid, Report, Section
-from percuss.cli.show import show as show_report
+from percuss.cli.report_parts import Grid, Report, Section
+from percuss.cli.report_printing import show as show_report
 from percuss.neutral import neutral, one_line
 
 EVIL = "a\x1b[2J\x1b]0;x\x07\x9b31m\u202eb\rc\x7f"
@@ -64,7 +64,7 @@ def test_keys_and_names_of_files(run, tmp_path):
 
 
 def test_what_an_archive_says(run, tmp_path):
-    from percuss.explore.carry.layout import checked
+    from percuss.explore.jobs.archive_layout import checked
 
     assert run("sweep", "mini-breaker", "--x", "restitution=0:0.9:4", "-o", "a.zarr")[0] == 0
     file = tmp_path / "a.zarr" / "zarr.json"

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from percuss.explore.job import Column, Columns
+from percuss.explore.jobs.job import Column, Columns
 
 COLUMNS = {
     "sine": Column(unit="rad", meaning="sine of the number"),
@@ -132,7 +132,7 @@ def same(one: Columns, other: Columns) -> bool:
 
 
 if __name__ == "__main__":  # jobs.py ARCHIVE SIZE SLEEP CHUNK WORKERS: carry one out, going on where it was left
-    from percuss.explore.carry.running import carry_out
+    from percuss.explore.jobs.carrying_out import carry_out
 
     path, size, sleep, chunk, workers = sys.argv[1:]
     carry_out(

@@ -24,13 +24,13 @@ import pytest
 from jobs import COLUMNS, Grid, Sines, same, whole
 from percuss.cli import main
 from percuss.errors import ArchiveError, PercussError
-from percuss.explore.carry import archive as module
-from percuss.explore.carry.archive import FORMAT, RESULTS, Archive, check_free
-from percuss.explore.carry.ask import differences
-from percuss.explore.carry.exporting import dataset_of, plain_dataset, write_csv
-from percuss.explore.carry.lock import LOCK, Lock, is_locked
-from percuss.explore.carry.running import carry_out
-from percuss.explore.job import Column
+from percuss.explore.jobs import archive as module
+from percuss.explore.jobs.archive import FORMAT, RESULTS, Archive, check_free
+from percuss.explore.jobs.archive_export import dataset_of, plain_dataset, write_csv
+from percuss.explore.jobs.archive_lock import LOCK, Lock, is_locked
+from percuss.explore.jobs.carrying_out import carry_out
+from percuss.explore.jobs.job import Column
+from percuss.explore.jobs.request_text import differences
 
 HERE = Path(__file__).resolve().parent
 
@@ -268,7 +268,7 @@ def test_locks_where_the_system_has_none(tmp_path, monkeypatch):
     """Then the file says who writes; other hosts cannot be asked."""
     import socket
 
-    monkeypatch.setattr("percuss.explore.carry.lock.fcntl", None)
+    monkeypatch.setattr("percuss.explore.jobs.archive_lock.fcntl", None)
     lock = Lock(tmp_path)
     assert is_locked(tmp_path)
     with pytest.raises(ArchiveError, match="is writing it"):

@@ -5,11 +5,11 @@ import pytest
 
 from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run
 from percuss.errors import ParameterError, PercussError
+from percuss.explore.attractors.basin import Basins, basins, basins_job
+from percuss.explore.attractors.experiments import experiment
 from percuss.explore.axis import Axis
-from percuss.explore.carry.archive import Archive
-from percuss.explore.carry.running import carry_out
-from percuss.explore.ends.basin import Basins, basins, basins_job
-from percuss.explore.ends.experiments import experiment
+from percuss.explore.jobs.archive import Archive
+from percuss.explore.jobs.carrying_out import carry_out
 
 TURN = 2.0 * np.pi
 BISTABLE = System(s=1e6, d=0.0, restitution=0.6, load=Load.fourier([0.6, 1.0, np.exp(1.0j)]))

@@ -14,14 +14,14 @@ import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.carry.progress import JobProgress
-from percuss.explore.edges.boundary import boundaries
-from percuss.explore.edges.branches import folds_and_stretches
-from percuss.explore.edges.crossings import exact_crossings
-from percuss.explore.edges.curves import KINDS, Boundaries, Curve
-from percuss.explore.edges.lines import Line, orbit_on
-from percuss.explore.edges.roots import bracketed_roots, roots_on
+from percuss.explore.boundary_curves.boundary import boundaries
+from percuss.explore.boundary_curves.branches import folds_and_stretches
+from percuss.explore.boundary_curves.crossings import exact_crossings
+from percuss.explore.boundary_curves.joined_points import KINDS, Boundaries, Curve
+from percuss.explore.boundary_curves.lines import Line, orbit_on
+from percuss.explore.boundary_curves.roots import bracketed_roots, roots_on
 from percuss.explore.family import SystemFamily, vary
+from percuss.explore.jobs.progress import JobProgress
 from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
 from percuss.stability.linear_map import linear_map
@@ -371,7 +371,7 @@ def test_progress_counts_values_of_x_and_can_end_it():
 
 def test_one_value_of_x_has_an_estimate_and_can_be_ended(monkeypatch):
     clock = itertools.count(0.0, 0.2)
-    monkeypatch.setattr("percuss.explore.carry.progress.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("percuss.explore.jobs.progress.time.monotonic", lambda: next(clock))
     plane = ("restitution", [0.5]), ("load_factor", 0.0, 2.0)
     for asked in ({"kinds": ("grazing",)}, {"kinds": ("flip", "neimark-sacker"), "criterion": "exact", "modes": 4}):
         seen: list[JobProgress] = []

@@ -8,13 +8,13 @@ from scipy import stats
 
 from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError, PercussError, ResonanceError
-from percuss.explore.carry.archive import Archive
-from percuss.explore.carry.running import carry_out
-from percuss.explore.ends.attractors import matched
-from percuss.explore.ends.cycles import COLUMNS, invariants_of
-from percuss.explore.ends.experiments import Experiment, experiment, experiment_job
-from percuss.explore.ends.shares import wilson
-from percuss.explore.ends.starts import BLOCK, DISTRIBUTIONS, drawn, named, own
+from percuss.explore.attractors.cycles import COLUMNS, invariants_of
+from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job
+from percuss.explore.attractors.grouping import matched
+from percuss.explore.attractors.shares import wilson
+from percuss.explore.attractors.start_distributions import BLOCK, DISTRIBUTIONS, drawn, named, own
+from percuss.explore.jobs.archive import Archive
+from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model.described import describe_system, system_from
 
 TURN = 2.0 * np.pi
@@ -350,7 +350,7 @@ def test_workers_do_not_show():
     one = carry_out(job, workers=1)
     same(carry_out(job, workers=1, chunk=37), one)
     same(experiment_job(TWINS, 600, "wall", 3, threads=2).compute(0, 600, lambda: False), one)
-    from percuss.explore.carry.pool import Processes
+    from percuss.explore.jobs.pool import Processes
 
     with Processes(2) as pool:
         same(carry_out(job, pool=pool, chunk=83), one)

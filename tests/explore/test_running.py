@@ -23,19 +23,20 @@ import pytest
 
 from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
 from percuss import Load, System
-from percuss.cli import carrying, main
-from percuss.cli.carrying import Watch, add_carrying, carried
+from percuss.cli import long_commands as carrying
+from percuss.cli import main
+from percuss.cli.long_commands import Watch, add_carrying, carried
 from percuss.cli.parser import Parser, UsageError
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
-from percuss.explore.carry.archive import Archive
-from percuss.explore.carry.helpers import SMALL
-from percuss.explore.carry.pace import chunk_of, estimate, measured
-from percuss.explore.carry.pool import Chunk, Processes
-from percuss.explore.carry.progress import JobProgress, Meter
-from percuss.explore.carry.running import carry_out
-from percuss.explore.carry.sheet import Sheet
-from percuss.explore.ends.experiment_job import experiment_job
-from percuss.explore.job import Column
+from percuss.explore.attractors.experiment_job import experiment_job
+from percuss.explore.jobs.archive import Archive
+from percuss.explore.jobs.carrying_out import carry_out
+from percuss.explore.jobs.item_time import chunk_of, estimate, measured
+from percuss.explore.jobs.job import Column
+from percuss.explore.jobs.pool import Chunk, Processes
+from percuss.explore.jobs.process_count import SMALL
+from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.explore.jobs.result_columns import Sheet
 from percuss.explore.sweep_job import sweep_job
 from percuss.notebook import duration
 
@@ -103,7 +104,7 @@ def test_processes_of_its_own(tmp_path):
 
 
 def test_small_jobs_start_no_processes(monkeypatch):
-    monkeypatch.setattr("percuss.explore.carry.task.Processes", None)
+    monkeypatch.setattr("percuss.explore.jobs.job_under_way.Processes", None)
     assert same(carry_out(Sines(100, sleep=0.005), workers=8), whole(Sines(100)))
 
 
@@ -122,11 +123,12 @@ def test_what_turns_out_longer_goes_to_processes(monkeypatch):
             began.append(job)
             super().begin(Sines(400))
 
-    monkeypatch.setattr("percuss.explore.carry.task.Processes", Recorded)
-    monkeypatch.setattr("percuss.explore.carry.pace._ENOUGH", 0.001)
+    monkeypatch.setattr("percuss.explore.jobs.job_under_way.Processes", Recorded)
+    monkeypatch.setattr("percuss.explore.jobs.item_time._ENOUGH", 0.001)
     job = Slow(400)
     monkeypatch.setattr(
-        "percuss.explore.carry.task.measured", lambda job, stopped: SimpleNamespace(item_seconds=1e-4, portions=())
+        "percuss.explore.jobs.job_under_way.measured",
+        lambda job, stopped: SimpleNamespace(item_seconds=1e-4, portions=()),
     )
     assert same(carry_out(job, workers=2), whole(job))
     assert began
@@ -315,7 +317,7 @@ def test_a_script_without_a_guard(tmp_path):
     """Worker processes do not import it: it runs once, whatever it asks and however long that takes."""
     done = script(tmp_path, """
         from jobs import Marks
-        from percuss.explore.carry.running import carry_out
+        from percuss.explore.jobs.carrying_out import carry_out
         import os
         os.mkdir("marks") if not os.path.exists("marks") else None
         carry_out(Marks(1000, sleep=0.01, folder="marks"), workers=2)
@@ -326,10 +328,10 @@ def test_a_script_without_a_guard(tmp_path):
 
 SMALL_CALLS = """
     import dataclasses
-    import percuss.explore.carry.task as task
+    import percuss.explore.jobs.job_under_way as task
     from percuss import Load, System
     from percuss.explore import basins, experiment, sweep
-    from percuss.explore.carry.pool import Processes
+    from percuss.explore.jobs.pool import Processes
 
     def never(self): raise SystemExit("a process was started")
     Processes._start = never
@@ -352,7 +354,7 @@ def test_small_jobs_start_no_processes_however_busy_the_machine(tmp_path):
 OWN = """
     from percuss import Load, System
     from percuss.errors import PercussError
-    from percuss.explore.carry.helpers import helpers
+    from percuss.explore.jobs.process_count import helpers
     from percuss.explore.sweep_job import sweep_job
     def own(system): return system.s
     def answer(asked):
@@ -386,7 +388,7 @@ def test_functions_of_the_main_part_by_processes(tmp_path):
     (tmp_path / "own.py").write_text(textwrap.dedent("""
         import dataclasses, os
         from jobs import Sines
-        from percuss.explore.carry.running import carry_out
+        from percuss.explore.jobs.carrying_out import carry_out
 
         class Mine(Sines):
             def one(self, i):
@@ -452,7 +454,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from jobs import Marks
-from percuss.explore.carry.running import carry_out
+from percuss.explore.jobs.carrying_out import carry_out
 if __name__ == "__main__":
     folder, workers = sys.argv[1:]
     def watch(progress):
@@ -523,7 +525,7 @@ def test_ctrl_c_while_processes_start(tmp_path):
     code = textwrap.dedent("""
         import os, signal, threading, time
         from jobs import Sines
-        from percuss.explore.carry.pool import Processes
+        from percuss.explore.jobs.pool import Processes
         if __name__ == "__main__":
             with Processes(2) as pool:
                 threading.Timer(0.05, os.killpg, (os.getpgrp(), signal.SIGINT)).start()

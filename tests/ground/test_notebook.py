@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from percuss import Load, Starts, System, notebook
-from percuss.explore.carry.progress import JobProgress
+from percuss.explore.jobs.progress import JobProgress
 from percuss.simulate import simulate_many
 
 CODE = """
 import time
 from percuss import notebook
-from percuss.explore.carry.running import carry_out
-from percuss.explore.job import Column
+from percuss.explore.jobs.carrying_out import carry_out
+from percuss.explore.jobs.job import Column
 import numpy as np
 
 class Slow:

@@ -19,7 +19,7 @@ from percuss.simulate import Event, Events, Starts, Stop, simulate_many
 from percuss.stability import stability_of
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
-ROOMS = ("steady", "stability", "simulate", "explore", "case", "model")
+ROOMS = ("steady", "stability", "simulate", "explore", "case", "model", "recordings")
 
 
 class Cells(HTMLParser):

@@ -46,14 +46,14 @@ def _table(path: Path) -> None:
 
 
 def _history(path: Path) -> None:
-    from percuss.case.catalogue import write_history
+    from percuss.case.catalogue.sample_cases import write_history
 
     write_history(path)
 
 
 def _map(path: Path) -> None:
     xarray = pytest.importorskip("xarray")
-    from percuss.explore.carry.exporting import write_csv
+    from percuss.explore.jobs.archive_export import write_csv
 
     write_csv(xarray.Dataset({"x": ("item", np.arange(4000.0))}, {"item": np.arange(4000)}), path)
 
@@ -182,9 +182,9 @@ def test_new_does_not_follow_a_link_to_nothing(tmp_path, capsys):
 
 ALLOWED = {
     "whole_file.py",
-    "explore/carry/underway.py",  # records are added to it; its own check sums tell what is whole
-    "explore/carry/lock.py",
-    "case/uploads.py",  # in a folder of its own that goes away
+    "explore/jobs/partial_chunks.py",  # records are added to it; its own check sums tell what is whole
+    "explore/jobs/archive_lock.py",
+    "case/uploads/upload.py",  # in a folder of its own that goes away
     "web/serving.py",  # so too: the page that leads the browser to the address
 }
 """What may open files for writing by itself."""

@@ -33,8 +33,9 @@ from percuss import (
 from percuss import case as room_of_cases
 from percuss.errors import ParameterError, PercussError
 from percuss.model import External, KelvinVoigt, Ratio, Reversed, Table, UniformBar
+from percuss.recordings import read_recording
 
-ROOMS = ("model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
+ROOMS = ("recordings", "model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
 
 
 class Anything:
@@ -69,6 +70,8 @@ MADE_HERE = "a result, or a part of one: made by the package, not by its users"
 NO_DOORS: dict[str, str] = {
     **dict.fromkeys(
         [
+            "recordings.HistoryReport",
+            "recordings.Recording",
             "model.Jump",
             "steady.Drag",
             "steady.Energy",
@@ -219,6 +222,9 @@ def table(folder: Path) -> dict[str, Entry]:
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
+    recorded = folder / "recorded.csv"
+    rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
+    recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
     case = Case.from_text(PLAIN, "plain.toml")
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
@@ -235,6 +241,13 @@ def table(folder: Path) -> dict[str, Entry]:
     sums = {"modes": OPTIONAL, "impacts": OPTIONAL}
     return {
         # -- model --
+        "recordings.read_recording": (
+            read_recording,
+            {"path": recorded, "column": "force", "unit": "N", "time_column": "time", "sample_rate": "1 kHz"}
+            | {"opposing_column": "back", "start": 0.01, "end": 0.08},
+            {"unit": OPTIONAL, "time_column": OPTIONAL | {"number in quotes"}, "sample_rate": OPTIONAL}
+            | {"opposing_column": OPTIONAL, "start": OPTIONAL | {"-1"}, "end": OPTIONAL},
+        ),
         "model.Bar": (
             Bar, {"length": 1.0, "area": 1.0, "youngs_modulus": 1.0, "density": 1.0, "damping": None}
             | {"diameter": None, "damping_ratio": None, "drag": None},

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from percuss import Stop, run
-from percuss.case import Case, schema
+from percuss.case import Case
+from percuss.case.file_format import schema
 from percuss.cli import main
 from percuss.errors import CaseError
 

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.case.sample_history import write_sample_history
+from percuss.case.catalogue.sample_history import write_sample_history
 from percuss.errors import HistoryError, PercussError
-from percuss.model.history import MAX_CYCLES, analyse
 from percuss.model.load import Load
-from percuss.model.recording import read_recording
+from percuss.recordings.history import MAX_CYCLES, analyse
+from percuss.recordings.recording import read_recording
 
 TURN = 2 * math.pi
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss.errors import HistoryError, MissingExtraError, PercussError, UnitError
-from percuss.model.recording import MAX_BYTES, Recording, read_recording
+from percuss.recordings.recording import MAX_BYTES, Recording, read_recording
 
 N = 40
 TIME = np.arange(N) / 1e3

@@ -18,7 +18,7 @@ for needed in ("h5py", "nptdms", "scipy"):
 READ = """
     import resource, sys
     from percuss.errors import HistoryError
-    from percuss.model.recording import read_recording
+    from percuss.recordings.recording import read_recording
     import h5py, nptdms, scipy.io
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for name in sys.argv[1:]:
@@ -67,7 +67,7 @@ def test_they_are_refused_and_take_no_memory(tmp_path: Path) -> None:
 
 def test_a_line_of_millions_of_columns(tmp_path: Path) -> None:
     from percuss.errors import HistoryError
-    from percuss.model.recording import read_recording
+    from percuss.recordings.recording import read_recording
 
     (tmp_path / "a.csv").write_bytes(b"1," * 4_900_000)
     with pytest.raises(HistoryError, match="a line of more than"):
@@ -79,7 +79,7 @@ def test_mat_of_version_4_is_read(tmp_path: Path) -> None:
     import numpy as np
     from scipy.io import savemat
 
-    from percuss.model.recording import read_recording
+    from percuss.recordings.recording import read_recording
 
     savemat(tmp_path / "a.mat", {"force": np.arange(100.0)}, format="4")
     assert read_recording(tmp_path / "a.mat", sample_rate=1e3, unit="kN").values[5] == 5000.0

@@ -5,8 +5,8 @@ import pytest
 
 from percuss import Load, System
 from percuss.case import load_case, simulation_answer
-from percuss.case.simulation_json import simulation_dict
-from percuss.cli.motion import motion_report
+from percuss.case.answers.simulation_json import simulation_dict
+from percuss.cli.motion_report import motion_report
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
 
 TURN = 2.0 * np.pi

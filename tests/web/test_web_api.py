@@ -17,16 +17,16 @@ pytest.importorskip("fastapi")
 
 from percuss import steady_states
 from percuss.case import MACHINES, Case, load_case, simulation_answer
-from percuss.case.catalogue import machine_text, write_history
-from percuss.case.describing import parameters
-from percuss.case.placing import placed
-from percuss.case.quick import quick_dict
-from percuss.case.tables import case_of, json_tables, without_recording
+from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.catalogue.sample_cases import machine_text, write_history
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.parameters.description import parameters
+from percuss.case.parameters.moved_case import placed
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Load
-from percuss.model.recording import read_recording
 from percuss.palette import palette_dict
+from percuss.recordings.recording import read_recording
 from percuss.stability import stability_plane
 from web_client import Client, events
 

@@ -23,8 +23,8 @@ import httpx
 import uvicorn
 
 from percuss.case import steady_answer
-from percuss.case.reading import MAX_KEYS, parsed
-from percuss.case.tables import case_of
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import MAX_KEYS, parsed
 from percuss.cli import main
 from percuss.cli import serve as serve_command
 from percuss.errors import CaseError, Interrupted, UnitError
@@ -33,14 +33,14 @@ from percuss.stability import exact_plane, stability_plane
 from percuss.steady import steady_states
 from percuss.units import known_dimension, si
 from percuss.web import Limits, Settings
-from percuss.web.app import create_app
-from percuss.web.cases import Memory, _cases
-from percuss.web.crowd import Crowd, neighbourhood
-from percuss.web.gate import Lane
-from percuss.web.guard import CONTENT_SECURITY_POLICY
-from percuss.web.problems import Refusal
+from percuss.web.access_checks import CONTENT_SECURITY_POLICY
+from percuss.web.application import create_app
+from percuss.web.asked_cases import Memory, _cases
+from percuss.web.client_limits import protocol
+from percuss.web.connected_clients import Crowd, neighbourhood
+from percuss.web.lanes import Lane
+from percuss.web.problem_json import Refusal
 from percuss.web.serving import bound, to_open
-from percuss.web.wire import protocol
 from web_client import Client, answered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -316,7 +316,7 @@ _TABLES: list[Any] = [
 @pytest.mark.parametrize("asked", _TABLES, ids=["tables", "keys", "objects", "numbers", "text", "key"])
 def test_what_has_more_keys_than_a_question_is_not_looked_through(asked: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Refused at the door: no model of ours ever sees it."""
-    monkeypatch.setattr("percuss.web.cases._made", lambda *_: pytest.fail("it was looked through"))
+    monkeypatch.setattr("percuss.web.asked_cases._made", lambda *_: pytest.fail("it was looked through"))
     problem = Client().problems("/api/quick", asked)[0]
     assert " more than " in f" {problem['message']}"
 
@@ -572,7 +572,7 @@ def test_many_periods_of_a_usual_load_are_answered() -> None:
 
 def test_without_the_kernels_the_rest_is_answered(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
     """As where nothing can be written and there is no home to keep them in: no failure, but a refusal in words."""
-    monkeypatch.setattr("percuss.web.kernels._loaded", lambda part: False)
+    monkeypatch.setattr("percuss.web.kernel_loading._loaded", lambda part: False)
 
     async def ask() -> dict[str, int]:
         async with serving() as served:

@@ -17,8 +17,9 @@ pytest.importorskip("fastapi")
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
-from percuss.web import Settings, create_app, kernels
-from percuss.web.answering import compiled
+from percuss.web import Settings, create_app
+from percuss.web import kernel_loading as kernels
+from percuss.web.shared_by_routes import compiled
 from web_client import BASE
 
 MACHINE = {"machine": "mini-breaker"}

@@ -29,8 +29,8 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_play
 from browser import FLAGS, chromium
 from percuss import palette
 from percuss.case import load_case, simulation_answer
-from percuss.case.catalogue import machine_text, write_history
-from percuss.case.tables import case_of
+from percuss.case.catalogue.sample_cases import machine_text, write_history
+from percuss.case.file_format.plain_tables import case_of
 from percuss.cli import main
 from percuss.stability import reduced_criterion
 from percuss.steady import steady_states

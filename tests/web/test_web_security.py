@@ -34,18 +34,18 @@ from hypothesis import strategies as st
 
 from hostile_recordings import bombs, hdf5
 from percuss.case import load_case
-from percuss.case.uploads import uploaded_history
+from percuss.case.uploads.upload import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
 from percuss.web import Limits, Settings
-from percuss.web.app import create_app
-from percuss.web.gate import Gate, Lane
-from percuss.web.guard import CONTENT_SECURITY_POLICY
-from percuss.web.problems import Refusal
+from percuss.web.access_checks import CONTENT_SECURITY_POLICY
+from percuss.web.application import create_app
+from percuss.web.client_limits import protocol
+from percuss.web.lanes import Gate, Lane
+from percuss.web.problem_json import Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
-from percuss.web.wire import protocol
 from web_client import BASE, Client, answered, offered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -193,7 +193,7 @@ def test_every_answer_carries_the_policy(client: Client) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        "/static/../app.py",
+        "/static/../application.py",
         "/static/..%2fapp.py",
         "/static/%2e%2e/%2e%2e/cli/app.py",
         "/static//etc/passwd",
@@ -263,7 +263,7 @@ def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None
 
 def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     """As is what it takes too long over, or is stopped in."""
-    from percuss.case import apart
+    from percuss.case.uploads import separate_process as apart
 
     data = hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
     (tmp_path / "recording.h5").write_bytes(data)
@@ -282,7 +282,7 @@ def test_a_large_text_is_read_apart_and_can_be_given_up(monkeypatch: pytest.Monk
     with pytest.raises(Interrupted):
         uploaded_history(rows, "a.csv", options, lambda: True)
     found = uploaded_history(rows, "a.csv", options)
-    monkeypatch.setattr("percuss.case.uploads._SMALL", len(rows))
+    monkeypatch.setattr("percuss.case.uploads.upload._SMALL", len(rows))
     assert found == uploaded_history(rows, "a.csv", options)
 
 

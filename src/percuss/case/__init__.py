@@ -10,14 +10,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
+    from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
+    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.case import Case
-    from percuss.case.catalogue import MACHINES, Machine, load_case
-    from percuss.case.exploring import basins_job_of, experiment_job_of, sweep_job_of
-    from percuss.case.family import CaseFamily
-    from percuss.case.problems import CaseErrors
-    from percuss.case.running import Simulation
-    from percuss.case.simulation import SimulationAnswer, resumed_answer, simulation_answer
+    from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
+    from percuss.case.file_format.problems import CaseErrors
+    from percuss.case.file_format.start_and_simulation import Simulation
+    from percuss.case.parameters.case_family import CaseFamily
 
 __all__ = [
     "MACHINES",
@@ -40,23 +40,23 @@ __all__ = [
 ]
 
 _HOME = {
-    "MACHINES": "catalogue",
+    "MACHINES": "catalogue.sample_cases",
     "Case": "case",
-    "CaseErrors": "problems",
-    "CaseFamily": "family",
-    "Machine": "catalogue",
-    "OrbitAnswer": "answer",
-    "PeriodAnswer": "answer",
-    "Simulation": "running",
-    "SimulationAnswer": "simulation",
-    "SteadyAnswer": "answer",
-    "basins_job_of": "exploring",
-    "experiment_job_of": "exploring",
-    "load_case": "catalogue",
-    "resumed_answer": "simulation",
-    "simulation_answer": "simulation",
-    "steady_answer": "answer",
-    "sweep_job_of": "exploring",
+    "CaseErrors": "file_format.problems",
+    "CaseFamily": "parameters.case_family",
+    "Machine": "catalogue.sample_cases",
+    "OrbitAnswer": "answers.steady_answer",
+    "PeriodAnswer": "answers.steady_answer",
+    "Simulation": "file_format.start_and_simulation",
+    "SimulationAnswer": "answers.simulation_answer",
+    "SteadyAnswer": "answers.steady_answer",
+    "basins_job_of": "answers.exploration_jobs",
+    "experiment_job_of": "answers.exploration_jobs",
+    "load_case": "catalogue.sample_cases",
+    "resumed_answer": "answers.simulation_answer",
+    "simulation_answer": "answers.simulation_answer",
+    "steady_answer": "answers.steady_answer",
+    "sweep_job_of": "answers.exploration_jobs",
 }
 
 

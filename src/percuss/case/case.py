@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from percuss.case.building import Parts, Recording, recording_of, system_of
-from percuss.case.clocked import clock_note
-from percuss.case.problems import from_validation, raise_all
-from percuss.case.reading import parsed, text_of
-from percuss.case.running import MAX_MODES, Simulation, simulation_of, start_of
-from percuss.case.schema import PhysicalCase, PlainCase, table_fields
-from percuss.case.suggest import did_you_mean
-from percuss.case.writing import toml_text
+from percuss.case.answers.clock_note import clock_note
+from percuss.case.file_format.building import Parts, Recording, recording_of, system_of
+from percuss.case.file_format.problems import from_validation, raise_all
+from percuss.case.file_format.reading import parsed, text_of
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, table_fields
+from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.case.file_format.writing import toml_text
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
@@ -25,7 +25,7 @@ from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
     from percuss.model import Load, System
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
 
 __all__ = ["Case", "checked_case"]

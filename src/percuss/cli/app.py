@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from percuss.cli.neutral_streams import neutral_streams
 from percuss.cli.parser import UsageError
-from percuss.cli.terminal import neutral_streams
 from percuss.errors import Interrupted, PercussError
 
 __all__ = ["COMMANDS", "run"]
@@ -112,7 +112,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 
 def _unknown(word: str) -> str:
-    from percuss.case.suggest import did_you_mean
+    from percuss.case.file_format.suggest import did_you_mean
 
     if word.startswith("-"):
         hint = did_you_mean(word, ["--help", "--version"]) or "the command comes first: percuss COMMAND …"

@@ -10,8 +10,8 @@ from percuss.cli.files import check_target, need
 from percuss.cli.parser import Parser
 
 if TYPE_CHECKING:
-    from percuss.cli.blocks import Grid, Report, Section
-    from percuss.explore.carry.archive import Archive
+    from percuss.cli.report_parts import Grid, Report, Section
+    from percuss.explore.jobs.archive import Archive
 
 __all__ = ["archive_report", "export", "show"]
 
@@ -41,7 +41,7 @@ def show(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print all of it as JSON, the whole question included")
     options = parser.parsed(arguments)
 
-    from percuss.explore.carry.archive import Archive
+    from percuss.explore.jobs.archive import Archive
 
     with Archive.open(options.archive) as archive:
         if options.json:
@@ -49,7 +49,7 @@ def show(arguments: Sequence[str]) -> int:
 
             print(json.dumps(_json(archive), indent=1, ensure_ascii=False))
         else:
-            from percuss.cli.show import show as shown
+            from percuss.cli.report_printing import show as shown
 
             shown(archive_report(archive, options.archive))
     return 0
@@ -66,8 +66,8 @@ def export(arguments: Sequence[str]) -> int:
     check_target(parser, "-o", options.output)
     need("xarray", "io")
 
-    from percuss.explore.carry.archive import Archive
-    from percuss.explore.carry.exporting import dataset_of, write_csv, write_netcdf
+    from percuss.explore.jobs.archive import Archive
+    from percuss.explore.jobs.archive_export import dataset_of, write_csv, write_netcdf
 
     with Archive.open(options.archive) as archive:
         write = write_csv if options.output.lower().endswith(".csv") else write_netcdf
@@ -80,7 +80,7 @@ def export(arguments: Sequence[str]) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.cli.blocks import BAD, GOOD, PLAIN, Report, Section
+    from percuss.cli.report_parts import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
     sections: list[Section | Grid] = [Section("what was asked for", tuple(_asked(archive)))]
@@ -134,7 +134,7 @@ def _brief(value: Any) -> str:
 
 
 def _axes(archive: Archive) -> Grid | None:
-    from percuss.cli.blocks import Grid
+    from percuss.cli.report_parts import Grid
 
     axes = archive.ask.get("axes")
     if not isinstance(axes, list) or not all(isinstance(axis, dict) and axis.get("values") for axis in axes):
@@ -149,7 +149,7 @@ def _axes(archive: Archive) -> Grid | None:
 
 
 def _columns(archive: Archive) -> Section:
-    from percuss.cli.blocks import Section
+    from percuss.cli.report_parts import Section
 
     rows = []
     for name, column in archive.columns.items():

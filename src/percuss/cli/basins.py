@@ -7,10 +7,10 @@ import json
 import re
 from collections.abc import Sequence
 
-from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried
 from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.long_commands import add_carrying, carried
 from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.cli.simulate_arguments import whole
 
 __all__ = ["run"]
 
@@ -79,12 +79,12 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.basins(found, case.title), options.plot)
     if options.json:
-        from percuss.case.exploring_json import basins_dict
+        from percuss.case.answers.exploration_json import basins_dict
 
         print(json.dumps(basins_dict(case, found), ensure_ascii=False))
     else:
         from percuss.cli.map_report import basins_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
 
         show(basins_report(case.title, found))
     tell_made(options.json, basins=options.output, picture=options.plot)

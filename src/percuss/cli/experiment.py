@@ -6,10 +6,10 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried
 from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.long_commands import add_carrying, carried
 from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.cli.simulate_arguments import whole
 
 if TYPE_CHECKING:
     pass
@@ -61,7 +61,7 @@ def run(arguments: Sequence[str]) -> int:
     job = experiment_job_of(
         case, options.starts, options.distribution, options.seed, modes=options.modes, impacts=options.impacts
     )
-    from percuss.explore.ends.experiments import Experiment
+    from percuss.explore.attractors.experiments import Experiment
 
     found = Experiment.of(job, carried(parser, options, job))
     if options.plot is not None:
@@ -69,12 +69,12 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.experiment(found, case.title), options.plot)
     if options.json:
-        from percuss.case.exploring_json import experiment_dict
+        from percuss.case.answers.exploration_json import experiment_dict
 
         print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
     else:
         from percuss.cli.map_report import experiment_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
 
         show(experiment_report(case.title, found))
     tell_made(options.json, experiment=options.output, picture=options.plot)

@@ -80,8 +80,8 @@ def named_case(name: str) -> Case:
         When there is neither, or the file is not a case.
     """
     from percuss.case import MACHINES, Case, load_case
-    from percuss.case.catalogue import is_machine
-    from percuss.case.suggest import did_you_mean
+    from percuss.case.catalogue.sample_cases import is_machine
+    from percuss.case.file_format.suggest import did_you_mean
 
     if is_machine(name) and not os.path.isfile(name):
         return load_case(name)

@@ -24,8 +24,8 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print the list as JSON (kg, Hz, J)")
     options = parser.parsed(arguments)
 
-    from percuss.case.catalogue import MACHINES
-    from percuss.case.numerals import quantity
+    from percuss.case.answers.numerals import quantity
+    from percuss.case.catalogue.sample_cases import MACHINES
 
     if options.json:
         import json

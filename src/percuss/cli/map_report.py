@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.clocked import clock_in_short, clock_note
-from percuss.case.numerals import counted as _counted
-from percuss.case.numerals import number, percent
-from percuss.cli.blocks import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.clock_note import clock_in_short, clock_note
+from percuss.case.answers.numerals import counted as _counted
+from percuss.case.answers.numerals import number, percent
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.explore.quantities import CELL_OUTCOMES, needs
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: 
 
 
 def _ranges(axis: Axis, parts: Sequence[Range]) -> str:
-    """Where it is so; an end that is not the axis' is solved for, and has more digits."""
+    """The ranges of an axis where a quantity is true; an end inside the axis is solved for and has more digits."""
     if not parts:
         return "nowhere"
     unit = f" {axis.unit}" if axis.unit else ""

@@ -31,7 +31,7 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     options = parser.parsed(arguments)
 
-    from percuss.case.catalogue import HISTORY_FILE, machine_text, uses_history
+    from percuss.case.catalogue.sample_cases import HISTORY_FILE, machine_text, uses_history
 
     text, history = machine_text(options.machine), uses_history(options.machine)
     if options.output is None:
@@ -67,7 +67,7 @@ def _write(files: list[Path], text: str) -> None:
     new = [file for file in files if not os.path.lexists(file)]
     try:
         if len(files) == 2:
-            from percuss.case.catalogue import write_history
+            from percuss.case.catalogue.sample_cases import write_history
 
             write_history(files[1])
         write_whole(files[0], text)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from percuss.cli.files import need
+from percuss.cli.neutral_streams import raw
 from percuss.cli.parser import Parser
-from percuss.cli.terminal import raw
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _named(parser: Parser, given: list[str]) -> list[str]:
     """The names once each, in the order of the paper."""
     for name in given:
         if name not in (*NAMES, ALL):
-            from percuss.case.suggest import did_you_mean
+            from percuss.case.file_format.suggest import did_you_mean
 
             hint = did_you_mean(name, [*NAMES, ALL])
             there_are = f"the names are {', '.join(NAMES)} and {ALL}"

@@ -48,7 +48,7 @@ class Parser(argparse.ArgumentParser):
         """
         found, unknown = self.parse_known_args(arguments)
         if unknown:
-            from percuss.case.suggest import did_you_mean
+            from percuss.case.file_format.suggest import did_you_mean
 
             word = unknown[0].partition("=")[0]
             if word.startswith("-"):

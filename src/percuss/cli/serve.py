@@ -121,7 +121,7 @@ def run(arguments: Sequence[str]) -> int:
         )
     text = ""
     if options.case is not None:
-        from percuss.case.tables import without_recording
+        from percuss.case.file_format.plain_tables import without_recording
 
         case = named_case(options.case)
         case.system()

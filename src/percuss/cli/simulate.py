@@ -6,9 +6,9 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
 
-from percuss.cli.arguments import events, start_keys, time_or_text, whole
 from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.cli.simulate_arguments import events, start_keys, time_or_text, whole
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
@@ -72,8 +72,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.json:
         print(text)
     else:
-        from percuss.cli.motion import motion_report
-        from percuss.cli.show import show
+        from percuss.cli.motion_report import motion_report
+        from percuss.cli.report_printing import show
 
         show(motion_report(answer, LAST if options.events is None else options.events[0]))
     tell_made(options.json, motion=options.output, picture=options.plot)
@@ -113,7 +113,7 @@ def _same(case: str, output: str) -> bool:
 
 def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
     from percuss.case import simulation_answer
-    from percuss.cli.watch import watched
+    from percuss.cli.simulation_progress import watched
 
     case = named_case(options.case)
     case.system()  # the recording is read, and may be refused, before the options are looked at
@@ -132,7 +132,7 @@ def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
 
 def _resumed(options: argparse.Namespace) -> SimulationAnswer:
     from percuss.case import resumed_answer
-    from percuss.cli.watch import watched
+    from percuss.cli.simulation_progress import watched
 
     with watched() as watch:
         return resumed_answer(options.resume, options.impacts, options.time, watch)
@@ -161,6 +161,6 @@ def _as_option(parser: Parser, error: CaseError) -> NoReturn:
 
 
 def _json(answer: SimulationAnswer, options: argparse.Namespace) -> str:
-    from percuss.case.simulation_json import simulation_text
+    from percuss.case.answers.simulation_json import simulation_text
 
     return simulation_text(answer, None if options.events is None else options.events[0])

@@ -9,14 +9,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import up_to
 from percuss.cli.files import PICTURES, as_typed, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
+from percuss.cli.simulate_arguments import up_to
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
     from percuss.case import Case, SteadyAnswer
-    from percuss.case.ends import Ends
+    from percuss.case.answers.ends import Ends
 
 __all__ = ["run"]
 
@@ -87,8 +87,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.json:
         print(text)
     else:
-        from percuss.cli.report import steady_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
+        from percuss.cli.steady_report import steady_report
 
         show(steady_report(answer))
     tell_made(options.json, picture=options.plot, report=options.report)
@@ -129,7 +129,7 @@ def _answer(name: str, asked: tuple[int, ...], kept: int | None, starts: int | N
 
 def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.ends import STARTS, ends_of, not_followed
+    from percuss.case.answers.ends import STARTS, ends_of, not_followed
 
     if starts == 0:
         return not_followed("none were asked for")

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.cli.arguments import whole
-from percuss.cli.carrying import add_carrying, carried, watching
 from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
+from percuss.cli.long_commands import add_carrying, carried, watching
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
+from percuss.cli.simulate_arguments import whole
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -87,13 +87,13 @@ def run(arguments: Sequence[str]) -> int:
     case = named_case(options.case)
     job = _job(case, options)
     if options.curves:
-        from percuss.explore.edges.boundary import checked_boundaries
+        from percuss.explore.boundary_curves.boundary import checked_boundaries
 
         checked_boundaries(job.family, **_boundaries(job))
     found = _swept(parser, options, job)
     curves = _curves(parser, job) if options.curves else None
     if options.csv is not None:
-        from percuss.explore.carry.exporting import write_csv
+        from percuss.explore.jobs.archive_export import write_csv
 
         write_csv(found.dataset, options.csv)
     if options.plot is not None:
@@ -101,12 +101,12 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
     if options.json:
-        from percuss.case.exploring_json import sweep_dict
+        from percuss.case.answers.exploration_json import sweep_dict
 
         print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
     else:
         from percuss.cli.map_report import sweep_report
-        from percuss.cli.show import show
+        from percuss.cli.report_printing import show
 
         show(sweep_report(case.title, found, curves, _ranges(job, found)))
     tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)

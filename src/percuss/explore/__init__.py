@@ -11,24 +11,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.explore.attractors.basin import Basins as Basins
+    from percuss.explore.attractors.basin import basins as basins
+    from percuss.explore.attractors.experiments import Experiment as Experiment
+    from percuss.explore.attractors.experiments import experiment as experiment
+    from percuss.explore.attractors.shares import Share as Share
     from percuss.explore.axis import Axis as Axis
-    from percuss.explore.carry.archive import Archive as Archive
-    from percuss.explore.carry.progress import JobProgress as JobProgress
-    from percuss.explore.carry.running import carry_out as carry_out
-    from percuss.explore.carry.running import estimate as estimate
-    from percuss.explore.edges.boundary import Boundaries as Boundaries
-    from percuss.explore.edges.boundary import boundaries as boundaries
-    from percuss.explore.ends.basin import Basins as Basins
-    from percuss.explore.ends.basin import basins as basins
-    from percuss.explore.ends.experiments import Experiment as Experiment
-    from percuss.explore.ends.experiments import experiment as experiment
-    from percuss.explore.ends.shares import Share as Share
+    from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
+    from percuss.explore.boundary_curves.boundary import boundaries as boundaries
     from percuss.explore.family import PARAMETERS as PARAMETERS
     from percuss.explore.family import Family as Family
     from percuss.explore.family import SystemFamily as SystemFamily
     from percuss.explore.family import vary as vary
-    from percuss.explore.job import Column as Column
-    from percuss.explore.job import Job as Job
+    from percuss.explore.jobs.archive import Archive as Archive
+    from percuss.explore.jobs.carrying_out import carry_out as carry_out
+    from percuss.explore.jobs.carrying_out import estimate as estimate
+    from percuss.explore.jobs.job import Column as Column
+    from percuss.explore.jobs.job import Job as Job
+    from percuss.explore.jobs.progress import JobProgress as JobProgress
     from percuss.explore.lyapunov import Lyapunov as Lyapunov
     from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
@@ -39,28 +39,28 @@ if TYPE_CHECKING:
     from percuss.explore.sweeps import sweep as sweep
 
 _HOME = {
-    "Archive": "carry.archive",
+    "Archive": "jobs.archive",
     "Axis": "axis",
-    "Basins": "ends.basin",
-    "Boundaries": "edges.boundary",
+    "Basins": "attractors.basin",
+    "Boundaries": "boundary_curves.boundary",
     "CELL_OUTCOMES": "quantities",
-    "Column": "job",
-    "Experiment": "ends.experiments",
+    "Column": "jobs.job",
+    "Experiment": "attractors.experiments",
     "Family": "family",
-    "Job": "job",
-    "JobProgress": "carry.progress",
+    "Job": "jobs.job",
+    "JobProgress": "jobs.progress",
     "Lyapunov": "lyapunov",
     "PARAMETERS": "family",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
-    "Share": "ends.shares",
+    "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
-    "basins": "ends.basin",
-    "boundaries": "edges.boundary",
-    "carry_out": "carry.running",
-    "estimate": "carry.running",
-    "experiment": "ends.experiments",
+    "basins": "attractors.basin",
+    "boundaries": "boundary_curves.boundary",
+    "carry_out": "jobs.carrying_out",
+    "estimate": "jobs.carrying_out",
+    "experiment": "attractors.experiments",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "sweep": "sweeps",

@@ -118,7 +118,7 @@ class Axis(Shown):
         return {"name": self.name, "unit": self.unit, "values": self.values.tolist()}
 
     def coordinate(self) -> tuple[str, npt.NDArray[np.float64], dict[str, str]]:
-        """As xarray takes a coordinate."""
+        """The axis in the form in which xarray takes a coordinate: dimension, values, attributes."""
         return self.name, self.values, {"units": self.unit or "1"}
 
 

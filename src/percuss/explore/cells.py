@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
-from percuss.explore.job import Columns
+from percuss.explore.jobs.job import Columns
 from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, REASONS, columns_of, needs
 from percuss.model import System
 from percuss.steady import Orbit, rest_on_wall, steady_states

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.explore.cells import NEUTRAL, Asked, cell_columns, empty_columns, failure
 from percuss.explore.family import Family
-from percuss.explore.job import Columns
+from percuss.explore.jobs.job import Columns
 from percuss.explore.quantities import BRANCHES, QUANTITIES, needs
 from percuss.model import System
 from percuss.model.checks import Array

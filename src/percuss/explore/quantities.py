@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from percuss.errors import ParameterError
-from percuss.explore.job import Column
+from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
 
 __all__ = [

@@ -16,10 +16,10 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
 from percuss.explore.family import Family, family_of
-from percuss.explore.job import ASK_FORMAT, Column, Columns
+from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.explore.planes import fits_plane, plane_columns
 from percuss.explore.quantities import DEFAULT_QUANTITIES, QUANTITIES, checked, columns_of, needs
-from percuss.explore.rough import seconds_of_cell, seconds_of_plane_cell
+from percuss.explore.rough_time import seconds_of_cell, seconds_of_plane_cell
 from percuss.model import System
 from percuss.model.checks import Array, count, instance, mapping
 from percuss.stability.verdict import DEFAULT_MODES
@@ -82,7 +82,7 @@ class SweepJob:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the map."""
+        """Numbers of cells along the axes of the map."""
         return tuple(len(axis) for axis in self.axes)
 
     @property
@@ -119,7 +119,7 @@ class SweepJob:
 
     @property
     def columns(self) -> Mapping[str, Column]:
-        """Those of the quantities, and the outcome."""
+        """The columns of the quantities asked for, and the outcome of each cell."""
         own = {name: Column(meaning=f"of {_qualified(function)}") for name, function in self.functions}
         return {**columns_of(self.quantities, self.is_si), **own}
 

@@ -13,7 +13,7 @@ from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.cells import label_text
 from percuss.explore.family import Family
-from percuss.explore.job import Column, Columns
+from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.quantities import CELL_OUTCOMES, DEFAULT_QUANTITIES, REASONS
 from percuss.explore.sweep_job import SweepJob, SystemFunction, sweep_job
 from percuss.model import System
@@ -22,7 +22,7 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.carry.archive import Archive
+    from percuss.explore.jobs.archive import Archive
     from percuss.simulate import Start, Stop
 
 __all__ = ["Sweep", "sweep"]
@@ -172,7 +172,7 @@ def sweep(
     >>> found.dataset["stable"].sel(restitution=0.6).values
     array([False,  True])
     """
-    from percuss.explore.carry.running import carry_out
+    from percuss.explore.jobs.carrying_out import carry_out
 
     job = sweep_job(
         what, *axes, quantities=quantities, periods=periods, modes=modes, start=start, stop=stop, impacts=impacts,

@@ -28,7 +28,7 @@ from percuss.model.checks import (
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.model.history import HistoryReport
+    from percuss.recordings.history import HistoryReport
 
 __all__ = ["MAX_HARMONICS", "Jump", "Load"]
 
@@ -118,7 +118,7 @@ class Load(Shown):
             set_(self, "frequency", positive("frequency", self.frequency))
         self._check_steps()
         if self.report is not None:
-            from percuss.model.history import HistoryReport
+            from percuss.recordings.history import HistoryReport
 
             instance("report", self.report, HistoryReport)
         if self.error is not None:
@@ -286,7 +286,7 @@ class Load(Shown):
         HistoryError
             When the data hold no two whole cycles, do not repeat, or are not finite and increasing in time.
         """
-        from percuss.model.history import analyse  # only histories need it
+        from percuss.recordings.history import analyse  # only histories need it
 
         coefficients, report = analyse(
             _record("time", time),

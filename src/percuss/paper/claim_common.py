@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import Interrupted
-from percuss.explore.ends.experiments import Experiment, experiment
-from percuss.explore.ends.shares import wilson
-from percuss.explore.ends.starts import DISTRIBUTIONS
+from percuss.explore.attractors.experiments import Experiment, experiment
+from percuss.explore.attractors.shares import wilson
+from percuss.explore.attractors.start_distributions import DISTRIBUTIONS
 from percuss.model import Load, System
 from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from percuss.explore.ends.experiments import Experiment
-from percuss.explore.ends.shares import wilson
+from percuss.explore.attractors.experiments import Experiment
+from percuss.explore.attractors.shares import wilson
 from percuss.paper.claim_common import (
     NAMED,
     Claim,

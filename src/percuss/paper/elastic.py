@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.edges.boundary import boundaries
-from percuss.explore.edges.branches import Line, Stretch, folds_and_stretches, orbit_on
-from percuss.explore.edges.curves import Boundaries
+from percuss.explore.boundary_curves.boundary import boundaries
+from percuss.explore.boundary_curves.branches import Line, Stretch, folds_and_stretches, orbit_on
+from percuss.explore.boundary_curves.joined_points import Boundaries
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.explore.edges.boundary import boundaries
+from percuss.explore.boundary_curves.boundary import boundaries
 from percuss.paper.figure import Figure
 from percuss.paper.limits import RESTITUTIONS, STIFF, pneumatic
 

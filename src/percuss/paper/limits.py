@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.edges.branches import Line, Stretch, folds_and_stretches
-from percuss.explore.edges.grazing import admissible_on
+from percuss.explore.boundary_curves.branches import Line, Stretch, folds_and_stretches
+from percuss.explore.boundary_curves.grazing import admissible_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array

@@ -65,7 +65,7 @@ def _in_colours(name: str, values: np.ndarray[Any, Any]) -> list[tuple[str, Any]
 
 
 def _window(ax: Axes, name: str, values: np.ndarray[Any, Any]) -> None:
-    """Of margins, which have no lower end: down to −1 at the most, where some are above 0."""
+    """Set the window of a panel of margins, which have no lower end: down to −1 at the most where some are above 0."""
     low = float(np.min(values[np.isfinite(values)], initial=0.0))
     if "margin" in name and low < -1.0 and np.any(values > -1.0):
         ax.set_ylim(-1.05, max(0.1, 1.08 * float(np.nanmax(values))))

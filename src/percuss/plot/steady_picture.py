@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from percuss.case.answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
+    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
     from percuss.model import System
     from percuss.stability import Stability
     from percuss.steady import Orbit, SIReport

@@ -17,7 +17,7 @@ from percuss.errors import HistoryError, MissingExtraError, PercussError
 from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
 from percuss.model.described import describe_system, system_from
-from percuss.model.vetting import vetted_hdf5
+from percuss.recordings.untrusted_files import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
 from percuss.simulate.restored import RECORDS

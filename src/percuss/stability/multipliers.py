@@ -136,7 +136,7 @@ def _rigid_pair(matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:
 
 
 def _matched(orbit: Orbit, side: Side, matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:
-    """The same of very many modes: beside those of few modes, from which high modes hardly move them."""
+    """Positions of the two rigid multipliers among those of very many modes: nearest to where few modes have them."""
     few = floquet_multipliers(orbit, _DENSE, side=side)
     found: list[int] = []
     for one in few.values[list(few.rigid)]:

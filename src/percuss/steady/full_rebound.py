@@ -103,7 +103,7 @@ def _driven(system: System, phases: Array, periods: int, modes: int) -> npt.NDAr
 
 
 def _unsymmetric(system: System, phases: Array, periods: int) -> npt.NDArray[np.bool_]:
-    """The same for all modes: for a smooth load whether it is not symmetric about the impact; shape (len(φ),)."""
+    """Whether any mode gains energy: a smooth load does that when not symmetric about the impact; shape (len(φ),)."""
     load = system.load
     if _returning(system, periods, 1)[0]:  # then every mode does
         return np.zeros(phases.shape, dtype=bool)

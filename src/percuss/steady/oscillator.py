@@ -166,9 +166,10 @@ def _is_even(t: Array) -> bool:
 
 
 def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
-    """As `_plain_sum` for times at one distance: exp(e(t_a + τ_b)) = exp(e t_a) exp(e τ_b), summed as a matrix product.
+    """The sum of `_plain_sum` for times at one distance, summed as a matrix product.
 
-    That takes √nt exponentials of each mode in place of nt; what is left is a twentieth of their time.
+    As exp(e(t_a + τ_b)) = exp(e t_a) exp(e τ_b), it takes √nt exponentials of each mode in place of nt; what is left is
+    a twentieth of their time.
     """
     fine = math.isqrt(t.size - 1) + 1
     coarse = -(-t.size // fine)

@@ -144,11 +144,11 @@ class Arcs:
         return phases[order], tangent[order]
 
     def phase_on(self, arc: int, level: float) -> float:
-        """As `invert`, for one level."""
+        """The phase on one arc where v_f equals one level: `invert` for plain numbers."""
         return float(self._one_by_one(np.array([arc]), level)[0])
 
     def _one_by_one(self, arc: npt.NDArray[np.intp], level: float) -> Array:
-        """As `invert`, for one level on a few arcs: in plain numbers, which takes a quarter of the time of arrays."""
+        """The phases of one level on a few arcs: `invert` in plain numbers, in a quarter of the time of arrays."""
         r = self.response
         if isinstance(r, PiecewiseResponse) or r.k.size == 1 or r.k[-1] > _FEW:
             return self.invert(arc, np.full(arc.size, level))

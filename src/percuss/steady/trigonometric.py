@@ -135,7 +135,7 @@ def polished(low: Array, high: Array, value: Curve, level: Array, start: Array |
 
 
 def polished_one(terms: Terms, level: float, from_: float, to: float, theta: float) -> float:
-    """As `polished`, for one level in plain numbers, from `theta`: at `from_` the sum lies below it, at `to` above.
+    """One root by the method of `polished`, in plain numbers: the sum is below `level` at `from_`, above it at `to`.
 
     Parameters
     ----------

@@ -10,12 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from percuss.web.app import create_app as create_app
+    from percuss.web.application import create_app as create_app
     from percuss.web.serving import serve as serve
     from percuss.web.settings import Limits as Limits
     from percuss.web.settings import Settings as Settings
 
-_HOME = {"Limits": "settings", "Settings": "settings", "create_app": "app", "serve": "serving"}
+_HOME = {"Limits": "settings", "Settings": "settings", "create_app": "application", "serve": "serving"}
 
 __all__ = sorted(_HOME)
 

@@ -11,16 +11,16 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.case import MACHINES
-from percuss.case.catalogue import is_machine, machine_text, uses_history
-from percuss.case.describing import case_dict
-from percuss.case.placing import placed
-from percuss.case.tables import without_recording
-from percuss.case.uploads import uploaded_case, uploaded_history
+from percuss.case.catalogue.sample_cases import is_machine, machine_text, uses_history
+from percuss.case.file_format.plain_tables import without_recording
+from percuss.case.parameters.description import case_dict
+from percuss.case.parameters.moved_case import placed
+from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
-from percuss.web.answering import PROBLEMS, answer_of, gate_of, limits_of, plain_json
-from percuss.web.asking import CaseAsked, PlaceAsked
-from percuss.web.bodies import StrictRoute, bounded_body
-from percuss.web.problems import refused
+from percuss.web.problem_json import refused
+from percuss.web.questions import CaseAsked, PlaceAsked
+from percuss.web.request_bodies import StrictRoute, bounded_body
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, gate_of, limits_of, plain_json
 
 __all__ = ["router"]
 

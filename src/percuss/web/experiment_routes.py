@@ -17,14 +17,14 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from percuss.case import experiment_job_of
-from percuss.case.exploring_json import experiment_dict
-from percuss.case.live import watched_experiment
+from percuss.case.answers.exploration_json import experiment_dict
+from percuss.case.answers.watched_experiment import watched_experiment
 from percuss.errors import PercussError
-from percuss.web.answering import PROBLEMS, attachment, compiled, gate_of, limits_of
-from percuss.web.asking import ExperimentAsked, ExperimentFileAsked
-from percuss.web.bodies import StrictRoute
-from percuss.web.cases import Memory, case_asked, case_key
-from percuss.web.problems import problem, problems_of, refused
+from percuss.web.asked_cases import Memory, case_asked, case_key
+from percuss.web.problem_json import problem, problems_of, refused
+from percuss.web.questions import ExperimentAsked, ExperimentFileAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import PROBLEMS, attachment, compiled, gate_of, limits_of
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from percuss.case import Case
     from percuss.explore import Experiment
-    from percuss.explore.ends.experiments import ExperimentJob
-    from percuss.web.gate import Halt
+    from percuss.explore.attractors.experiments import ExperimentJob
+    from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
 
 __all__ = ["router"]
@@ -210,7 +210,7 @@ def _event(kind: str, what: Any) -> bytes:
 
 
 def _file(found: Experiment, kind: str) -> bytes:
-    from percuss.explore.carry.exporting import write_csv, write_netcdf
+    from percuss.explore.jobs.archive_export import write_csv, write_netcdf
 
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder, f"experiment.{kind}")

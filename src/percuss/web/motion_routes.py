@@ -11,8 +11,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import simulation_answer
-from percuss.case.frames import motion_frames, orbit_frames
-from percuss.web.answering import (
+from percuss.case.answers.motion_frames import motion_frames, orbit_frames
+from percuss.web.asked_cases import Memory
+from percuss.web.packed_arrays import packed
+from percuss.web.problem_json import refused
+from percuss.web.questions import CaseAsked, MotionAsked, SimulateAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import (
     PROBLEMS,
     answer_of,
     attachment,
@@ -22,18 +27,13 @@ from percuss.web.answering import (
     plain_json,
     simulated_case,
 )
-from percuss.web.asking import CaseAsked, MotionAsked, SimulateAsked
-from percuss.web.bodies import StrictRoute
-from percuss.web.cases import Memory
-from percuss.web.packing import packed
-from percuss.web.problems import refused
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from percuss.case import Case, SimulationAnswer
-    from percuss.web.gate import Halt
+    from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
 
 __all__ = ["router"]

@@ -11,14 +11,14 @@ from starlette.responses import Response
 
 from percuss.case import steady_answer
 from percuss.html_report import report_html
-from percuss.web.answering import PROBLEMS, answer_of, attachment, check_steady, limits_of
-from percuss.web.asking import ReportAsked
-from percuss.web.bodies import StrictRoute
 from percuss.web.motion_routes import simulated
+from percuss.web.questions import ReportAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, attachment, check_steady, limits_of
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.web.gate import Halt
+    from percuss.web.lanes import Halt
 
 __all__ = ["router"]
 

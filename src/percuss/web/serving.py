@@ -145,8 +145,8 @@ def _work(settings: Settings, listening: socket.socket) -> None:
 
 def _run(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
     """Serve in this process."""
-    from percuss.web.app import create_app
-    from percuss.web.wire import protocol
+    from percuss.web.application import create_app
+    from percuss.web.client_limits import protocol
 
     sys.setswitchinterval(_TURN)
     config = uvicorn.Config(

@@ -11,15 +11,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import steady_answer, sweep_job_of
-from percuss.case.curves import boundaries_dict, curves_dict
-from percuss.case.placing import placed
-from percuss.case.quick import quick_dict
-from percuss.case.tables import json_tables
-from percuss.web.answering import PROBLEMS, answer_of, binary, check_steady, limits_of, plain_json
-from percuss.web.asking import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
-from percuss.web.bodies import StrictRoute
-from percuss.web.packing import packed
-from percuss.web.problems import refused
+from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.answers.steady_curves import boundaries_dict, curves_dict
+from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.moved_case import placed
+from percuss.web.packed_arrays import packed
+from percuss.web.problem_json import refused
+from percuss.web.questions import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, check_steady, limits_of, plain_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from percuss.explore import Sweep
     from percuss.explore.axis import Axis
     from percuss.explore.sweep_job import SweepJob
-    from percuss.web.gate import Halt
-    from percuss.web.kernels import Part
+    from percuss.web.kernel_loading import Part
+    from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
 
 __all__ = ["router"]

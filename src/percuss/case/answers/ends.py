@@ -1,0 +1,181 @@
+"""Where a handful of random starts end: whether a hammer that can sustain a motion also finds it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.errors import ParameterError, PercussError
+from percuss.model.checks import count
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.model import System
+    from percuss.simulate import Ensemble
+
+__all__ = ["DISTRIBUTION", "SEED", "STARTS", "End", "Ends", "ends_of", "not_followed"]
+
+STARTS = 24
+"""Starts that `percuss steady` follows: of those that end otherwise one in ten is missed once in twelve times."""
+
+DISTRIBUTION, SEED = "wall", 0
+"""Of the starts, as `percuss experiment` draws them when nothing else is asked for."""
+
+_MOST_STARTS = 1000
+_MOST_MODES = 64  # elastic modes; more of them cost time and change no end
+_LEAST_IMPACTS = 200
+_WORK = 5e8  # starts times impacts times modes times harmonics, about half a second
+_EVALUATIONS = 200  # for every impact; machines need fewer than 50, a bar that hovers before the wall any number
+
+
+@dataclass(frozen=True)
+class End:
+    """One of the motions in which starts end.
+
+    Attributes
+    ----------
+    label
+        As `percuss.simulate.Trajectory.label`.
+    starts
+        How many end in it.
+    blow_rate
+        Main blows per load period, a completed chatter counted once; None where nothing strikes any more.
+    delivered_power
+        What the impacts take, per radian of the load; dimensionless; None where nothing strikes any more.
+    """
+
+    label: str
+    starts: int
+    blow_rate: float | None
+    delivered_power: float | None
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where random starts end.
+
+    Attributes
+    ----------
+    followed
+        How many starts.
+    modes, impacts
+        Elastic modes, and the most impacts of a start.
+    ends
+        The most frequent first.
+    note
+        Why none were followed, or some not to their end; else "".
+    """
+
+    followed: int
+    modes: int
+    impacts: int
+    ends: tuple[End, ...]
+    note: str = ""
+
+    def to_json_dict(self, system: System) -> dict[str, Any]:
+        """In plain values, with SI for a system that has scales."""
+        return {
+            "followed": self.followed,
+            "distribution": DISTRIBUTION,
+            "seed": SEED,
+            "modes": self.modes,
+            "impacts": self.impacts,
+            "note": self.note,
+            "ends": [_end(end, self.followed, system) for end in self.ends],
+        }
+
+
+def _end(end: End, followed: int, system: System) -> dict[str, Any]:
+    si = None
+    if system.is_si and system.frequency is not None:
+        power, rate = end.delivered_power, end.blow_rate
+        si = {
+            "blow_rate_Hz": None if rate is None else rate * system.frequency,
+            "delivered_power_kW": None if power is None else 1e-3 * power * system.power_scale,
+        }
+    return {
+        "label": end.label,
+        "starts": end.starts,
+        "share": end.starts / followed,
+        "blow_rate": end.blow_rate,
+        "delivered_power": end.delivered_power,
+        "si": si,
+    }
+
+
+def not_followed(why: str) -> Ends:
+    """No starts, and the reason."""
+    return Ends(0, 0, 0, (), why)
+
+
+def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
+    """Where random starts of a case end, the same starts and motions as `percuss experiment` with so many starts.
+
+    Loads the simulator; its first use on a computer compiles it, which takes up to a minute. A load of very many
+    harmonics is followed for fewer impacts than an experiment takes, and a bar that hovers before the wall for fewer
+    evaluations, so that it is quick all the same. Both are numbers: what comes out does not depend on the computer.
+
+    Parameters
+    ----------
+    starts
+        How many, 1 to 1000.
+    modes
+        Elastic modes; by default those of the table [simulation]; 64 at most.
+
+    Raises
+    ------
+    ParameterError
+        For a number of starts out of range.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> ends = ends_of(load_case("heavy-drifter"), 24)
+    >>> sum(end.starts for end in ends.ends), sorted(end.label for end in ends.ends)
+    (24, ['aperiodic', 'z=1/1'])
+    """
+    from percuss.case.answers.exploration_jobs import experiment_job_of
+
+    number = count("starts", starts, most=_MOST_STARTS)
+    simulation = case.simulation()
+    kept = min(simulation.modes if modes is None else modes, _MOST_MODES)
+    size = case.load().harmonics.size
+    enough = max(_LEAST_IMPACTS, int(_WORK / (number * (kept + 8) * (size + 8))))
+    impacts = min(simulation.stop.most_impacts, enough)
+    try:
+        job = experiment_job_of(case, number, DISTRIBUTION, SEED, modes=kept, impacts=impacts)
+    except ParameterError:
+        raise
+    except PercussError as error:  # an undamped mode in resonance has no bounded motion
+        return not_followed(error.message)
+    from percuss.simulate import simulate_many
+
+    most = _EVALUATIONS * impacts
+    many = simulate_many(
+        job.system,
+        job.starts(0, number),
+        modes=job.modes,
+        stop=job.stop,
+        work=most,
+    )
+    long = int(np.count_nonzero(many.outcome == "work"))
+    note = f"{long} of {number} not followed to their end: each would take more than {most} evaluations of its motion"
+    return Ends(number, job.modes, job.stop.most_impacts, _ends(many), note if long else "")
+
+
+def _ends(many: Ensemble) -> tuple[End, ...]:
+    names, rate = many.label, many.main_blow_rate
+    power = many.energy_lost_per_period / (2.0 * np.pi)
+    return tuple(
+        End(name, number, _mean(rate[names == name]), _mean(power[names == name]))
+        for name, number in Counter(names.tolist()).most_common()
+    )
+
+
+def _mean(values: np.typing.NDArray[np.float64]) -> float | None:
+    """Over what is known; None when nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else None

@@ -1,0 +1,173 @@
+"""The jobs that a case asks for: its maps, its experiments and its basins."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from percuss.case.case import Case, checked_case
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.errors import ParameterError
+from percuss.explore.axis import Axis
+from percuss.explore.quantities import DEFAULT_QUANTITIES
+from percuss.model.checks import instance, mapping, several
+from percuss.units import si, unit_scale
+
+if TYPE_CHECKING:
+    from percuss.explore.attractors.basin import BasinsJob
+    from percuss.explore.attractors.experiments import ExperimentJob
+    from percuss.explore.sweep_job import SweepJob
+    from percuss.model import System
+    from percuss.simulate import Stop
+
+__all__ = ["basins_job_of", "experiment_job_of", "sweep_job_of"]
+
+
+def sweep_job_of(
+    case: Case,
+    axes: Sequence[Axis],
+    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    *,
+    periods: int = 1,
+    modes: int | None = None,
+    impacts: int | None = None,
+) -> SweepJob:
+    """The map of a case over keys of its tables or dimensionless parameters, with the start that its tables describe.
+
+    Parameters
+    ----------
+    axes
+        Their units are those of the keys.
+    quantities, periods
+        See `percuss.explore.sweep`.
+    modes
+        Of every quantity. None: the steady motions are those of the continuous bar with multipliers of 32 modes, as
+        `steady_answer` has them, and simulations take the modes of the table [simulation].
+    impacts
+        Instead of those of the table [simulation].
+
+    Raises
+    ------
+    CaseError, ParameterError
+        When the case cannot be used, or the question has no answer.
+    """
+    from percuss.explore.sweep_job import sweep_job
+
+    checked_case(case)
+    axes = several("axes", axes, "a list of Axis")
+    for axis in axes:
+        instance("axes", axis, Axis)
+    family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
+    simulation = case.simulation()
+    return sweep_job(
+        family,
+        *axes,
+        quantities=quantities,
+        periods=periods,
+        modes=modes,
+        simulated=simulation.modes,
+        stop=_stop(simulation.stop, impacts),
+    )
+
+
+def experiment_job_of(
+    case: Case,
+    starts: int | None = None,
+    distribution: str | os.PathLike[str] = "wall",
+    seed: int = 0,
+    *,
+    modes: int | None = None,
+    impacts: int | None = None,
+) -> ExperimentJob:
+    """The experiment of a case: random starts, followed until their motions are found.
+
+    Parameters
+    ----------
+    starts, distribution, seed
+        See `percuss.explore.experiment`.
+    modes, impacts
+        Instead of those of the table [simulation].
+
+    Raises
+    ------
+    CaseError, ParameterError, ResonanceError
+        When the case cannot be used, or the starts cannot be drawn.
+    """
+    from percuss.explore.attractors.experiments import experiment_job
+
+    checked_case(case)
+    simulation = case.simulation()
+    kept = simulation.modes if modes is None else modes
+    stop = _stop(simulation.stop, impacts)
+    return experiment_job(case.system(), starts, distribution, seed, modes=kept, stop=stop)
+
+
+def basins_job_of(
+    case: Case,
+    x: Axis,
+    y: Axis,
+    *,
+    at: Mapping[str, float | str] | None = None,
+    modes: int | None = None,
+    impacts: int | None = None,
+) -> BasinsJob:
+    """The basins of a case over a plane of starts; the axes of the result are dimensionless.
+
+    Parameters
+    ----------
+    x, y, at
+        See `percuss.explore.basins`. For a case in SI position, velocity and time may also have units, in `at` as text
+        (``"-30 mm"``).
+    modes, impacts
+        Instead of those of the table [simulation].
+
+    Raises
+    ------
+    CaseError, ParameterError
+        When the case cannot be used, there are no such starts, or a unit is none of the quantity.
+    """
+    from percuss.explore.attractors.basin import basins_job
+
+    checked_case(case)
+    instance("x", x, Axis), instance("y", y, Axis)
+    simulation, system = case.simulation(), case.system()
+    kept = simulation.modes if modes is None else modes
+    x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
+    held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
+    fixed = {name: _plain(system, name, value) for name, value in held.items()}
+    return basins_job(system, x, y, at=fixed, modes=kept, stop=_stop(simulation.stop, impacts))
+
+
+_START_SCALES = {
+    "position": ("length", "length_scale"),
+    "velocity": ("velocity", "speed_scale"),
+    "time": ("time", "time_scale"),
+}
+
+
+def _plain(system: System, name: str, value: float | str) -> float:
+    """A number of a start without its unit, dimensionless."""
+    if not isinstance(value, str):
+        return value
+    if name not in _START_SCALES or not system.is_si:
+        _scale(system, name, value)
+    dimension, scale = _START_SCALES[name]
+    return si(value, dimension, name) / float(getattr(system, scale))
+
+
+def _scale(system: System, name: str, unit: str) -> float:
+    """What a number of a start in some unit is divided by to be dimensionless."""
+    plain = "a plain number: it is dimensionless"
+    if name not in _START_SCALES:
+        raise ParameterError(name, unit, plain, f"only {', '.join(_START_SCALES)} have units")
+    if not system.is_si:
+        raise ParameterError(name, unit, plain, "units need a case in SI")
+    dimension, scale = _START_SCALES[name]
+    return float(getattr(system, scale)) / unit_scale(unit, (dimension,), name)[0]
+
+
+def _stop(stop: Stop, impacts: int | None) -> Stop:
+    """The stop rule of [simulation], which for maps and experiments always ends when the motion is found."""
+    return replace(stop, periodic=True, impacts=stop.impacts if impacts is None else impacts)

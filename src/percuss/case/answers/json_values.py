@@ -1,0 +1,68 @@
+"""Values for JSON: every number finite or null, numpy's kinds as Python's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from percuss.model import System
+
+__all__ = ["number", "numbers", "plain", "system_dict"]
+
+
+def system_dict(system: System) -> dict[str, Any]:
+    """The system in plain values."""
+    return {
+        "s": number(system.s),
+        "d": number(system.d),
+        "restitution": number(system.restitution),
+        "coefficients": [[number(p.real), number(p.imag)] for p in system.load.coefficients.tolist()],
+        "load_factor": number(system.load.load_factor),
+    }
+
+
+def number(value: Any) -> float | int | None:
+    """A finite number as Python has it, or None.
+
+    Examples
+    --------
+    >>> number(1.5), number(math.inf), number(None)
+    (1.5, None, None)
+    """
+    if value is None:
+        return None
+    if isinstance(value, int):
+        return int(value)
+    found = float(value)
+    return found if math.isfinite(found) else None
+
+
+def numbers(values: Iterable[Any]) -> list[float | int | None]:
+    """A list of the values, each as `number` gives it: finite or None."""
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isfinite(values).all():
+        found: list[float | int | None] = values.tolist()
+        return found
+    return [number(value) for value in values]
+
+
+def plain(values: dict[str, Any]) -> dict[str, Any]:
+    """Numbers made finite or None; text, truth values, lists and tables of them as they are."""
+    return {key: _plain_value(value) for key, value in values.items()}
+
+
+def _plain_value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return plain(value)
+    if isinstance(value, tuple | list):
+        return [_plain_value(item) for item in value]
+    if isinstance(value, str):
+        return value
+    return bool(value) if _is_bool(value) else number(value)
+
+
+def _is_bool(value: Any) -> bool:
+    return type(value).__name__ in ("bool", "bool_")

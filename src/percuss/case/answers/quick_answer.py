@@ -1,0 +1,180 @@
+"""The answer while a value is being moved: phases, both criteria and the figures in SI, without proofs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.case.answers.json_values import number, numbers, plain
+from percuss.case.answers.steady_json import _WAVEFORM, _reduced
+from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
+from percuss.steady import steady_states
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.stability import ExactPlane, Waveform
+    from percuss.steady import Orbit, SteadyStates
+
+__all__ = ["quick_dict"]
+
+
+def quick_dict(
+    case: Case, periods: int = 1, curve: int = 0, modes: int = 32, multipliers: bool = False
+) -> dict[str, Any]:
+    """All steady motions of a case with one impact in `periods` load periods, as far as a few milliseconds go.
+
+    What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
+    the rest agrees with it, to rounding.
+
+    Parameters
+    ----------
+    curve
+        Number of samples of v_f and p over a load period; 0 for none.
+    modes
+        Elastic modes of the exact multipliers.
+    multipliers
+        Whether all multipliers are wanted, in the complex plane; they take the longest.
+
+    Raises
+    ------
+    LoadError, ResonanceError, CaseError
+        As `steady_answer`.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> [orbit["stable"] for orbit in quick_dict(load_case("laboratory-striker"))["orbits"]]
+    [False, True]
+    """
+    system = case.system()
+    states = steady_states(system, periods)
+    nearest = states.nearest
+    judged = _judged(states, modes, multipliers)
+    return {
+        "m": int(states.periods),
+        "level": number(states.level),
+        "level_max": number(states.level_max),
+        "exists": bool(states.exists),
+        "nearest": None
+        if nearest is None
+        else {"load_factor": number(nearest.load_factor), "restitution": number(nearest.restitution)},
+        "note": states.note,
+        "load_factor": number(system.load.load_factor),
+        "restitution": number(system.restitution),
+        "orbits": [_orbit(orbit, found) for orbit, found in zip(states.orbits, judged, strict=True)],
+        "curve": _curve(states, curve) if curve else None,
+    }
+
+
+def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[str, Any]]:
+    """Verdict and multipliers of every orbit."""
+    if multipliers or any(orbit.system.load.jumps for orbit in states.orbits):
+        return [_by_multipliers(orbit, modes) for orbit in states.orbits]
+    if not states.orbits:
+        return []
+    exact = _exact(states, modes)
+    found = []
+    for at, orbit in enumerate(states.orbits):
+        if orbit.fold or not np.isfinite(exact.multiplier[at]):
+            found.append(_by_multipliers(orbit, modes))
+            continue
+        found.append(
+            {
+                "stable": bool(exact.stable[at]),
+                "margin": number(exact.margin[at]),
+                "margin_rhythm": None,
+                "margin_ringing": None,
+                "reason": None,
+                "reduced": _reduced(reduced_criterion(orbit)),
+                "waveform": _waveform(waveform_criterion(orbit)),
+                "multipliers": {
+                    "modes": modes,
+                    "largest": number(exact.largest[at]),
+                    "dominant_mode": int(exact.mode[at]),
+                    "rigid": None,
+                    "values": None,
+                },
+            }
+        )
+    return found
+
+
+def _exact(states: SteadyStates, modes: int) -> ExactPlane:
+    """The largest multipliers of all orbits at once: a plane of one cell, with the orbits as its branches."""
+    system = states.system
+    phase = np.array([orbit.phase for orbit in states.orbits])
+    nothing = np.full(phase.shape, np.nan)
+    cell = Plane(
+        phase=phase,
+        level=np.asarray(states.level),
+        slope=nothing,
+        sigma=nothing,
+        a=np.full((3, phase.size), np.nan),
+        schur=np.full((2, phase.size), np.nan),
+        stable=np.zeros(phase.shape, dtype=bool),
+    )
+    r, factor = system.restitution, system.load.load_factor
+    return exact_plane(system, r, factor, states.periods, modes, plane=cell, threads=1)
+
+
+def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
+    verdict = stability_of(orbit, modes=modes)
+    found = verdict.multipliers
+    return {
+        "stable": bool(verdict.stable),
+        "margin": number(verdict.margin),
+        "margin_rhythm": number(verdict.margin_rhythm),
+        "margin_ringing": number(verdict.margin_ringing),
+        "reason": verdict.reason,
+        "reduced": _reduced(verdict.reduced),
+        "waveform": _waveform(verdict.waveform),
+        "multipliers": {
+            "modes": int(found.modes),
+            "largest": number(found.largest),
+            "dominant_mode": int(found.dominant_mode),
+            "rigid": list(found.rigid),
+            "values": [[number(z.real), number(z.imag)] for z in found.values.tolist()],
+        },
+    }
+
+
+def _waveform(found: Waveform) -> dict[str, Any]:
+    return plain({name: getattr(found, name) for name in _WAVEFORM})
+
+
+def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "phase": number(orbit.phase),
+        "impact_velocity": number(orbit.impact_velocity),
+        "rigid_velocity": number(orbit.rigid_velocity),
+        "blow_energy": number(orbit.blow_energy),
+        "fold": bool(orbit.fold),
+        **judged,
+        "si": _si(orbit) if orbit.system.is_si else None,
+    }
+
+
+def _si(orbit: Orbit) -> dict[str, Any]:
+    """What is a product of scales; named as in `percuss.steady.SIReport`."""
+    system = orbit.system
+    energy, rate = system.energy_scale * orbit.blow_energy, float(system.frequency or 0.0) / orbit.periods
+    return {
+        "impact_velocity_m_s": number(system.speed_scale * orbit.impact_velocity),
+        "rigid_velocity_m_s": number(system.speed_scale * orbit.rigid_velocity),
+        "blow_energy_J": number(energy),
+        "delivered_energy_J": number(system.energy_scale * orbit.delivered_energy),
+        "blow_rate_Hz": number(rate),
+        "blow_rate_per_min": number(60.0 * rate),
+        "percussive_power_kW": number(1e-3 * energy * rate),
+    }
+
+
+def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
+    phase = np.linspace(0.0, 2.0 * math.pi, points)
+    return {
+        "phase": numbers(phase),
+        "rigid_velocity": numbers(states.rigid_velocity(phase)),
+        "load": numbers(states.system.load.value(phase)),
+    }

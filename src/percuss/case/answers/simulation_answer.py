@@ -1,0 +1,179 @@
+"""The dispatcher's answer to "how does this hammer move from this start?"."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.case import checked_case
+from percuss.errors import ParameterError
+from percuss.model.checks import callback, count, positive
+from percuss.shown import Shown
+from percuss.simulate import Stop, Trajectory
+from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.model import System
+    from percuss.recordings.history import HistoryReport
+    from percuss.simulate import Progress, Summary
+
+__all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
+
+
+@dataclass(frozen=True)
+class SimulationAnswer(Shown):
+    """A simulated motion of a case.
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    motion
+        The motion: events, summary, fields.
+    notes
+        What was assumed in reading the recording.
+    """
+
+    name: str
+    title: str
+    motion: Trajectory
+    notes: tuple[str, ...] = ()
+
+    @property
+    def system(self) -> System:
+        """The system that moved."""
+        return self.motion.system
+
+    @property
+    def summary(self) -> Summary:
+        """Means over the settled part of the motion."""
+        return self.motion.summary
+
+    @property
+    def history(self) -> HistoryReport | None:
+        """What was found in the recording, or None when the load is a formula or the motion comes from a file."""
+        return self.system.load.report
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the figures should know, one sentence each."""
+        return tuple(_warnings(self.motion))
+
+    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
+        """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
+        from percuss.case.answers.simulation_json import simulation_dict
+
+        return simulation_dict(self, None if last is None else count("last", last, least=0))
+
+
+def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:
+    """The motion that the tables [start] and [simulation] of a case describe; see `Case.changed` for others.
+
+    Parameters
+    ----------
+    progress
+        Called now and then; the motion ends as ``cancelled`` when it returns something true.
+
+    Raises
+    ------
+    CaseError
+        When the start does not fit the case, or its recording cannot be used.
+    ResonanceError
+        When an undamped bar is driven at one of its own frequencies.
+
+    Examples
+    --------
+    >>> from percuss.case import Case
+    >>> case = Case.from_text('''
+    ... [system]
+    ... s = 20.0
+    ... d = 0.0048
+    ... restitution = 0.2
+    ... [load]
+    ... kind = "harmonic"
+    ... mean = 0.9
+    ... amplitude = 1.0
+    ... [simulation]
+    ... modes = 0
+    ... ''')
+    >>> answer = simulation_answer(case)
+    >>> answer.motion.label, answer.motion.outcome
+    ('chatter/1', 'periodic')
+    """
+    from percuss.simulate import run  # loads the compiler
+
+    checked_case(case)
+    callback("progress", progress)
+    simulation = case.simulation()
+    start = case.start(simulation.modes)
+    motion = run(case.system(), start, modes=simulation.modes, stop=simulation.stop, progress=progress)
+    return SimulationAnswer(case.file, case.title, motion, case.notes)
+
+
+def resumed_answer(
+    path: str | os.PathLike[str],
+    impacts: int | None = None,
+    time: float | str | None = None,
+    progress: Callable[[Progress], object] | None = None,
+) -> SimulationAnswer:
+    """The motion of a file that `Trajectory.save` wrote, followed further with the same bits.
+
+    Parameters
+    ----------
+    impacts, time
+        When to end, both counted from the start of the motion; time in radians, or text with a unit where the file
+        has scales. None for both: as many impacts again. A periodic motion that is found does not end it.
+
+    Raises
+    ------
+    PercussError
+        When the file cannot be read or holds no trajectory.
+    ParameterError
+        When the motion in the file already goes as far.
+    """
+    callback("progress", progress)
+    motion = Trajectory.load(path)
+    if impacts is None and time is None:
+        stop = None
+    else:
+        if time is not None:
+            time = _radians(motion, time) if isinstance(time, str) else positive("time", time)
+        if impacts is not None:
+            impacts = count("impacts", impacts)
+        gone = motion.end_time - motion.begin_time
+        if impacts is not None and impacts <= motion.impacts:
+            raise ParameterError("impacts", impacts, f"more than the {motion.impacts} that the file holds")
+        if time is not None and time <= gone:
+            raise ParameterError("time", time, f"more than the {gone:.6g} rad that the file holds")
+        tolerance = motion.stop.tolerance
+        stop = replace(Stop(impacts=impacts, time=time), periodic=False, tolerance=tolerance)
+    return SimulationAnswer(os.fspath(path), Path(path).stem, motion.continued(stop, progress))
+
+
+def _radians(motion: Trajectory, text: str) -> float:
+    if not motion.system.is_si:
+        raise ParameterError("time", text, "a plain number of radians: the file has no scales")
+    return si(text, "time", "time") / motion.system.time_scale
+
+
+def _warnings(motion: Trajectory) -> list[str]:
+    found = []
+    touches = len(motion.events.of("grazing"))
+    if touches:
+        some = "one touch" if touches == 1 else f"{touches} touches"
+        found.append(f"{some} so slight that rounding hides whether the bar strikes or misses; it goes on unchanged")
+    if motion.outcome == "work":
+        found.append("ended early: one flight hovers before the wall for longer than can be followed")
+    if motion.outcome == "memory":
+        found.append("ended early: the record has reached 1 GB; continue a saved motion, or use fewer modes")
+    if motion.outcome == "cancelled":
+        found.append("ended early: interrupted; the figures are those of the part that was computed")
+    if motion.label == "undecided" and motion.outcome in ("impacts", "time"):
+        found.append("no periodic motion found yet, and too few impacts to call it aperiodic: simulate for longer")
+    if motion.outcome == "departed":
+        found.append("the bar has left the wall for good: the load does not push it back")
+    return found

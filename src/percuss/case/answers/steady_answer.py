@@ -1,0 +1,156 @@
+"""The one dispatcher: a case and a question in, an answer object out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.answers.ends import Ends, ends_of, not_followed
+from percuss.case.case import checked_case
+from percuss.model.checks import count, several
+from percuss.shown import Shown
+from percuss.stability import stability_of
+from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.model import System
+    from percuss.recordings.history import HistoryReport
+    from percuss.stability import Stability
+    from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
+
+__all__ = ["OrbitAnswer", "PeriodAnswer", "SteadyAnswer", "steady_answer"]
+
+
+@dataclass(frozen=True)
+class OrbitAnswer(Shown):
+    """One steady motion: the orbit, its stability and, for a case in SI, its report."""
+
+    orbit: Orbit
+    stability: Stability
+    si: SIReport | None
+
+    @property
+    def drag(self) -> Drag:
+        """What the damping does to the motion of the bar as a whole."""
+        return drag_of(self.orbit)
+
+    @property
+    def runs(self) -> bool:
+        """Whether a hammer can sustain this motion: admissible and stable."""
+        return self.orbit.admissible and self.stability.stable
+
+
+@dataclass(frozen=True)
+class PeriodAnswer(Shown):
+    """All steady motions with one impact in `states.periods` load periods, in order of phase.
+
+    `greatest_drag`: where there is none, the greatest d with which there is one, all else kept; None without one.
+    """
+
+    states: SteadyStates
+    orbits: tuple[OrbitAnswer, ...]
+    greatest_drag: float | None = None
+
+
+@dataclass(frozen=True)
+class SteadyAnswer(Shown):
+    """The answer to "what steady motions does this hammer have?".
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    system
+        The system; `system.load.report` tells of a recorded history.
+    notes
+        What was assumed in reading the recording and of the load's clock.
+    periods
+        One entry for every number m of load periods that was asked for.
+    rest
+        Lying on the wall for all time.
+    starts
+        Where random starts end.
+    """
+
+    name: str
+    title: str
+    system: System
+    notes: tuple[str, ...]
+    periods: tuple[PeriodAnswer, ...]
+    rest: Rest
+    starts: Ends = field(default_factory=lambda: not_followed("none were asked for"))
+
+    @property
+    def history(self) -> HistoryReport | None:
+        """What was found in the recording, or None when the load is a formula."""
+        return self.system.load.report
+
+    @property
+    def running(self) -> tuple[OrbitAnswer, ...]:
+        """The admissible and stable orbits, fewest load periods per impact first."""
+        found = [answer for period in self.periods for answer in period.orbits if answer.runs]
+        return tuple(sorted(found, key=lambda answer: answer.orbit.periods))
+
+    @property
+    def chosen(self) -> OrbitAnswer | None:
+        """The orbit to look at first: a running one, else an admissible one, else any; None without orbits."""
+        found = [answer for period in self.periods for answer in period.orbits]
+        ranked = sorted(found, key=lambda a: (not a.runs, not a.orbit.admissible, a.orbit.periods))
+        return ranked[0] if ranked else None
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values, as `percuss steady --json` prints it."""
+        from percuss.case.answers.steady_json import answer_dict
+
+        return answer_dict(self)
+
+
+def steady_answer(
+    case: Case, periods: Sequence[int] = (1,), modes: int | None = None, *, starts: int = 0
+) -> SteadyAnswer:
+    """All steady motions of a case with one impact in m load periods, for every m of `periods`.
+
+    Parameters
+    ----------
+    periods
+        Numbers of load periods per impact.
+    modes
+        Elastic modes for the mode sums and for the multipliers; by default the sums take as many as their
+        tolerance needs and the multipliers 32.
+    starts
+        How many random starts to follow besides, 0 to 1000; see `percuss.case.answers.ends.ends_of`.
+
+    Raises
+    ------
+    LoadError
+        When the load does not push or is constant.
+    ResonanceError
+        When an undamped bar is driven at one of its own frequencies.
+    CaseError
+        When the recording of the case cannot be used.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> answer = steady_answer(load_case("laboratory-striker"))
+    >>> [found.stability.stable for found in answer.periods[0].orbits]
+    [False, True]
+    """
+    checked_case(case)
+    asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
+    system = case.system()
+    found = []
+    for m in asked:
+        states = steady_states(system, m, modes=modes)
+        orbits = tuple(_orbit_answer(orbit) for orbit in states.orbits)
+        lighter = greatest_drag(system, m) if states.nearest is not None else None
+        found.append(PeriodAnswer(states, orbits, lighter))
+    number = count("starts", starts, least=0)
+    ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
+    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest_on_wall(system), ends)
+
+
+def _orbit_answer(orbit: Orbit) -> OrbitAnswer:
+    return OrbitAnswer(orbit, stability_of(orbit), si_report(orbit) if orbit.system.is_si else None)

@@ -1,0 +1,128 @@
+"""The catalogue: sample cases of real kinds of hammers, ready to run and to be changed.
+
+Sizes, rates and blow energies are typical figures of public data sheets; the force histories are synthetic, made so
+that the hammer runs at those figures. Every case is a commented TOML file in ``machines/``.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from cmath import rect
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.errors import CaseError, ParameterError
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+
+__all__ = [
+    "HISTORY_FILE",
+    "MACHINES",
+    "Machine",
+    "is_machine",
+    "load_case",
+    "machine_text",
+    "uses_history",
+    "write_history",
+]
+
+HISTORY_FILE = "drifter_pressure.csv"
+"""The name under which the sample history lies beside its case."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A sample case and the figures that it is meant to meet: mass in kg, blow rate in Hz, blow energy in J."""
+
+    name: str
+    title: str
+    mass: float
+    blow_rate: float
+    blow_energy: float
+
+    @property
+    def text(self) -> str:
+        """The commented case file."""
+        return machine_text(self.name)
+
+
+MACHINES: tuple[Machine, ...] = (
+    Machine("hydraulic-drifter", "Hydraulic drifter, measured history", 5.0, 60.0, 310.0),
+    Machine("heavy-drifter", "Heavy hydraulic drifter", 6.5, 42.0, 271.0),
+    Machine("mini-breaker", "Hydraulic breaker for a mini excavator", 4.0, 17.5, 180.0),
+    Machine("heavy-breaker", "Heavy hydraulic breaker", 140.0, 6.7, 5700.0),
+    Machine("dth-4-inch", "4-inch down-the-hole hammer", 7.4, 27.0, 300.0),
+    Machine("dth-6-inch", "6-inch down-the-hole hammer", 23.0, 30.0, 1150.0),
+    Machine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
+    Machine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
+    Machine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
+)
+
+
+def is_machine(name: str) -> bool:
+    """Whether the catalogue has a machine of this name."""
+    return any(machine.name == name for machine in MACHINES)
+
+
+def machine_text(name: str) -> str:
+    """The commented case file of a machine.
+
+    Raises
+    ------
+    CaseError
+        When the catalogue has no machine of this name.
+    """
+    if not isinstance(name, str):
+        raise ParameterError("name", name, "the name of a machine, such as 'mini-breaker'", "see MACHINES")
+    if not is_machine(name):
+        known = [machine.name for machine in MACHINES]
+        remedy = did_you_mean(name, known) or "see 'percuss machines'"
+        raise CaseError(name, "", None, f"no machine of this name; the catalogue has {', '.join(known)}", remedy)
+    return resources.files("percuss.case.catalogue").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8")
+
+
+def uses_history(name: str) -> bool:
+    """Whether a machine's case names the sample history."""
+    return HISTORY_FILE in machine_text(name)
+
+
+def load_case(name: str) -> Case:
+    """The case of a machine of the catalogue, with its history made on the way.
+
+    Raises
+    ------
+    CaseError
+        When the catalogue has no machine of this name.
+
+    Examples
+    --------
+    >>> load_case("pile-hammer").title
+    'Hydraulic pile hammer'
+    """
+    from percuss.case.case import Case
+
+    text = machine_text(name)
+    if not uses_history(name):
+        return Case.from_text(text, file=name)
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        write_history(Path(folder) / HISTORY_FILE)
+        case = Case.from_text(text, file=name, folder=Path(folder))
+        case.system()  # read the history while it is there; the case keeps what it found
+    return case
+
+
+def write_history(path: str | os.PathLike[str]) -> None:
+    """Write the sample history of the hydraulic drifter: 40 cycles of its net pressure at 50 kHz.
+
+    The net pressure of the two chambers on 6.5 cm²: a mean of 6.197 MPa for 310 J at 60 Hz with R = 0.2, and three
+    harmonics; amplitudes are fractions of the mean, angles in rad.
+    """
+    from percuss.case.catalogue.sample_history import write_sample_history
+
+    shape = (rect(1.0, 0.0), rect(3.3, 0.0), rect(0.5, 0.8), rect(0.25, 2.6))
+    write_sample_history(path, pressure_coefficients=[6.197e6 * p for p in shape], frequency=60.0)

@@ -1,0 +1,120 @@
+"""Cases from tables that do not come from a file, and back: what programs and pages exchange."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from percuss.case.case import Case, _tables
+from percuss.case.file_format.schema import HistoryForce, HistoryLoad, PhysicalCase, PlainCase
+from percuss.errors import CaseError
+
+if TYPE_CHECKING:
+    from percuss.model import Load
+
+__all__ = ["MAX_HARMONICS", "case_of", "check_harmonics", "fourier_table", "json_tables", "without_recording"]
+
+MAX_HARMONICS = 1024
+"""The highest harmonic of a case that is taken from tables, unless the caller knows better."""
+
+
+def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_HARMONICS) -> Case:
+    """The case that tables describe, as JSON has them; keys without a value (null) are taken as not given.
+
+    Parameters
+    ----------
+    tables
+        As a parsed case file.
+    file
+        What messages call the case.
+    harmonics
+        The highest harmonic that its load may have.
+
+    Raises
+    ------
+    CaseError
+        When the tables are no case, with all problems at once, or name a recording, which only a file can.
+
+    Examples
+    --------
+    >>> load = {"kind": "harmonic", "mean": 0.9, "amplitude": 1.0}
+    >>> case_of({"system": {"s": 20, "d": 0.0048, "restitution": 0.6}, "load": load}).is_si
+    False
+    """
+    given = {
+        name: {key: value for key, value in table.items() if value is not None} if isinstance(table, dict) else table
+        for name, table in tables.items()
+        if table is not None
+    }
+    load = given.get("load")
+    if isinstance(load, dict):
+        if load.get("kind") == "history":
+            remedy = "give the case and its recording together, or the load that the recording gives"
+            raise CaseError(file, "load.kind", "history", "a case cannot name a recording here", remedy)
+        check_harmonics(load, file, harmonics)
+    return Case(_checked(given, file), file)
+
+
+def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
+    """The tables, checked; what is wrong is looked into only when something is, which takes longer than to be right."""
+    form = PlainCase if "system" in given else PhysicalCase
+    try:
+        return form.model_validate(given)
+    except ValidationError:
+        return _tables(given, file)
+
+
+def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:
+    """Refuse a load with more harmonics than that, before arrays of their number are made.
+
+    Raises
+    ------
+    CaseError
+        With the key.
+    """
+    pairs = load.get("coefficients")
+    number = len(pairs) - 1 if isinstance(pairs, list) else 0
+    for key, value in (("harmonic", load.get("harmonic")), ("harmonics", load.get("harmonics"))):
+        if isinstance(value, int) and value > most:
+            raise CaseError(file, f"load.{key}", value, f"expected at most {most}")
+    if number > most:
+        raise CaseError(file, "load.coefficients", f"{number + 1} pairs", f"expected at most {most + 1} pairs")
+
+
+def json_tables(case: Case) -> dict[str, Any]:
+    """The tables of a case as JSON has them; only those that were given."""
+    return {name: _json_value(table) for name, table in case.to_dict().items()}
+
+
+def _json_value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _json_value(item) for key, item in value.items()}
+    return [_json_value(item) for item in value] if isinstance(value, tuple | list) else value
+
+
+def fourier_table(load: Load) -> dict[str, Any]:
+    """The table [load] of a load by its harmonics: in N with a frequency, or in plain numbers."""
+    table: dict[str, Any] = {
+        "kind": "fourier",
+        "coefficients": [[p.real, p.imag] for p in load.coefficients.tolist()],
+    }
+    return table if load.frequency is None else {**table, "unit": "N", "frequency": f"{load.frequency!r} Hz"}
+
+
+def without_recording(case: Case) -> Case:
+    """The same hammer with the harmonics of its recording in place of the file; the case itself without one.
+
+    Raises
+    ------
+    CaseError
+        When the recording cannot be read or used.
+    """
+    if not isinstance(case.tables.load, HistoryForce):
+        return case
+    load = case.load()
+    table = fourier_table(load)
+    if isinstance(case.tables.load, HistoryLoad):
+        table = {key: table[key] for key in ("kind", "coefficients")}
+    return case_of({**json_tables(case), "load": table}, case.file)

@@ -1,0 +1,163 @@
+"""Problems of a case file, worded so that they can be fixed: file, key, value, what is accepted, did you mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn
+
+from pydantic import ValidationError
+
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.errors import CaseError, ParameterError
+
+__all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all"]
+
+
+_MOST = 100
+"""Problems that are told; a text with thousands is not a case, and each is looked up among the known keys."""
+
+
+class CaseErrors(CaseError):
+    """Several problems of one case file, one a line.
+
+    Attributes
+    ----------
+    problems
+        The single `CaseError` of each; `file`, `key`, `value` and `accepted` are those of the first.
+    """
+
+    def __init__(self, problems: Sequence[CaseError]) -> None:
+        first = problems[0]
+        super().__init__(first.file, first.key, first.value, first.accepted, first.remedy)
+        self.problems = tuple(problems)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+def raise_all(problems: Sequence[CaseError]) -> NoReturn:
+    """Raise the one problem, or all of them as one `CaseErrors`."""
+    raise problems[0] if len(problems) == 1 else CaseErrors(problems)
+
+
+def from_parameter(error: ParameterError, file: str, table: str, given: Mapping[str, Any]) -> CaseError:
+    """The problem of a case file behind an object's refusal; shows the value as the file has it."""
+    name = error.name.split("[")[0]
+    value = error.value if name != error.name or name not in given else given[name]
+    return CaseError(file, f"{table}.{error.name}", value, f"expected {error.accepted}", error.remedy)
+
+
+def from_validation(
+    error: ValidationError, file: str, data: Mapping[str, Any], fields: Mapping[str, Sequence[str]]
+) -> list[CaseError]:
+    """The problems that pydantic found in the tables of a case.
+
+    Parameters
+    ----------
+    data
+        The tables as parsed.
+    fields
+        The keys that each table takes; '' stands for the top of the file.
+    """
+    found = error.errors(include_url=False)[:_MOST]
+    extra = {_key(e["loc"], data): e for e in found if e["type"] == "extra_forbidden"}
+    missing = {_key(e["loc"], data) for e in found if e["type"] == "missing"}
+    meant: set[str] = set()  # missing keys that a misspelt one stands for are not reported twice
+    problems: list[CaseError] = []
+    for key, item in extra.items():
+        table, _, name = key.rpartition(".")
+        known = fields.get(table, ())
+        hint = did_you_mean(name, known)
+        meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
+        what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
+        takes = f"[{table}] takes" if table else "a case takes"
+        shown = None if isinstance(item["input"], dict) else item["input"]
+        problems.append(CaseError(file, key, shown, f"unknown {what}; {takes} {', '.join(known)}", hint))
+    for item in found:
+        key = _key(item["loc"], data)
+        if key not in extra and key not in meant:
+            problems.append(_problem(dict(item), key, file))
+    return problems
+
+
+def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:
+    """``load.coefficients[2]``; steps that are not in the data (pydantic's union tags) are left out."""
+    here: Any = data
+    text = ""
+    for i, step in enumerate(loc):
+        last = i == len(loc) - 1
+        if isinstance(step, int):
+            inside = isinstance(here, list) and step < len(here)
+            text += f"[{step}]" if inside or last else ""
+            here = here[step] if inside else here
+        elif (isinstance(here, dict) and step in here) or (last and isinstance(here, dict)):
+            text += f".{step}" if text else step
+            here = here.get(step)
+    return text
+
+
+_EXPECTED = {
+    "float_type": "a plain number without quotes",
+    "float_parsing": "a plain number without quotes",
+    "int_type": "a whole number without quotes",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "int_parsing_size": "a smaller whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+    "model_type": "a table",
+    "dict_type": "a table",
+    "model_attributes_type": "a table",
+}
+
+
+def _problem(item: dict[str, Any], key: str, file: str) -> CaseError:
+    kind, value, context = item["type"], item["input"], item.get("ctx", {})
+    cause = context.get("error")
+    if isinstance(cause, ParameterError):
+        return CaseError(file, key, value, f"expected {cause.accepted}", cause.remedy)
+    if kind == "missing":
+        return CaseError(file, key, None, "missing", _how_to_give(key))
+    if kind == "union_tag_not_found":
+        return CaseError(file, f"{key}.kind", None, "missing", f"give kind as one of {_KINDS}")
+    if kind == "union_tag_invalid":
+        kinds = context["expected_tags"].replace("'", "").split(", ")
+        hint = did_you_mean(context["tag"], kinds)
+        given = value.get("kind") if isinstance(value, dict) else context["tag"]
+        return CaseError(file, f"{key}.kind", given, f"expected one of {', '.join(kinds)}", hint)
+    if kind == "greater_than_equal":
+        return CaseError(file, key, value, f"expected a whole number, {context['ge']} or greater")
+    if kind == "literal_error":
+        return CaseError(file, key, value, f"expected {context['expected']}", _near(value, context["expected"]))
+    if cause is not None:
+        return CaseError(file, key, value, f"expected {cause}")
+    return CaseError(file, key, value, f"expected {_EXPECTED.get(kind) or item['msg']}")
+
+
+def _near(value: object, words: str) -> str:
+    """``did you mean …?`` for one of the words of pydantic's ``'rigid' or 'ringing'``."""
+    return did_you_mean(value, re.findall(r"'([^']*)'", words))
+
+
+_KINDS = "harmonic, square, fourier, history"
+
+_EXAMPLES = {
+    "bar": "a table [bar] with length and diameter (or area)",
+    "load": f"a table [load] with its kind: {_KINDS}",
+    "contact": "a table [contact] with restitution (0 to 1) or receiving_area",
+    "system": "a table [system] with s, d and restitution",
+    "bar.length": 'give it with its unit, for example length = "341 mm"',
+    "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',
+    "load.file": 'name the file of the recording, for example file = "pressure.csv"',
+    "load.unit": 'name the unit of the coefficients, for example unit = "kN"',
+    "load.coefficients": "give pairs [re, im] from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]",
+    "load.mean": "the mean of the load, in SI with its unit",
+    "load.amplitude": "the amplitude of the load, in SI with its unit",
+    "load.kappa": "a number between 0 and 2: the load pushes for the phases 0 to kappa times pi",
+}
+
+
+def _how_to_give(key: str) -> str:
+    return _EXAMPLES.get(key, "add it")

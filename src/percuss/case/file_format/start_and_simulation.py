@@ -1,0 +1,234 @@
+"""The tables [start] and [simulation] of a case as objects: where a simulation starts, how it is made, when it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.file_format.schema import SimulationTable, StartTable
+from percuss.errors import CaseError, ParameterError
+from percuss.model.checks import count
+from percuss.simulate import Start, Stop
+from percuss.simulate.stop import MAX_MODES
+from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.model import System
+    from percuss.steady import Orbit
+
+__all__ = [
+    "DEFAULT_MODES",
+    "MAX_MODES",
+    "Simulation",
+    "checked_simulation",
+    "checked_start",
+    "simulation_of",
+    "start_of",
+]
+
+DEFAULT_MODES = 32
+"""Elastic modes of a simulation that asks for no number of them."""
+
+_KINDS = {
+    "rigid": ("position", "velocity"),
+    "modal": ("modal_displacement", "modal_velocity"),
+    "orbit": ("orbit", "periods"),
+    "random": ("random", "seed"),
+}
+"""The ways to start, each with its keys; the first key of a kind that is not rigid or modal is needed.
+
+Beside `orbit`, the keys of rigid or of modal are a disturbance of that motion.
+"""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the table [simulation] says: the number of elastic modes, and the stop rule."""
+
+    modes: int
+    stop: Stop
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """What a quantity with a unit is divided by; 1 while only its sign and its form are looked at."""
+
+    length: float = 1.0
+    velocity: float = 1.0
+    time: float = 1.0
+
+    @classmethod
+    def of(cls, system: System) -> _Scales:
+        return cls(system.length_scale, system.speed_scale, system.time_scale) if system.is_si else cls()
+
+    def number(self, value: float | str | None, dimension: str, name: str, default: float = 0.0) -> float:
+        if value is None:
+            return default
+        return si(value, dimension, name) / getattr(self, dimension) if isinstance(value, str) else float(value)
+
+
+# -- [simulation] ---------------------------------------------------------------------------------------------------
+
+
+def checked_simulation(table: SimulationTable) -> Simulation:
+    """What the table says, with times in any unit; only checks whether the table must be refused.
+
+    Raises
+    ------
+    ParameterError
+        For numbers out of range.
+    """
+    return _simulation(table, _Scales())
+
+
+def simulation_of(table: SimulationTable | None, system: System) -> Simulation:
+    """The table [simulation] of a case, and the defaults without it."""
+    return _simulation(table or SimulationTable(), _Scales.of(system))
+
+
+def _simulation(table: SimulationTable, scales: _Scales) -> Simulation:
+    modes = DEFAULT_MODES if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
+    options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
+    given = {name: value for name, value in options.items() if value is not None}
+    time = None if table.time is None else scales.number(table.time, "time", "time")
+    return Simulation(modes, Stop(time=time, **given))
+
+
+# -- [start] --------------------------------------------------------------------------------------------------------
+
+
+def checked_start(table: StartTable) -> None:
+    """Refuse a table that describes no start.
+
+    Raises
+    ------
+    ParameterError
+        When kinds of starts are mixed, something is missing, or a number is out of range.
+    """
+    kind = _kind(table)
+    with _by_its_key(table):
+        if kind in ("rigid", "modal"):
+            _start(table, kind, _Scales())
+        if kind == "orbit":
+            displacement, velocity = _disturbance(table, _Scales())
+            Start.modal(displacement, velocity)
+            Start.rigid(displacement[0] if table.position is not None else 0.0)
+    if table.orbit is not None:
+        count("orbit", table.orbit)
+        count("periods", 1 if table.periods is None else table.periods, most=1000)
+    if table.seed is not None:
+        count("seed", table.seed, least=0)
+
+
+def start_of(table: StartTable | None, system: System, modes: int, file: str) -> Start:
+    """The start that a table describes.
+
+    Raises
+    ------
+    CaseError
+        When there is no steady motion of that number, or the start does not fit the simulation's modes.
+    """
+    if table is None:
+        return Start.rigid()
+    kind = _kind(table)
+    orbit = _orbit(table, system, modes, file) if kind == "orbit" else None
+    try:
+        with _by_its_key(table):
+            start = _made(table, kind, system, orbit)
+            start.state(modes)
+    except ParameterError as error:
+        raise CaseError(file, f"start.{error.name}", error.value, f"expected {error.accepted}", error.remedy) from None
+    return start
+
+
+@contextmanager
+def _by_its_key(table: StartTable) -> Iterator[None]:
+    """What `Start` refuses by its own names, by the key of the table that gave it."""
+    try:
+        yield
+    except ParameterError as error:
+        name, accepted = error.name, error.accepted
+        if name == "gap":  # u(1), which no key gives
+            name, accepted = "displacement", f"{accepted}; it is at {error.value}"
+        if name not in ("displacement", "velocity"):
+            raise
+        if table.modal_displacement is not None or table.modal_velocity is not None:
+            name = f"modal_{name}"
+        elif name == "displacement":
+            name = "position"
+        raise ParameterError(name, getattr(table, name), accepted, error.remedy) from None
+
+
+def _made(table: StartTable, kind: str, system: System, orbit: Orbit | None) -> Start:
+    """The start of a kind; `orbit` is the motion that one on a steady motion begins on."""
+    if orbit is not None:
+        return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
+    if kind == "random":
+        assert table.random is not None  # checked when the case was made
+        start = Start.random(system, seed=table.seed or 0, distribution=table.random)
+        return start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
+    return _start(table, kind, _Scales.of(system))
+
+
+def _start(table: StartTable, kind: str, scales: _Scales) -> Start:
+    time = scales.number(table.time, "time", "time")
+    if kind == "rigid":
+        position = scales.number(table.position, "length", "position", -1.0)
+        return Start.rigid(position, scales.number(table.velocity, "velocity", "velocity"), time)
+    return Start.modal(*_vectors(table), time)
+
+
+def _vectors(table: StartTable) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The modal vectors of a table; one that is left out is 0."""
+    displacement, velocity = tuple(table.modal_displacement or ()), tuple(table.modal_velocity or ())
+    return displacement or (0.0,) * len(velocity), velocity or (0.0,) * len(displacement)
+
+
+def _disturbance(table: StartTable, scales: _Scales) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """What a table with `orbit` adds to the motion's u_n and u_n'."""
+    if table.modal_displacement is not None or table.modal_velocity is not None:
+        return _vectors(table)
+    position = scales.number(table.position, "length", "position")
+    return (position,), (scales.number(table.velocity, "velocity", "velocity"),)
+
+
+def _kind(table: StartTable) -> str:
+    """Which of the kinds a table is of."""
+    given = {kind: [key for key in keys if getattr(table, key) is not None] for kind, keys in _KINDS.items()}
+    disturbance = [kind for kind in ("rigid", "modal") if given["orbit"] and given[kind]]
+    if len(disturbance) == 1:
+        given["orbit"] += given.pop(disturbance[0])
+    kinds = [kind for kind, keys in given.items() if keys and not (kind == "orbit" and len(disturbance) == 2)]
+    if len(kinds) > 1:
+        ways = " or ".join(f"{' and '.join(_KINDS[kind])} ({kind})" for kind in kinds)
+        extra = given[kinds[-1]]
+        remedy = f"remove {' and '.join(extra)}, or {' and '.join(key for kind in kinds[:-1] for key in given[kind])}"
+        raise ParameterError(extra[0], getattr(table, extra[0]), f"one kind of start: {ways}", remedy)
+    kind = kinds[0] if kinds else "rigid"
+    if kind in ("orbit", "random") and given[kind][0] != kind:
+        example = "orbit = 1" if kind == "orbit" else 'random = "rigid"'
+        raise ParameterError(given[kind][0], getattr(table, given[kind][0]), f"{kind} with it", f"add {example}")
+    if kind == "orbit" and table.time is not None:
+        raise ParameterError("time", table.time, "no time with orbit, which starts at its own phase", "remove time")
+    return kind
+
+
+def _orbit(table: StartTable, system: System, modes: int, file: str) -> Orbit:
+    from percuss.steady import steady_states  # the other starts do without
+
+    periods = 1 if table.periods is None else table.periods
+    orbits = steady_states(system, periods, modes=modes).orbits
+    assert table.orbit is not None
+    if table.orbit > len(orbits):
+        every = "every load period" if periods == 1 else f"in {periods} load periods"
+        accepted = f"a number from 1 to {len(orbits)}, the steady motions with one impact {every}"
+        if not orbits:
+            accepted = f"a steady motion with one impact {every}, and there is none"
+        raise CaseError(file, "start.orbit", table.orbit, f"expected {accepted}", f"see 'percuss steady {file}'")
+    orbit = orbits[table.orbit - 1]
+    if not orbit.impact_velocity > 0.0:
+        remedy = "see 'percuss steady'"
+        raise CaseError(file, "start.orbit", table.orbit, "this motion does not strike: it cannot happen", remedy)
+    return orbit

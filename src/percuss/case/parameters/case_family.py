@@ -1,0 +1,199 @@
+"""The hammers that differ from a case in some of its keys: the systems over which a map of a machine is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.case import Case, checked_case
+from percuss.case.file_format.schema import HistoryForce, table_fields
+from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.errors import ParameterError
+from percuss.explore.family import PARAMETERS, refuse_twice, vary
+from percuss.model import System
+from percuss.model.checks import count, finite, mapping, text
+from percuss.model.described import describe_system
+from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.simulate import Start
+
+__all__ = ["CaseFamily"]
+
+_SCALE = "load.scale"
+_FREQUENCY = "load.frequency"
+_AREA = "load.area"
+_EITHER = (
+    ("bar.area", "bar.diameter"),
+    ("bar.damping", "bar.damping_ratio"),
+    ("contact.restitution", "contact.receiving_area"),
+)
+_SETS = {
+    "contact.restitution": "restitution",
+    "contact.receiving_area": "restitution",
+    "system.restitution": "restitution",
+    "system.s": "s",
+    "system.d": "d",
+    "bar.diameter": "bar.area",
+    "bar.damping_ratio": "bar.damping",
+    "load.mean": "mean",
+    "load.amplitude": "amplitude",
+    "load.kappa": "kappa",
+}
+"""What the keys set that something else sets, too."""
+
+_WHOLE = ("load.harmonics", "load.harmonic")
+_TABLES = ("system", "bar", "contact", "load")
+
+
+@dataclass(frozen=True)
+class CaseFamily:
+    """The systems of a case with other values of its keys, in their units, or of dimensionless parameters.
+
+    A parameter is a key of the case, ``bar.length`` or in short ``length``, which takes the unit of the axis; or
+    ``load.scale``, a factor on the whole load; or one of the dimensionless parameters of any system
+    (`percuss.explore.PARAMETERS`), which are put last. A recording keeps its waveform under another ``frequency``.
+
+    Parameters
+    ----------
+    case
+        The hammer that the others are made from.
+    units
+        Of the keys that are varied, by name; none for plain numbers.
+
+    Examples
+    --------
+    >>> from percuss.case import CaseFamily, load_case
+    >>> family = CaseFamily(load_case("mini-breaker"), {"frequency": "Hz"})
+    >>> family.system({"frequency": 30.0}).frequency
+    30.0
+    """
+
+    case: Case
+    units: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        checked_case(self.case)
+        units = mapping("units", self.units, "units of parameters by name, such as {'frequency': 'Hz'}")
+        object.__setattr__(self, "units", {name: text("units", unit) for name, unit in units.items()})
+
+    def key(self, name: str) -> str:
+        """The dotted key that a name stands for; "" for a dimensionless parameter.
+
+        Raises
+        ------
+        ParameterError
+            For a name that the case does not have, with those it has.
+        """
+        text("parameter", name, "the name of a parameter or a key")
+        if name in PARAMETERS and not self.units.get(name):
+            return ""
+        known = self._keys
+        if name in known:
+            return name
+        found = [key for key in known if key.partition(".")[2] == name]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise ParameterError("parameter", name, f"one of {' and '.join(found)}")
+        words = [*PARAMETERS, *known]
+        hint = did_you_mean(name, [*words, *(key.partition(".")[2] for key in known)])
+        raise ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
+
+    @cached_property
+    def _keys(self) -> list[str]:
+        """Keys of the case that hold one number."""
+        fields = table_fields(type(self.case.tables), self.case.tables.load.kind)
+        table = self.case.tables.load
+        none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
+        if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
+            none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
+        none |= {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
+        keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
+        return [*keys, _SCALE]
+
+    def check(self, names: Mapping[str, str]) -> None:
+        """ParameterError for a name or a unit that does not go with the case."""
+        for name, unit in mapping("names", names, "parameters and their units").items():
+            if self.units.get(name, "") != unit:
+                raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
+            key = self.key(name)
+            if not key:
+                PARAMETERS[name].check(self.case.system())
+            elif key == _SCALE and unit:
+                raise ParameterError(name, unit, "a plain number: a factor on the load")
+        keys = {name: self.key(name) or name for name in names}
+        refuse_twice({name: _SETS.get(key, key) for name, key in keys.items()})
+
+    def system(self, values: Mapping[str, float]) -> System:
+        """The system of the case with these values.
+
+        Raises
+        ------
+        CaseError, ParameterError
+            When there is none.
+        """
+        mapping("values", values, "values of parameters by name")
+        return vary(self._scaled(values), {name: v for name, v in values.items() if not self.key(name)})
+
+    def _scaled(self, values: Mapping[str, float]) -> System:
+        """The system with the values of the keys, before the dimensionless parameters."""
+        given = {name: finite(name, value) for name, value in values.items()}
+        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in given.items() if self.key(name)}
+        if not keys:
+            return self.case.system()
+        scale, _ = keys.pop(_SCALE, (1.0, ""))
+        table = self.case.tables.load
+        frequency = None
+        if isinstance(table, HistoryForce):  # analysed once, and kept by all
+            frequency = keys.pop(_FREQUENCY, None)
+            if _AREA in keys and table.area is not None:
+                scale *= si(_text(*keys.pop(_AREA)), "area", "area") / si(table.area, "area", "area")
+        case = self._varied(keys)
+        if scale == 1.0 and frequency is None:
+            return case.system()
+        load = case.load()
+        if frequency is not None:
+            load = replace(load, frequency=si(_text(*frequency), "frequency", "frequency"))
+        return case.with_load(load.scaled(scale, frequency=load.frequency))
+
+    def _varied(self, keys: Mapping[str, tuple[float, str]]) -> Case:
+        if not keys:
+            return self.case
+        if isinstance(self.case.tables.load, HistoryForce):
+            self.case.load()  # read once, and kept by all
+        values: dict[str, Any] = {
+            key: _text(value, unit) if unit else _whole(key, value) if key in _WHOLE else value
+            for key, (value, unit) in keys.items()
+        }
+        for pair in _EITHER:
+            for given, other in (pair, pair[::-1]):
+                if given in values:
+                    values.setdefault(other, None)
+        return self.case.varied(values)
+
+    def start(self, values: Mapping[str, float], modes: int) -> Start:
+        """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
+        kept = count("modes", modes, least=0, most=MAX_MODES)
+        return start_of(self.case.tables.start, self.system(values), kept, self.case.file)
+
+    def describe(self) -> dict[str, Any]:
+        """The case, and the load of its recording."""
+        tables = {key: table for key, table in self.case.to_dict().items() if key not in ("title", "simulation")}
+        about: dict[str, Any] = {"case": tables, "units": dict(self.units)}
+        if isinstance(self.case.tables.load, HistoryForce):
+            about["recording"] = describe_system(self.case.system())
+        return about
+
+
+def _whole(key: str, value: float) -> int:
+    if value != int(value):
+        raise ParameterError(key, value, "whole numbers")
+    return int(value)
+
+
+def _text(value: float, unit: str) -> str:
+    return f"{value!r} {unit}"

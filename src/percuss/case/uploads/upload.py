@@ -1,0 +1,127 @@
+"""A recording that comes as bytes, read as a case that names it would have it read."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import parsed
+from percuss.case.parameters.description import case_dict
+from percuss.case.uploads.separate_process import read_apart
+from percuss.case.uploads.uploaded_file import FILE, PACKED, history_table, read_here
+from percuss.errors import CaseError, HistoryError
+from percuss.recordings.text_table import LONGEST_LINE
+from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
+
+__all__ = ["SUFFIXES", "uploaded_case", "uploaded_history"]
+
+_PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
+
+SUFFIXES = (*_PLAIN, *PACKED)
+"""What an uploaded recording may be called; the suffix says how it is read."""
+
+_SMALL = 1_000_000
+"""Bytes that are read in a second or two; what takes longer must be possible to give up."""
+
+
+def uploaded_history(
+    data: bytes, name: str, options: Mapping[str, Any], halt: Callable[[], bool] | None = None
+) -> dict[str, Any]:
+    """The load in the bytes of a recording: the table [load] that stands for it, what was found, what was assumed.
+
+    The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
+    or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
+
+    Parameters
+    ----------
+    data
+        The file.
+    name
+        What it is called where it comes from.
+    options
+        The other keys that [load] takes with ``kind = "history"``; with ``force_scale`` the load is dimensionless.
+    halt
+        Asked while another process reads; the recording is given up once it returns true.
+
+    Raises
+    ------
+    CaseError
+        When the recording cannot be read or used, or an option is wrong; with the key in [load].
+    MissingExtraError
+        When the package that reads it is not installed.
+    Interrupted
+        When `halt` returned true.
+
+    Examples
+    --------
+    >>> import math
+    >>> rows = [f"{t / 1000},{5 + 9 * math.cos(0.3 * t)}" for t in range(1000)]
+    >>> text = "time [s],force [kN]\\n" + "\\n".join(rows)
+    >>> uploaded_history(text.encode(), "mine.csv", {})["load"]["kind"]
+    'fourier'
+    """
+    suffix = Path(name).suffix.lower()
+    if suffix not in SUFFIXES:
+        accepted = f"expected a name that ends in {', '.join(SUFFIXES)}"
+        raise CaseError("upload", FILE, name, accepted, "save the recording as CSV")
+    if suffix in _PLAIN and suffix != ".wav" and max(map(len, data.splitlines()), default=0) > LONGEST_LINE:
+        raise CaseError("upload", FILE, name, f"a line of more than {LONGEST_LINE} bytes", "a line for each sample")
+    given = {key: value for key, value in options.items() if value not in (None, "")}
+    file = history_table(f"recording{suffix}", given).file
+    if suffix == ".mat":
+        try:
+            data = plain_mat(data, MOST_UPLOADED)
+        except HistoryError as error:
+            raise CaseError("upload", FILE, None, error.message, error.remedy) from None
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        Path(folder, file).write_bytes(data)
+        if suffix in PACKED or len(data) > _SMALL:
+            return read_apart(Path(folder, file), given, halt)
+        return read_here(Path(folder, file), given)
+
+
+def uploaded_case(
+    text: str, data: bytes, name: str, harmonics: int, halt: Callable[[], bool] | None = None
+) -> dict[str, Any]:
+    """A case file together with the recording that it names, as plain values.
+
+    They are those of `percuss.case.parameters.description.case_dict`. The recording is read as the table [load] of the
+    case says; in the answer its harmonics stand in its place.
+
+    Parameters
+    ----------
+    text
+        The case file, in TOML.
+    data, name
+        The recording, and what it is called where it comes from; only the suffix of that counts, and where it is
+        called otherwise than in the case a note says so.
+    harmonics
+        The highest harmonic of a load that may be given in another way.
+    halt
+        As for `uploaded_history`.
+
+    Raises
+    ------
+    CaseError
+        When the case names no recording, or anything is wrong with it or with the recording.
+    MissingExtraError, Interrupted
+        As `uploaded_history`.
+    """
+    tables = parsed(text, "case")
+    load = tables.get("load")
+    if not isinstance(load, dict) or load.get("kind") != "history":
+        kind = load.get("kind") if isinstance(load, dict) else load
+        remedy = 'give the case alone, or name the recording in it: kind = "history" and file = "…"'
+        raise CaseError("case", "load.kind", kind, "the load of this case is not a recording", remedy)
+    options = {key: value for key, value in load.items() if key not in ("kind", "file")}
+    found = uploaded_history(data, name, options, halt)
+    described = case_dict(case_of({**tables, "load": found["load"]}, "case", harmonics))
+    notes = [*described["notes"], *found["notes"]]
+    named, called = (re.split(r"[\\\\/]", str(path))[-1] for path in (load.get("file", ""), name))
+    if named != called:
+        notes.append(f"the case names the recording {named}; {called} was uploaded")
+    return {**described, "history": found["report"], "notes": notes}

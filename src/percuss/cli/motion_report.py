@@ -1,0 +1,259 @@
+"""A simulated motion as the report that a person reads: what it settled on, its figures, its last events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.numerals import counted, number, quantity
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.cli.steady_report import system_section
+
+if TYPE_CHECKING:
+    from percuss.case import SimulationAnswer
+    from percuss.simulate import Event, Summary, Trajectory
+
+__all__ = ["motion_report"]
+
+_TURN = 2.0 * math.pi
+_FEW = 3  # blows of a cycle that the headline tells one by one
+
+_OUTCOMES = {
+    "impacts": "the number of impacts is reached",
+    "time": "the time is reached",
+    "rest": "the bar lies on the wall for good",
+    "periodic": "a periodic motion is found",
+    "departed": "the bar has left the wall for good",
+    "work": "one flight takes too much work",
+    "memory": "the record has reached 1 GB",
+    "cancelled": "interrupted",
+    "unresolved": "released twice in the same state, but the period hangs on rounding",
+}
+
+
+def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
+    """The report of `percuss simulate` with the `last` events; None shows all of them."""
+    motion = answer.motion
+    sections: list[Section | Grid] = [
+        system_section(answer.name, answer.system, answer.notes),
+        _motion_section(answer),
+        _figures_section(answer),
+    ]
+    if last != 0 and len(motion.events):
+        sections.append(_events_grid(answer, last))
+    summary, tone = _summary(answer)
+    clock = clock_in_short(answer.system.load)
+    return Report(answer.title, f"{summary} {clock}".rstrip(), tone, tuple(sections))
+
+
+# -- in words -------------------------------------------------------------------------------------------------------
+
+
+def _summary(answer: SimulationAnswer) -> tuple[str, str]:
+    motion = answer.motion
+    text = f"{label_in_words(motion)} ({motion.label})"
+    figures, si = motion.summary, motion.summary.si
+    if motion.label in ("rest", "departed") or figures.main_blow_rate is None:
+        return f"{text}.", BAD if motion.label in ("rest", "departed") else PLAIN
+    if si is not None and si.main_blow_rate_Hz is not None and si.blow_energy_J is not None:
+        blows = "main blows/s" if _chatters(figures) else "Hz"
+        speeds, energies = (
+            each if each and len(each) <= _FEW else None for each in (si.cycle_velocities_m_s, si.cycle_energies_J)
+        )
+        speed = _values(si.impact_velocity_m_s or 0.0, speeds, lambda v: f"{number(v)} m/s")
+        energy = _values(si.blow_energy_J, energies, lambda e: quantity(e, "J"))
+        text += f": {energy} at {number(si.main_blow_rate_Hz)} {blows}, {speed}"
+    elif figures.impact_velocity is not None:
+        text += f": mean striking speed {number(figures.impact_velocity)}"
+    settled = motion.label.startswith("z=")
+    return f"{text}.", GOOD if settled else PLAIN
+
+
+def label_in_words(motion: Trajectory) -> str:
+    """What the label of a motion says."""
+    name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
+    if name == "z":
+        p, n = (int(x) for x in numbers.split("/"))
+        blows = "one blow" if p == 1 else f"{p} blows"
+        return f"The hammer settles on {blows} {_in_periods(n)}"
+    if name in ("chatter", "rest") and numbers:
+        how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
+        return f"The hammer settles on a cycle {_of_periods(int(numbers))}: it {how}, until the load pulls it off"
+    if name == "rest":
+        return "The hammer comes to rest on the wall and stays there"
+    if name == "departed":
+        return "The bar leaves the wall for good"
+    if motion.period_unresolved:
+        return "The hammer finds no rhythm that can be computed: it comes to rest, but when next depends on rounding"
+    if name == "aperiodic":
+        return "The hammer finds no rhythm: its last impacts do not return to any earlier state"
+    return "No periodic motion has been found so far"
+
+
+def _in_periods(n: int) -> str:
+    return "every load period" if n == 1 else f"in {n} load periods"
+
+
+def _of_periods(n: int) -> str:
+    return "of one load period" if n == 1 else f"of {n} load periods"
+
+
+def _chatters(figures: Summary) -> bool:
+    """Whether the settled part has completed chatter, so that a mean over all impacts says little."""
+    main, every = figures.main_blow_rate, figures.blow_rate
+    return main is not None and every is not None and not math.isclose(main, every, rel_tol=1e-9)
+
+
+# -- sections -------------------------------------------------------------------------------------------------------
+
+
+def _motion_section(answer: SimulationAnswer) -> Section:
+    motion, system = answer.motion, answer.system
+    length = motion.end_time - motion.begin_time
+    span = f"{number(length / _TURN, 6)} load periods"
+    if system.is_si:
+        span += f" = {quantity(length * system.time_scale, 's')}"
+    counts = [counted(motion.impacts, "impact")]
+    modes = counted(motion.modes, "elastic mode") if motion.modes else "no elastic modes"
+    for kind, many in (("chatter", "chatters"), ("rest", "rests"), ("release", "releases"), ("grazing", "grazings")):
+        size = len(motion.events.of(kind))
+        if size:
+            counts.append(f"{size} {kind if size == 1 else many}")
+    rows = [
+        ("start", _start(answer)),
+        ("followed", f"{span}; {', '.join(counts)}; {modes}"),
+        ("ended", f"{_OUTCOMES[motion.outcome]} ({motion.outcome})"),
+        ("label", f"{motion.label}, {_tolerance(motion)}"),
+    ]
+    rows += [("warning", warning) for warning in answer.warnings]
+    return Section("Motion", tuple(rows))
+
+
+def _start(answer: SimulationAnswer) -> str:
+    motion, system = answer.motion, answer.system
+    y = float(motion.gap([motion.begin_time])[0])
+    velocity = float(motion.bar_velocity(1.0, [motion.begin_time], "left")[0, 0])
+    velocity = velocity if abs(velocity) > 1e-15 else 0.0  # the sum of the modes rounds
+    where, speed = number(y), number(velocity)
+    if system.is_si:
+        where, speed = quantity(y * system.length_scale, "m"), f"{number(velocity * system.speed_scale)} m/s"
+    return f"load phase {number(motion.begin_time)} rad, striking end at {where} with velocity {speed}"
+
+
+def _tolerance(motion: Trajectory) -> str:
+    if motion.transient is not None:
+        impacts = "impact" if motion.transient == 1 else "impacts"
+        return (
+            f"from impact {motion.transient + 1} on ({motion.transient} {impacts} before), to {motion.stop.tolerance:g}"
+        )
+    if motion.period_unresolved:
+        return "released twice in the same state, but a change of 1e-12 in R changes the number of load periods between"
+    if motion.label == "aperiodic":
+        return "the last 64 impacts do not return to any of the 32 before each (within 1e-3)"
+    return "proved" if motion.label in ("rest", "departed") else f"no return within {motion.stop.tolerance:g}"
+
+
+def _figures_section(answer: SimulationAnswer) -> Section:
+    figures = answer.summary
+    if figures.impacts == 0:
+        return Section("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
+    shown = f"Figures (impacts {figures.first + 1} to {figures.last + 1})"
+    return Section(shown, tuple(_plain_rows(answer, figures) if figures.si is None else _si_rows(answer, figures)))
+
+
+def _plain_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
+    rows = []
+    if figures.blow_rate is not None:
+        rows.append(("blow rate", _rates(figures.blow_rate, figures.main_blow_rate, "per load period")))
+        rows.append(("interval", _interval(answer, figures)))
+    if figures.impact_velocity is not None and figures.blow_energy is not None:
+        which = _which(figures)
+        speed = _values(figures.impact_velocity, figures.cycle_velocities, lambda v: number(v, 6))
+        energy = _values(figures.blow_energy, figures.cycle_energies, lambda e: number(e, 6))
+        rows += [("striking speed", f"{speed}{which}"), ("blow energy", f"{energy}{which}")]
+    if figures.energy_lost_per_period is not None:
+        rows.append(("energy lost", f"{number(figures.energy_lost_per_period, 6)} per load period, to the wall"))
+    return rows
+
+
+def _si_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
+    si, rows = figures.si, []
+    assert si is not None
+    if si.blow_rate_Hz is not None:
+        rows.append(("blow rate", _rates(si.blow_rate_Hz, si.main_blow_rate_Hz, "Hz")))
+        rows.append(("interval", _interval(answer, figures)))
+    if si.impact_velocity_m_s is not None and si.blow_energy_J is not None and si.delivered_energy_J is not None:
+        which = _which(figures)
+        speed = _values(si.impact_velocity_m_s, si.cycle_velocities_m_s, lambda v: f"{number(v)} m/s")
+        share = f"of which the wall takes {number(100.0 * (1.0 - answer.system.restitution**2))} %"
+        blow = _values(si.blow_energy_J, si.cycle_energies_J, lambda e: quantity(e, "J"))
+        rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}, {share}")]
+    if si.delivered_power_kW is not None and si.delivered_energy_per_period_J is not None:
+        each = f"{quantity(si.delivered_energy_per_period_J, 'J')} per load period"
+        rows.append(("delivered", f"{each}, {quantity(1e3 * si.delivered_power_kW, 'W')}"))
+    return rows
+
+
+def _values(mean: float, each: tuple[float, ...] | None, shown: Callable[[float], str]) -> str:
+    """The values of a short cycle, or the mean; equal ones, as they are shown, once."""
+    texts = list(dict.fromkeys(shown(value) for value in each)) if each else [shown(mean)]
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def _which(figures: Summary) -> str:
+    """The words that say over which blows a speed or an energy is the mean."""
+    blows = "main blows" if _chatters(figures) else "blows"
+    if figures.cycle_velocities is None:
+        return f" (mean of the {blows})"
+    many = len(figures.cycle_velocities)
+    return f" (the {blows} of one cycle)" if many > 1 else f" (the {blows[:-1]})" if _chatters(figures) else ""
+
+
+def _rates(all_blows: float, main: float | None, unit: str) -> str:
+    text = f"{number(all_blows, 6)} {unit}"
+    if main is None or math.isclose(main, all_blows, rel_tol=1e-9):
+        return text
+    return f"{text}, all impacts; {number(main, 6)} {unit}, main blows (each chatter counted once)"
+
+
+def _interval(answer: SimulationAnswer, figures: Summary) -> str:
+    mean, std = figures.interval_mean or 0.0, figures.interval_std or 0.0
+
+    def shown(value: float) -> str:
+        if answer.system.is_si:
+            return quantity(value * answer.system.time_scale, "s")
+        return f"{number(value, 6)} rad"
+
+    if std <= 1e-9 * mean:
+        return f"{shown(mean)}, the same every time to 1e-9"
+    return f"{shown(mean)} (mean), {shown(std)} (standard deviation)"
+
+
+# -- events ---------------------------------------------------------------------------------------------------------
+
+
+def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
+    events, si = answer.motion.events, answer.system.is_si
+    part = events if last is None else events[max(len(events) - last, 0) :]
+    shown = f"all {len(events)}" if len(part) == len(events) else f"last {len(part)} of {len(events)}"
+    time, speed, energy = ("time [s]", "before [m/s]", "lost [J]") if si else ("time [rad]", "before", "lost")
+    columns = ("kind", time, "phase [rad]", speed, speed.replace("before", "after"), energy)
+    return Grid(f"Events ({shown})", columns, tuple(_row(answer, event) for event in part))
+
+
+def _row(answer: SimulationAnswer, event: Event) -> tuple[str, ...]:
+    system = answer.system
+    time, speed, energy = 1.0, 1.0, 1.0
+    if system.is_si:
+        time, speed, energy = system.time_scale, system.speed_scale, system.energy_scale
+    kind = f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind
+    return (
+        kind,
+        f"{event.time * time:.6f}",
+        f"{event.phase:.6f}",
+        f"{event.impact_velocity * speed:.5g}",
+        f"{event.rebound_velocity * speed:.5g}",
+        f"{event.energy_lost * energy:.4g}",
+    )

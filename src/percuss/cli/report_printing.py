@@ -1,0 +1,110 @@
+"""Prints a report: coloured and wrapped for a person at a terminal, plain lines for a pipe or a file."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from percuss.cli.report_parts import Grid, Report, Section
+from percuss.neutral import one_line
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+__all__ = ["plain_text", "show"]
+
+_COLOURS = {"good": "green", "bad": "red", "": "default"}
+
+
+def show(report: Report) -> None:
+    """Print a report to stdout, in the manner that suits what stdout is."""
+    report = _neutral(report)
+    if sys.stdout is not None and sys.stdout.isatty():
+        _show_rich(report)
+    else:
+        print(plain_text(report), end="")
+
+
+def _neutral(report: Report) -> Report:
+    """A copy of the report in which no text begins a line of its own or steers the terminal."""
+    sections: list[Section | Grid] = []
+    for part in report.sections:
+        heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)
+        if isinstance(part, Grid):
+            sections.append(replace(part, heading=heading, columns=tuple(map(one_line, part.columns)), rows=rows))
+        else:
+            sections.append(replace(part, heading=heading, rows=tuple((label, text) for label, text in rows)))
+    return replace(report, title=one_line(report.title), summary=one_line(report.summary), sections=tuple(sections))
+
+
+def plain_text(report: Report) -> str:
+    """The report as plain lines, one for each row, never wrapped."""
+    lines = [report.title, "=" * len(report.title), report.summary]
+    for section in report.sections:
+        lines.append("")
+        if isinstance(section, Grid):
+            lines += [section.heading, *_plain_grid(section)]
+            continue
+        lines.append(section.heading if section.level == 1 else f"-- {section.heading}")
+        width = max([14, *(len(label) for label, _ in section.rows)]) + 2
+        lines += [f"  {label:<{width}}{text}" for label, text in section.rows]
+    return "\n".join(lines) + "\n"
+
+
+def _plain_grid(grid: Grid) -> list[str]:
+    """Aligned columns: the first to the left, the figures to the right."""
+    table = [grid.columns, *grid.rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(grid.columns))]
+
+    def line(row: tuple[str, ...]) -> str:
+        first, *rest = row
+        return "  " + "  ".join(
+            [f"{first:<{widths[0]}}", *(f"{x:>{w}}" for x, w in zip(rest, widths[1:], strict=True))]
+        )
+
+    return [line(row) for row in table]
+
+
+def _show_rich(report: Report) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    console.print(Text(report.title, style="bold"))
+    console.print(Text(report.summary, style=f"bold {_COLOURS[report.tone]}"))
+    for section in report.sections:
+        console.print()
+        if isinstance(section, Grid):
+            console.print(Text(section.heading, style="bold"))
+            console.print(_rich_grid(section))
+        else:
+            console.print(Text(section.heading, style=f"bold {_COLOURS[section.tone]}"))
+            console.print(_rich_rows(section))
+
+
+def _rich_rows(section: Section) -> RenderableType:
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column()
+    for label, text in section.rows:
+        table.add_row(Text(label), Text(text))
+    return Padding(table, (0, 0, 0, 2))
+
+
+def _rich_grid(grid: Grid) -> RenderableType:
+    from rich import box
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for i, name in enumerate(grid.columns):
+        table.add_column(Text(name), justify="right" if i else "left", overflow="fold")  # narrow: no figure is cut
+    for row in grid.rows:
+        table.add_row(*(Text(text) for text in row))
+    return Padding(table, (0, 0, 0, 2))

@@ -1,0 +1,163 @@
+"""An answer as the report that a person reads: a title, a summary, and sections of labelled lines."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.first_lines import every, summary_of
+from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
+from percuss.cli.ends_section import ends_section
+from percuss.cli.orbit_section import orbit_section
+from percuss.cli.report_parts import BAD, GOOD, Report, Section
+
+if TYPE_CHECKING:
+    from percuss.case import PeriodAnswer, SteadyAnswer
+    from percuss.model import System
+    from percuss.recordings.history import HistoryReport
+
+__all__ = ["steady_report", "system_section"]
+
+
+def steady_report(answer: SteadyAnswer) -> Report:
+    """The report of `percuss steady`."""
+    sections = [system_section(answer.name, answer.system, answer.notes)]
+    for period in answer.periods:
+        sections.append(_existence_section(answer.system, period))
+        count = len(period.orbits)
+        for i, found in enumerate(period.orbits):
+            sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}"))
+    sections.append(_rest_section(answer))
+    sections.append(ends_section(answer.starts, answer.name, answer.system))
+    told = summary_of(answer)
+    return Report(answer.title, told.text, GOOD if told.runs else BAD, tuple(sections))
+
+
+# -- the hammer -----------------------------------------------------------------------------------------------------
+
+
+def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section:
+    """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
+    rows: list[tuple[str, str]] = [("case", name)]
+    bar, history = system.bar, system.load.report
+    if bar is not None:
+        first = float(bar.natural_frequencies(1)[0])
+        rows.append(
+            (
+                "bar",
+                f"{quantity(bar.length, 'm')} long, {number(1e4 * bar.pieces[-1].area)} cm², {number(bar.mass)} kg, "
+                f"wave speed {number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
+            )
+        )
+    rows.append(
+        (
+            "dimensionless",
+            f"s = {number(system.s, 6)}, d = {number(system.d, 6)}, restitution R = {number(system.restitution)}",
+        )
+    )
+    rows.append(("load", _load_text(system)))
+    if history is not None:
+        rows.append(("history", _history_text(history)))
+        rows += [("warning", warning) for warning in history.warnings]
+    rows += [("note", note) for note in notes]
+    return Section("Hammer", tuple(rows))
+
+
+def _load_text(system: System) -> str:
+    load = system.load
+    size, last = load.harmonics.size, int(load.harmonics.max(initial=0))
+    shape = counted(size, "harmonic")
+    shape += f" up to the {ordinal(last)}" if last > size else ""
+    if load.is_piecewise:
+        shape = f"{len(load.values)} exact steps (and {shape})"
+    factor = f"mean / first harmonic = {number(load.load_factor)}"
+    if not system.is_si or system.frequency is None:
+        return f"mean {number(load.mean)}, {shape}, {factor}"
+    return f"mean {quantity(load.mean * system.force_scale, 'N')}, {shape}, {factor}, {number(system.frequency)} Hz"
+
+
+def _history_text(report: HistoryReport) -> str:
+    found = "given" if report.frequency_given else "found"
+    return (
+        f"{counted(report.cycles, 'cycle')}, {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
+        f"{number(report.frequency, 5)} Hz ({found}), period varies by {percent(report.jitter)}; cycles scatter "
+        f"{percent(report.scatter)} about their mean, drift {percent(report.drift)}; the harmonics "
+        f"do not capture {percent(report.residual)}"
+    )
+
+
+# -- what exists ----------------------------------------------------------------------------------------------------
+
+
+def _existence_section(system: System, period: PeriodAnswer) -> Section:
+    states = period.states
+    count = len(states.orbits)
+    heading = f"One impact {every(states.periods)} (m = {states.periods})"
+    compared = f"level {number(states.level)}, greatest v_f {number(states.level_max)}"
+    if states.note and not states.exists:
+        return Section(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
+    if states.exists:
+        text = f"{counted(count, 'steady motion')}: {compared}"
+        return Section(heading, (("exists", text), *((("note", states.note),) if states.note else ())))
+    rows = [("exists", f"no: the level is above what the load can reach ({compared})")]
+    nearest = states.nearest
+    if nearest is not None and nearest.load_factor is not None:
+        now, then = system.load.load_factor, nearest.load_factor
+        text = f"load factor {number(then)} (now {number(now)})"
+        if system.is_si:
+            mean = system.load.mean * system.force_scale
+            text += (
+                f": a mean force of {quantity(mean * then / now, 'N')} instead of {quantity(mean, 'N')} "
+                "with the same alternating part"
+            )
+        rows.append(("nearest", text))
+    if nearest is not None and nearest.restitution is not None:
+        text = f"restitution {number(nearest.restitution)} (now {number(system.restitution)})"
+        rows.append(("or" if len(rows) > 1 else "nearest", text))
+    if period.greatest_drag is not None:
+        rows.append(("or" if len(rows) > 1 else "nearest", _less_damping(system, period.greatest_drag)))
+    if len(rows) == 1:
+        rows.append(("nearest", "no load factor and no restitution allows one"))
+    return Section(heading, tuple(rows), BAD)
+
+
+def _less_damping(system: System, d: float) -> str:
+    text = f"damping at most {percent(d / system.d)} of its present value, so that it drags the bar less"
+    if system.bar is None:
+        return f"{text}: d = {number(d)} (now {number(system.d)})"
+    drag = system.bar.rigid_drag
+    return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
+
+
+def _rest_section(answer: SteadyAnswer) -> Section:
+    rest, system = answer.rest, answer.system
+
+    def force(value: float) -> str:
+        return quantity(value * system.force_scale, "N") if system.is_si else number(value)
+
+    least, load = force(rest.least_contact_force), force(rest.quasi_static)
+    if not math.isfinite(rest.least_contact_force):
+        text = f"not possible: a bar at rest is driven at resonance (the load itself never falls below {load})"
+    elif rest.held_by_waves:
+        text = (
+            f"possible only with every wave in the bar: with them the contact force never falls below {least}, but the "
+            f"load itself pulls with up to {force(-rest.quasi_static)}. A simulation, which leaves these waves "
+            "out at rest, lets the bar go there, so that random starts do not stay"
+        )
+    elif rest.possible:
+        text = (
+            f"possible: the contact force never falls below {least} with the waves in the bar "
+            f"(the load itself not below {load}); a hammer started gently may stay at rest"
+        )
+    elif rest.lifted_by_waves:
+        text = (
+            f"not possible: waves in the bar let the contact force fall to {least}, which lifts the end off the wall "
+            f"briefly (for the time a wave needs there and back, 2L/C); the load itself never falls below {load}, so a "
+            "simulation, which neglects these waves while the bar rests, leaves it at rest"
+        )
+    else:
+        text = (
+            f"not possible: the contact force would fall to {least} with the waves in the bar "
+            f"(the load itself to {load}), so the load pulls the bar off"
+        )
+    return Section("At rest on the wall", (("rest", text),))

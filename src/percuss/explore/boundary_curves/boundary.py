@@ -1,0 +1,230 @@
+"""The boundaries of steady motions in a plane of two parameters, as curves that are solved for and not read off a grid.
+
+For every value of x all values of y are found at which two motions meet in a fold, one of them doubles its period in a
+flip, a pair of its multipliers leaves the unit circle, or the bar begins to touch the wall between two impacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.explore.axis import Axis
+from percuss.explore.boundary_curves.branches import Line, folds_and_stretches
+from percuss.explore.boundary_curves.crossings import FLIP, SPIRAL, Crossing, exact_crossings, reduced_crossings
+from percuss.explore.boundary_curves.grazing import GRAZING, grazings
+from percuss.explore.boundary_curves.joined_points import FOLD, KINDS, Boundaries, Curve, linked
+from percuss.explore.boundary_curves.lines import Halted
+from percuss.explore.family import Family, family_of
+from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.halting import halting
+from percuss.model import System
+from percuss.model.checks import Array, callback, count, finite, numbers, several
+from percuss.stability.verdict import DEFAULT_MODES
+from percuss.steady import Orbit
+from percuss.steady.states import MAX_MODES, MAX_PERIODS
+
+__all__ = ["KINDS", "Boundaries", "Curve", "boundaries", "checked_boundaries"]
+
+CRITERIA = ("reduced", "exact")
+
+PERIODS = "m"
+"""The name of the load periods per impact, which x may be."""
+
+
+def boundaries(
+    system: System | Family,
+    x: Axis | tuple[str, npt.ArrayLike],
+    y: Axis | tuple[str, float, float],
+    periods: int = 1,
+    criterion: str = "reduced",
+    *,
+    modes: int | None = None,
+    kinds: Sequence[str] = KINDS,
+    samples: int | None = None,
+    halt: Callable[[], bool] | None = None,
+    progress: Callable[[JobProgress], object] | None = None,
+) -> Boundaries:
+    """The boundaries of steady motions with one impact every m load periods, each point solved for as a root.
+
+    Folds do not depend on the criterion. A branch is followed by its phase where y moves the level of B77 (14) alone
+    (the load factor, the mean, the amplitude, R), otherwise by y from fold to fold. What happens twice between two
+    samples of a branch, and leaves no trace in them, is not found.
+
+    Parameters
+    ----------
+    system
+        The system, or a family of systems, of which x and y are parameters.
+    x
+        A parameter and its values; besides the family's own, "m" for the load periods per impact.
+    y
+        Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
+    periods
+        m, unless x is m.
+    criterion
+        ``reduced`` for B77 (29)–(32), ``exact`` for the multipliers of modes 0 … `modes`.
+    modes
+        N. None: the exact multipliers of 32 modes, and grazing of the continuous bar.
+    kinds
+        What to look for; grazing takes the longest.
+    samples
+        Of each branch at first: by default 49, for the exact multipliers 33, for grazing 25, and more for many
+        harmonics.
+    halt
+        Called many times for every value of x; once it returns true, this value and those that follow are given up
+        and count as failed.
+    progress
+        Called with a `percuss.explore.JobProgress` that counts values of x, says which part of the present one is done
+        and how long the rest will take; once it returns something true, the rest is given up as by `halt`.
+
+    Returns
+    -------
+    Boundaries
+        With a curve for everything that was found; a value of x that fails leaves NaN and says why. Some points may be
+        on motions that strike backward, which only the equations have: `Boundaries.real` is without them.
+
+    Raises
+    ------
+    ParameterError
+        For unknown parameters, kinds or criteria, or a range that is empty.
+
+    References
+    ----------
+    U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (14), (29)–(32), Figs 5, 6 and 8.
+
+    Examples
+    --------
+    The range of Fig. 5 at R = 0, 0.3 and 0.6:
+
+    >>> from percuss import Load, System
+    >>> pneumatic = System(s=1e7, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 1.0))
+    >>> plane = ("restitution", [0.0, 0.3, 0.6]), ("load_factor", 0.0, 2.0)
+    >>> found = boundaries(pneumatic, *plane, kinds=("fold", "flip"))
+    >>> found.greatest("fold"), found.greatest("flip")
+    (array([0.31830989, 0.59114693, 1.27323954]), array([0.26851464, 0.470072  , 0.75684712]))
+    """
+    family = family_of(system)
+    callback("halt", halt)
+    callback("progress", progress)
+    if samples is not None:
+        count("samples", samples, least=2, most=10**6)
+    asked = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
+    x_name, values, y_name, low, high = asked
+    rows: list[list[tuple[int, Crossing]]] = []
+    failed: list[tuple[float, str]] = []
+    meter = Meter(values.size, 0, progress)
+    meter.start(0)
+
+    def given_up() -> bool:
+        return meter() or (halt is not None and halt())
+
+    for value in values.tolist():
+        fixed = {} if x_name == PERIODS else {x_name: value}
+        m = int(value) if x_name == PERIODS else periods
+        line = Line(family, fixed, y_name, low, high, m, modes, halt=given_up, told=meter.within)
+        try:
+            with halting(given_up):
+                rows.append(_on_line(line, criterion, tuple(kinds), samples))
+        except Interrupted:
+            rows.append([])
+            failed.append((value, "given up"))
+        except (PercussError, Halted) as error:
+            rows.append([])
+            failed.append((value, str(error) or "given up"))
+        meter.add(1)
+    meter.tell()
+    curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
+    return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
+
+
+def checked_boundaries(
+    family: Family,
+    x: Axis | tuple[str, npt.ArrayLike],
+    y: Axis | tuple[str, float, float],
+    periods: int = 1,
+    criterion: str = "reduced",
+    modes: int | None = None,
+    kinds: Sequence[str] = KINDS,
+) -> tuple[str, Array, str, float, float]:
+    """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
+    kinds = several("kinds", kinds, f"some of {', '.join(KINDS)}")
+    if isinstance(x, Axis):
+        axis = x
+    else:
+        _check_line("x", x, 2, "(name, values) or an Axis")
+        axis = Axis(x[0], np.atleast_1d(numbers(x[0], x[1])))
+    if isinstance(y, Axis):
+        y = y.name, float(y.values.min()), float(y.values.max())
+    _check_line("y", y, 3, "(name, lowest, highest) or an Axis")
+    name, low, high = y[0], finite(y[0], y[1]), finite(y[0], y[2])
+    if not low < high:
+        raise ParameterError(name, (low, high), "a range from a lower to a higher value")
+    if name == axis.name or {name, axis.name} == {"mean", "load_factor"}:
+        raise ParameterError("y", name, f"a parameter that can be moved beside {axis.name}")
+    units: Mapping[str, str] = getattr(family, "units", {})  # of a case's keys; plain numbers have none
+    names = {axis.name: axis.unit or units.get(axis.name, ""), name: units.get(name, "")}
+    if name == PERIODS:
+        raise ParameterError("y", name, "a parameter that is not a whole number")
+    if names.pop(PERIODS, None) is not None:
+        for value in axis.values.tolist():
+            count(PERIODS, int(value) if value == int(value) else value, most=MAX_PERIODS)
+    family.check(names)
+    count("periods", periods, most=MAX_PERIODS)
+    if modes is not None:
+        count("modes", modes, least=0, most=MAX_MODES)
+    if criterion not in CRITERIA:
+        raise ParameterError("criterion", criterion, f"one of {', '.join(CRITERIA)}")
+    unknown = [kind for kind in kinds if not isinstance(kind, str) or kind not in KINDS]
+    if unknown or not kinds:
+        raise ParameterError("kinds", unknown[0] if unknown else kinds, f"some of {', '.join(KINDS)}")
+    return axis.name, axis.values, name, low, high
+
+
+def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
+    if not isinstance(line, tuple | list) or len(line) != size or not isinstance(line[0], str):
+        raise ParameterError(axis, line, accepted)
+
+
+def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[tuple[int, Crossing]]:
+    """Everything that happens at one value of x, with the number of its branch."""
+    alone = set(kinds) == {FOLD}
+    folds, stretches = folds_and_stretches(line, samples or (17 if alone else 33), alone)
+    found = []
+    if FOLD in kinds:
+        found = [(f.branch, Crossing(FOLD, f.y, f.phase, f.residual, 0.0)) for f in folds]
+    exact, grazing = criterion == "exact" and bool({FLIP, SPIRAL} & set(kinds)), GRAZING in kinds
+    parts = len(stretches) * max(exact + grazing, 1)  # of the work; the reduced criterion is hardly any
+    part = 0
+
+    def told(share: float) -> None:
+        line.tell((part + share) / parts)
+
+    for stretch in stretches:
+        crossings: list[Crossing] = []
+        if exact:
+            most = DEFAULT_MODES if line.modes is None else line.modes
+            crossings += exact_crossings(stretch, samples, most, SPIRAL in kinds, told)
+            part += 1
+        elif FLIP in kinds or SPIRAL in kinds:
+            crossings += reduced_crossings(stretch, samples, SPIRAL in kinds)
+        if grazing:
+            crossings += grazings(stretch, samples, told)
+            part += 1
+        found += [(stretch.branch, crossing) for crossing in crossings if crossing.kind in kinds]
+    return [(branch, crossing._replace(speed=_speed(line, crossing))) for branch, crossing in found]
+
+
+def _speed(line: Line, crossing: Crossing) -> float:
+    """Striking speed of the motion at a crossing: below 0 the motion is none that there can be.
+
+    A look with a few modes says so but where the speed nearly vanishes.
+    """
+    few = DEFAULT_MODES if line.modes is None else line.modes
+    motion = Orbit(line.system(crossing.y), line.periods, crossing.phase, False, few)
+    if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:
+        motion = replace(motion, requested_modes=None)
+    return motion.impact_velocity

@@ -1,0 +1,183 @@
+"""Branches along a parameter that moves the arcs of v_f themselves: d, κ, s, any quantity of a case."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
+from percuss.explore.boundary_curves.roots import Function, roots_on
+from percuss.model.checks import Array
+from percuss.stability.reduced import quadratic_coefficients
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.level import level_at
+from percuss.steady.phases import Arcs
+from percuss.steady.trigonometric import on_circle
+
+__all__ = ["ParameterStretch", "by_parameter"]
+
+_MODES, _PEAKS = 64, 40  # modes whose resonances with the load are looked at, and the most of these
+
+
+@dataclass(frozen=True)
+class ParameterStretch:
+    """A branch between two values of y, which crowd toward both ends, where it may turn back in a fold."""
+
+    line: Line
+    branch: int
+    start: float
+    stop: float
+    _rows: dict[float, tuple[float, float, float]] = field(default_factory=dict, repr=False)
+
+    def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
+        even = np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
+        near = _near_resonances(self.line) if self.line.name == "s" and samples is None else np.empty(0)
+        near = near[(near > self.start) & (near < self.stop)]
+        t = 2.0 / np.pi * np.arcsin(np.sqrt((near - self.start) / (self.stop - self.start)))
+        return np.unique(np.clip(np.concatenate([even, t]), inside, 1.0 - inside))
+
+    def place(self, t: Array) -> tuple[Array, Array]:
+        y = self._y(t)
+        return y, np.array([self._found(value)[1] for value in y.reshape(-1).tolist()]).reshape(y.shape)
+
+    def quadratic(self, t: Array) -> tuple[Array, Array, Array]:
+        return tuple(np.array(row) for row in zip(*(self._row(y) for y in self._y(t).tolist()), strict=True))  # type: ignore[return-value]
+
+    def _y(self, t: Array) -> Array:
+        return np.asarray(self.start + (self.stop - self.start) * np.sin(0.5 * np.pi * np.asarray(t)) ** 2)
+
+    def _found(self, y: float) -> tuple[Arcs, float]:
+        """The arcs at y, and the phase on this branch's; beyond a fold by rounding, the fold's."""
+        arcs = self.line.arcs(y)
+        low, high = sorted(arcs.velocities[self.branch : self.branch + 2])
+        height = min(max(_level(self.line, arcs), float(low)), float(high))
+        return arcs, float(on_circle(np.array(phase_at(arcs, self.branch, height))))
+
+    def _row(self, y: float) -> tuple[float, float, float]:
+        if y not in self._rows:
+            self._rows[y] = self._computed(y)
+        return self._rows[y]
+
+    def _computed(self, y: float) -> tuple[float, float, float]:
+        arcs, phase = self._found(y)
+        system, here = arcs.response.system, np.array([phase])
+        elastic = arcs.response if isinstance(arcs.response, HarmonicResponse) else HarmonicResponse(system)
+        velocity = float(elastic.elastic(np.array([1.0]), here).velocity[0, 0])
+        slope = float(arcs.response.rigid_acceleration(here)[0])
+        if not isinstance(arcs.response, HarmonicResponse):
+            height = float(arcs.response.rigid_velocity(here)[0])
+            slope = float(arcs.response.pull[self.branch]) - system.d * height
+        push, period = system.load.mean, self.line.period
+        sigma, slope = velocity / (push * period), slope / push
+        a = quadratic_coefficients(system.d, system.restitution, period, np.array(sigma), np.array(slope))
+        return float(a[0]), float(a[1]), float(a[2])
+
+
+def _near_resonances(line: Line) -> Array:
+    """Wave speeds on both sides of s = k/(nπ), where σ has a narrow peak (B77 16)."""
+    harmonics = line.middle.load.harmonics
+    found = [
+        k / (n * math.pi)
+        for k in harmonics.tolist()
+        for n in range(max(1, math.ceil(k / (math.pi * line.high))), min(_MODES, int(k / (math.pi * line.low))) + 1)
+    ]
+    places = np.sort(np.array(found, dtype=float))[-_PEAKS:]
+    return np.asarray(np.concatenate([places * (1.0 + sign * 10.0**-j) for j in range(1, 6) for sign in (-1.0, 1.0)]))
+
+
+def _level(line: Line, arcs: Arcs) -> float:
+    system = arcs.response.system
+    return float(level_at(system.load.mean, system.d, system.restitution, line.period))
+
+
+def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[Stretch]]:
+    folds: list[Fold] = []
+    stretches: list[Stretch] = []
+    for low, high, form in _same_form(line, _crowded(line.low, line.high, samples)):
+        excess, count = _Excess(line, form), abs(form)
+        nodes = _crowded(low, high, samples)
+        turns = [roots_on(excess.at(j), nodes) for j in range(count)]
+        for j, found in enumerate(turns):
+            folds += [fold for y in found.tolist() if (fold := _fold(line, y, j)) is not None]
+        for j in range(count if not folds_alone else 0):
+            both = np.unique(np.concatenate([[low, high], turns[j], turns[(j + 1) % count]]))
+            for start, stop in pairwise(both.tolist()):
+                middle = np.array([0.5 * (start + stop)])
+                if float((excess.at(j)(middle) * excess.at((j + 1) % count)(middle))[0]) < 0.0:
+                    stretches.append(ParameterStretch(line, j, start, stop))
+    return folds, stretches
+
+
+def _crowded(low: float, high: float, samples: int) -> Array:
+    """Values that crowd toward both ends, which are among them."""
+    return np.asarray(low + (high - low) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, samples)) ** 2)
+
+
+def _fold(line: Line, y: float, end: int) -> Fold | None:
+    """The fold at an end of the arcs, unless v_f only has a kink there and goes on."""
+    arcs = line.arcs(y)
+    v = arcs.velocities
+    if (v[end] - v[end - 1 if end else -2]) * (v[end + 1] - v[end]) >= 0.0:
+        return None
+    step = 1e-6 * (line.high - line.low)
+    around = [line.arcs(value) for value in (max(y - step, line.low), min(y + step, line.high))]
+    rise = [float(near.velocities[end]) - _level(line, near) for near in around]
+    slope = (rise[1] - rise[0]) / (min(y + step, line.high) - max(y - step, line.low))
+    off = abs(float(v[end]) - _level(line, arcs))
+    return Fold(y, float(on_circle(arcs.ends[end])), end, off / abs(slope) if slope else math.nan)
+
+
+@dataclass(frozen=True)
+class _Excess:
+    """v_f at the ends of the arcs less the level, over y; NaN where the arcs have another form."""
+
+    line: Line
+    form: int
+
+    def at(self, end: int) -> Function:
+        """The excess at one end, of an array of y."""
+        return lambda y: np.array([self._value(value, end) for value in y.tolist()])
+
+    def _value(self, y: float, end: int) -> float:
+        arcs = self.line.arcs(y)
+        v = arcs.velocities
+        return float(v[end]) - _level(self.line, arcs) if _form_of(v) == self.form else math.nan
+
+
+def _form(line: Line, y: float) -> int:
+    """Number of arcs at y, negative when the first one falls, so that it changes when an end passes phase 0 as well.
+
+    0 where the load does not push.
+    """
+    load = line.system(y).load
+    return 0 if load.is_constant or load.mean <= 0.0 else _form_of(line.arcs(y).velocities)
+
+
+def _form_of(velocities: Array) -> int:
+    return (velocities.size - 1) * (1 if velocities[1] > velocities[0] else -1)
+
+
+def _same_form(line: Line, nodes: Array) -> list[tuple[float, float, int]]:
+    """The parts of the range on which the arcs keep their form: first and last value, and the form."""
+    forms = [_form(line, y) for y in nodes.tolist()]
+    parts: list[tuple[float, float, int]] = []
+    start = float(nodes[0])
+    for i in range(1, nodes.size):
+        if forms[i] == forms[i - 1]:
+            continue
+        low, high = float(nodes[i - 1]), float(nodes[i])
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            if _form(line, middle) == forms[i - 1]:
+                low = middle
+            else:
+                high = middle
+        parts.append((start, low, forms[i - 1]))
+        start = high
+    parts.append((start, float(nodes[-1]), forms[-1]))
+    return [part for part in parts if part[1] > part[0] and part[2] != 0]

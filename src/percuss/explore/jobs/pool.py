@@ -1,0 +1,291 @@
+"""Who computes the chunks: processes of this machine, or whatever else keeps the same few promises."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from types import ModuleType
+from typing import Any, Protocol
+
+from percuss.errors import PercussError
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.worker import BAD_JOB, DONE, FAILED, work
+
+__all__ = ["Chunk", "Pool", "Processes", "cores", "needs_main", "packed"]
+
+_TRIES = 2
+"""How often a chunk is begun whose worker dies of it."""
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""What keeps a worker on its one core."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A portion of a job: its number, its first item and the one after its last."""
+
+    number: int
+    first: int
+    last: int
+
+
+class Pool(Protocol):
+    """Workers that compute chunks of one job after another."""
+
+    @property
+    def workers(self) -> int:
+        """How many chunks are computed at once; may change."""
+        ...
+
+    def begin(self, job: Job) -> None:
+        """The chunks that follow are of this job."""
+        ...
+
+    def submit(self, chunk: Chunk) -> None:
+        """Have a chunk computed; returns at once."""
+        ...
+
+    def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
+        """The chunks that are ready, waiting at most so long for the first.
+
+        Raises
+        ------
+        PercussError
+            When a chunk cannot be computed, however often it is tried; or the error that it raised.
+        """
+        ...
+
+    def cancel(self) -> None:
+        """Forget all chunks; within a second nothing of them is computed any more."""
+        ...
+
+    def close(self) -> None:
+        """Let the workers go."""
+        ...
+
+
+def cores() -> int:
+    """How many this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+def packed(job: Job) -> bytes:
+    """A job as it travels.
+
+    Raises
+    ------
+    PercussError
+        When something in it cannot travel.
+    """
+    try:
+        return pickle.dumps(job)
+    except Exception as error:  # whatever an object's own pickling raises
+        remedy = "define functions and classes at the top of a module, or use workers=1"
+        raise PercussError(f"this cannot be sent to other processes: {error}", remedy) from None
+
+
+def needs_main(job: bytes) -> bool:
+    """Whether a job as it travels holds something of the asking script's main part, which its reader must import."""
+    return b"__main__" in job
+
+
+@dataclass
+class _Worker:
+    """A process, the line to it, and the chunks that it has."""
+
+    process: SpawnProcess
+    line: Connection[Any, Any]
+    chunks: deque[Chunk] = field(default_factory=deque)
+    heard: bool = False
+
+
+class Processes:
+    """Worker processes of this machine, started with the first job and ready for the next ones.
+
+    They end with this process, whatever it dies of, and leave Ctrl-C to it. A worker that dies of a chunk is replaced
+    and the chunk tried once more.
+
+    Parameters
+    ----------
+    workers
+        How many; by default as many as cores.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self._number = cores() if workers is None else workers
+        self._workers: list[_Worker] = []
+        self._waiting: deque[Chunk] = deque()
+        self._deaths: dict[int, int] = {}
+        self._job = b""
+        self._with_main = False
+
+    @property
+    def workers(self) -> int:
+        """How many there are."""
+        return self._number
+
+    def begin(self, job: Job) -> None:
+        """Start what is not running and give the job to all."""
+        self._job = packed(job)
+        if needs_main(self._job) and not self._with_main:
+            self.cancel()  # those that there are do not know it
+            self._with_main = True
+        self._waiting.clear()
+        self._deaths.clear()
+        for worker in [worker for worker in self._workers if not worker.process.is_alive()]:
+            self._bury(worker)
+        while len(self._workers) < self._number:
+            self._start()
+        for worker in self._workers:
+            self._tell(worker, self._job)
+
+    def submit(self, chunk: Chunk) -> None:
+        """Put a chunk into the row."""
+        self._waiting.append(chunk)
+        self._assign()
+
+    def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
+        """The chunks that are ready, waiting at most so long for the first."""
+        ready: list[tuple[Chunk, Columns]] = []
+        until = time.monotonic() + seconds
+        while not ready:
+            lines = {worker.line: worker for worker in self._workers}
+            heard = wait(list(lines), max(0.0, until - time.monotonic()))
+            for line in heard:
+                worker = lines[line]  # type: ignore[index]  # only lines are waited for
+                try:
+                    message = worker.line.recv()
+                except (EOFError, OSError):  # a line closes when its process ends
+                    self._died(worker)
+                    continue
+                worker.heard = True
+                self._take(worker, message, ready)
+            self._assign()
+            if not heard:
+                break
+        return ready
+
+    def cancel(self) -> None:
+        """End the workers at once: they own nothing that could be left half done."""
+        for worker in self._workers:
+            worker.process.kill()
+        for worker in self._workers:
+            worker.process.join(1.0)
+            worker.line.close()
+        self._workers.clear()
+        self._waiting.clear()
+
+    def close(self) -> None:
+        """End the processes at once, as `cancel` does: letting them end by themselves would take a second."""
+        self.cancel()
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- one worker --
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        here, there = context.Pipe()
+        process = context.Process(target=work, args=(there,), name="percuss worker", daemon=True)
+        with _surroundings(self._with_main):
+            process.start()
+        there.close()  # so that the line closes when the process ends
+        self._workers.append(_Worker(process, here))
+
+    def _tell(self, worker: _Worker, message: object) -> None:
+        with suppress(OSError):  # when it has died its line tells, and is listened to
+            worker.line.send(message)
+
+    def _assign(self) -> None:
+        """A chunk for everyone, then a second one to go on with while the first is fetched and written."""
+        for ahead in range(2):
+            for worker in self._workers:
+                if len(worker.chunks) == ahead and self._waiting:
+                    chunk = self._waiting.popleft()
+                    worker.chunks.append(chunk)
+                    self._tell(worker, (chunk.number, chunk.first, chunk.last))
+
+    def _take(self, worker: _Worker, message: tuple[Any, ...], ready: list[tuple[Chunk, Columns]]) -> None:
+        word, *rest = message
+        if word == DONE:
+            ready.append((worker.chunks.popleft(), rest[1]))
+        elif word == FAILED:
+            raise rest[1]
+        elif word == BAD_JOB:
+            remedy = "define functions and classes in a module that the workers can import, or use workers=1"
+            raise PercussError(f"the job cannot be read by a worker process: {rest[0]}", remedy) from rest[0]
+
+    def _died(self, worker: _Worker) -> None:
+        """Replace a worker; the chunk that it was at is tried once more."""
+        worker.process.join(1.0)
+        code = worker.process.exitcode
+        self._bury(worker)
+        if not worker.heard:
+            remedy = "a script must keep what it does under `if __name__ == '__main__':`; or use workers=1"
+            raise PercussError(f"a worker process ended as it started ({_cause(code)})", remedy)
+        if worker.chunks:
+            chunk = worker.chunks[0]
+            self._deaths[chunk.number] = self._deaths.get(chunk.number, 0) + 1
+            if self._deaths[chunk.number] >= _TRIES:
+                told = f"{_TRIES} workers died while computing items {chunk.first} to {chunk.last - 1} ({_cause(code)})"
+                raise PercussError(told, "usually there is too little memory: use fewer workers, or ask for less")
+            self._waiting.extendleft(reversed(worker.chunks))
+        self._start()
+        self._tell(self._workers[-1], self._job)
+
+    def _bury(self, worker: _Worker) -> None:
+        worker.line.close()
+        self._workers.remove(worker)
+
+
+def _cause(code: int | None) -> str:
+    if code is not None and code < 0:
+        with suppress(ValueError):
+            return f"killed by {signal.Signals(-code).name}"
+    return f"exit code {code}"
+
+
+@contextmanager
+def _surroundings(with_main: bool) -> Iterator[None]:
+    """Around the start of a process: it inherits one thread for each library, and no ear for Ctrl-C and SIGTERM.
+
+    Nor the main part of the script that asks, which a spawned process would run again, unless the job needs it.
+    """
+    main = sys.modules["__main__"]
+    before = {name: os.environ.get(name) for name in _THREADS}
+    deaf = hasattr(signal, "pthread_sigmask")
+    if deaf:
+        resource_tracker.ensure_running()  # it would open the ear again
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGTERM])
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    if not with_main:
+        sys.modules["__main__"] = ModuleType("__main__")  # of which there is nothing to import
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if deaf:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -1,0 +1,157 @@
+"""Tables in ``.mat``, ``.h5``, ``.tdms`` and ``.wav`` files, with the extra ``[io]``; each gives named arrays."""
+
+from __future__ import annotations
+
+import io
+import math
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import HistoryError, MissingExtraError
+from percuss.recordings.arrays import Array
+from percuss.recordings.table import Table
+from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
+from percuss.units import split_header
+
+__all__ = ["READERS"]
+
+
+def _arrays_table(
+    file: str, arrays: Iterable[tuple[str, str | None, npt.NDArray[Any]]], sample_rate: float | None = None
+) -> Table:
+    """A table of the one-dimensional numeric arrays, and of the columns of two-dimensional ones."""
+    names: list[str] = []
+    units: list[str | None] = []
+    data: list[Array] = []
+    left = MOST_NUMBERS
+    for name, unit, array in arrays:
+        flat = np.squeeze(np.asarray(array))
+        if flat.dtype.kind not in "iuf" or flat.ndim > 2:
+            continue
+        if flat.ndim == 0:
+            if name.split("/")[-1].lower() in {"fs", "sample_rate", "samplerate", "sampling_rate"} and flat > 0:
+                sample_rate = float(flat)
+            continue
+        left -= flat.size
+        if left < 0:  # as doubles they take several times the room that they take in the file
+            raise _named(too_many(MOST_NUMBERS), file)
+        block = np.atleast_2d(flat) if flat.ndim == 1 or flat.shape[0] < flat.shape[1] else flat.T
+        plain, own = split_header(name)
+        for j, row in enumerate(block):
+            names.append(plain if len(block) == 1 else f"{plain}:{j + 1}")
+            units.append(unit or own)
+            data.append(row.astype(float))
+    if not data:
+        raise HistoryError("holds no array of numbers", "save time and force or pressure as plain arrays", file)
+    return Table(
+        file, names, units, [True] * len(data), lambda columns: [data[i] for i in columns], sample_rate=sample_rate
+    )
+
+
+def _damaged(path: Path, kind: str, error: Exception) -> HistoryError:
+    told = error.message if isinstance(error, HistoryError) else error
+    return HistoryError(f"is not a readable {kind} file ({told})"[:300], "save it again or export it as CSV", str(path))
+
+
+def _named(error: HistoryError, file: str) -> HistoryError:
+    return HistoryError(error.message, error.remedy, file)
+
+
+@contextmanager
+def _read(path: Path, kind: str) -> Iterator[None]:
+    """Whatever a damaged file makes its reader raise, as a `HistoryError` with its name."""
+    try:
+        yield
+    except MissingExtraError:
+        raise
+    except Damaged as error:
+        raise _damaged(path, kind, error) from None
+    except HistoryError as error:
+        raise error if error.file else _named(error, str(path)) from None
+    except Exception as error:
+        raise _damaged(path, kind, error) from None
+
+
+def _read_mat(path: Path) -> Table:
+    try:
+        from scipy.io import loadmat
+    except ImportError:
+        raise MissingExtraError("scipy", "io") from None
+    with _read(path, "MATLAB"):
+        data = path.read_bytes()
+        plain = data if 0 in data[:4] else plain_mat(data)  # version 4 packs nothing
+        if plain[:4] == data[:4] and data[512:520] == b"\x89HDF\r\n\x1a\n":  # MATLAB 7.3 writes HDF5
+            return _read_h5(path)
+        content = loadmat(io.BytesIO(plain))  # type: ignore[arg-type]  # files are taken too
+    return _arrays_table(
+        str(path), [(k, None, v) for k, v in content.items() if not k.startswith("__") and isinstance(v, np.ndarray)]
+    )
+
+
+def _read_h5(path: Path) -> Table:
+    try:
+        import h5py
+    except ImportError:
+        raise MissingExtraError("h5py", "io") from None
+    found: list[tuple[str, str | None, npt.NDArray[Any]]] = []
+    rates: list[float] = []
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf":
+            unit = next((item.attrs[a] for a in ("unit", "units") if a in item.attrs), None)
+            found.append((name, unit.decode() if isinstance(unit, bytes) else unit, item[()]))
+            rates.extend(float(item.attrs[a]) for a in ("sample_rate", "fs") if a in item.attrs)
+
+    with _read(path, "HDF5"):
+        vetted(path)
+        with h5py.File(path, "r") as content:
+            rates.extend(float(content.attrs[a]) for a in ("sample_rate", "fs") if a in content.attrs)
+            content.visititems(visit)
+    return _arrays_table(str(path), found, rates[0] if rates else None)
+
+
+def _read_tdms(path: Path) -> Table:
+    try:
+        from nptdms import TdmsFile
+    except ImportError:
+        raise MissingExtraError("npTDMS", "io") from None
+    with _read(path, "TDMS"):
+        vetted(path)
+        groups = TdmsFile.read(path).groups()
+        channels = [(group, channel) for group in groups for channel in group.channels()]
+        steps = [float(c.properties["wf_increment"]) for _, c in channels if "wf_increment" in c.properties]
+        found = [
+            (c.name if len(groups) == 1 else f"{g.name}/{c.name}", c.properties.get("unit_string") or None, c[:])
+            for g, c in channels
+        ]
+    return _arrays_table(str(path), found, 1.0 / steps[0] if steps and steps[0] > 0 else None)
+
+
+def _read_wav(path: Path) -> Table:
+    try:
+        from scipy.io import wavfile
+    except ImportError:
+        raise MissingExtraError("scipy", "io") from None
+    with _read(path, "WAV"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # unknown chunks are of no interest
+        rate, data = wavfile.read(path)
+    if data.dtype.kind in "iu":
+        bits = 8 * data.dtype.itemsize
+        data = (data.astype(float) - (128.0 if data.dtype.kind == "u" else 0.0)) / math.ldexp(1.0, bits - 1)
+    return _arrays_table(str(path), [("channel", None, data)], float(rate))
+
+
+READERS: dict[str, Callable[[Path], Table]] = {
+    ".mat": _read_mat,
+    ".h5": _read_h5,
+    ".hdf5": _read_h5,
+    ".tdms": _read_tdms,
+    ".wav": _read_wav,
+}
+"""By the ending of the file; any other is read as text."""

@@ -1,0 +1,262 @@
+"""From a recorded history to one period of the load.
+
+The record is taken to be one waveform, repeated with cycles of slightly different length (jitter), on a mean that
+drifts slowly, with noise:
+
+    p(T) = drift(T) + Re Σ_k p_k exp(ikθ(T)),   θ grows by 2π from one cycle boundary to the next, evenly in between.
+
+All of it is fitted to the samples as they lie, without resampling: the p_k by least squares on the phases of the
+samples, the boundaries and the drift as broken lines with a knot at every boundary. The lengths of the cycles are
+kept together by a prior whose width is estimated from the record, so that noise is not taken for jitter; without
+that alignment averaging would wear the high harmonics down. ``design/history.md`` has the measurements.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import HistoryError
+from percuss.recordings.arrays import Array, ComplexArray
+from percuss.recordings.clipping import clipped_share
+from percuss.recordings.cycle_fit import MAX_CYCLES, CycleFit
+from percuss.recordings.repetition import LEAST_SAMPLES, found_period, given_period, no_repetition, unlike
+from percuss.shown import Shown
+
+__all__ = ["MAX_CYCLES", "HistoryReport", "analyse"]
+
+UNSTEADY = 0.03
+"""Variation of the period, as a fraction of it, from which the report warns."""
+DRIFTING = 0.25
+"""Drift of the mean, as a fraction of the rms of the alternating part, from which the report warns."""
+
+
+@dataclass(frozen=True)
+class HistoryReport(Shown):
+    """What was found in a recorded history.
+
+    Attributes
+    ----------
+    cycles
+        Whole cycles used.
+    frequency
+        Of the load, Hz: the one that was given, or the one that was found.
+    frequency_given
+        Whether it was given.
+    frequency_found
+        At which the record repeats, Hz.
+    jitter
+        Standard deviation of the length of the cycles, as a fraction of the period.
+    scatter
+        Root mean square (rms) of the cycles about the mean cycle, as a fraction of the rms of the alternating part.
+    drift
+        Largest change of the cycle mean over the record, as a fraction of the same.
+    residual
+        rms of the mean cycle less the harmonics kept, as a fraction of the same.
+    harmonics
+        The highest harmonic kept.
+    samples
+        Samples used.
+    sample_rate
+        Their mean rate, Hz.
+    warnings
+        What a reader should know before trusting the load, one sentence each.
+    clipped
+        Share of the samples at a limit of the sensor or the recorder.
+    """
+
+    cycles: int
+    frequency: float
+    frequency_given: bool
+    frequency_found: float
+    jitter: float
+    scatter: float
+    drift: float
+    residual: float
+    harmonics: int
+    samples: int
+    sample_rate: float
+    warnings: tuple[str, ...] = ()
+    clipped: float = 0.0
+
+    def __str__(self) -> str:
+        source = f"given; the record repeats at {self.frequency_found:.5g} Hz" if self.frequency_given else "found"
+        lines = [
+            f"{self.cycles} cycles at {self.frequency:.5g} Hz ({source}), "
+            f"{self.samples} samples at {self.sample_rate:.5g} Hz",
+            f"length of the cycles ± {_percent(self.jitter)} (standard deviation)",
+            f"cycles about their mean {_percent(self.scatter)}, drift of the mean {_percent(self.drift)} "
+            "(of the rms of the alternating part)",
+            f"harmonics up to {self.harmonics} kept, {_percent(self.residual)} left out",
+        ]
+        return "\n".join(lines + [f"warning: {w}" for w in self.warnings])
+
+
+def analyse(
+    time: npt.ArrayLike,
+    values: npt.ArrayLike,
+    *,
+    frequency: float | None = None,
+    harmonics: int | None = None,
+) -> tuple[ComplexArray, HistoryReport]:
+    """The Fourier coefficients of the load that a record repeats.
+
+    Parameters
+    ----------
+    time
+        Shape (n,), s, strictly increasing; the steps may differ.
+    values
+        Shape (n,), in any unit.
+    frequency
+        Of the fundamental, Hz; None to find it. The cycles are aligned in either case.
+    harmonics
+        Keep exactly this many. None keeps those that stand out from the scatter of the cycles (3.5 standard
+        errors) and are not negligible (1/1000 of the largest), 64 at most; those between that do not are zero.
+
+    Returns
+    -------
+    coefficients
+        Shape (K + 1,), in the unit of `values`: p(t) = Re Σ_k p_k exp(ikt), where t is 0 at the first sample and
+        grows by 2π in every cycle; p_0 is the mean.
+    report
+        What was found.
+
+    Raises
+    ------
+    HistoryError
+        When the data are unusable, constant, do not repeat, hold fewer than two whole cycles or fewer than 8
+        samples in a cycle, or when more harmonics are asked for than the sampling allows.
+
+    Examples
+    --------
+    >>> time = np.arange(2000) / 1e4
+    >>> coefficients, report = analyse(time, 3 + 2 * np.cos(2 * np.pi * 50 * time))
+    >>> bool(abs(coefficients - [3, 2]).max() < 1e-4), report.cycles
+    (True, 10)
+    """
+    t, v = _series(time, values)
+    middle, scale = 0.5 * (np.max(v) + np.min(v)), 0.5 * (np.max(v) - np.min(v))
+    t, v = t - t[0], (v - middle) / scale
+    period = found_period(t, v) if frequency is None else given_period(t, v, frequency)
+    fit = CycleFit(t, v, period, harmonics)
+    multiple = fit.cycles_in_turn()
+    for _ in range(3):
+        if frequency is not None or multiple == 1:
+            break
+        fit = CycleFit(t, v, multiple * fit.period, harmonics)
+        multiple = fit.cycles_in_turn()
+    kept = fit.kept()
+    divisor = int(np.gcd.reduce(np.flatnonzero(kept[1:]) + 1))
+    if divisor == 0:
+        raise _no_fit(t, v, frequency)
+    if divisor > 1 and frequency is None and harmonics is None:
+        fit = CycleFit(t, v, fit.period / divisor, harmonics)
+        kept = fit.kept()
+    if fit.jitter > 0.1:  # lengths that vary so much follow noise
+        raise _no_fit(t, v, frequency)
+    report = _report(fit, kept, frequency, multiple, divisor)
+    shares = clipped_share(v)
+    report = replace(report, warnings=report.warnings + _clipping(shares), clipped=sum(shares))
+    kept = kept * scale
+    kept[0] += middle
+    return kept, report
+
+
+def _no_fit(t: Array, v: Array, frequency: float | None) -> HistoryError:
+    """Why no harmonics came out: the wrong frequency was given, or there is no repetition at all."""
+    if frequency is not None:
+        try:
+            found = 1.0 / found_period(t, v)
+        except HistoryError:
+            return no_repetition()
+        if abs(found / frequency - 1.0) > 0.02:
+            return unlike(frequency, found)
+    return no_repetition()
+
+
+def _report(fit: CycleFit, kept: ComplexArray, frequency: float | None, multiple: int, divisor: int) -> HistoryReport:
+    found = 1.0 / fit.period
+    warnings = []
+    if frequency is not None:
+        if multiple > 1:
+            warnings.append(f"successive cycles differ: the record repeats at {found / multiple:.5g} Hz")
+        if divisor > 1:
+            warnings.append(f"the record repeats {divisor} times in each period, at {found * divisor:.5g} Hz")
+        apart = abs(found / frequency - 1.0)
+        if apart > 5e-4 + 3.0 * fit.jitter / math.sqrt(fit.cycles):
+            warnings.append(
+                f"the record repeats at {found:.5g} Hz, {_percent(apart)} from the {frequency:.6g} Hz given: "
+                "more than the scatter of the cycles explains"
+            )
+    if fit.cycles == MAX_CYCLES:
+        warnings.append(f"only the first {MAX_CYCLES} cycles are used")
+    scatter, residual = fit.scatter_and_residual(kept)
+    if scatter > 0.5:
+        warnings.append(f"the cycles hardly resemble each other: they scatter by {_percent(scatter)} of the load")
+    drift = float(np.ptp(fit.drift)) / fit.alternating
+    if drift > DRIFTING:
+        warnings.append(
+            f"the mean drifts by {_percent(drift)} of the rms of the alternating part, and only its average is kept: "
+            "use a part of the record in which the machine runs evenly (from, to), or check whether the sensor drifts"
+        )
+    if fit.jitter > UNSTEADY:
+        warnings.append(
+            f"the period varies by {_percent(fit.jitter)}: the machine does not run evenly, and one period stands for "
+            "all; use a part in which it does (from, to)"
+        )
+    return HistoryReport(
+        cycles=fit.cycles,
+        frequency=found if frequency is None else float(frequency),
+        frequency_given=frequency is not None,
+        frequency_found=found,
+        jitter=fit.jitter,
+        scatter=scatter,
+        drift=drift,
+        residual=residual,
+        harmonics=kept.size - 1,
+        samples=fit.v.size,
+        sample_rate=(fit.v.size - 1) / float(fit.t[-1] - fit.t[0]),
+        warnings=tuple(warnings),
+    )
+
+
+def _clipping(shares: tuple[float, float]) -> tuple[str, ...]:
+    """What to say of a record that stays at its limits."""
+    said = []
+    for share, limit in zip(shares, ("lowest", "highest"), strict=True):
+        if share:
+            said.append(
+                f"{_percent(share)} of the samples lie exactly at the {limit} value: the sensor or the recorder seems "
+                "to have reached its limit there, and what lay beyond is missing"
+            )
+    return tuple(said)
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.2g} %" if fraction < 0.995 else f"{100.0 * fraction:.0f} %"
+
+
+def _series(time: npt.ArrayLike, values: npt.ArrayLike) -> tuple[Array, Array]:
+    t, v = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    if t.ndim != 1 or t.shape != v.shape:
+        raise HistoryError(f"time has the shape {t.shape}, the values {v.shape}", "give rows of the same length")
+    if t.size < 2 * LEAST_SAMPLES:
+        raise HistoryError(
+            f"only {t.size} samples", f"at least two whole cycles of {LEAST_SAMPLES} samples or more are needed"
+        )
+    for name, data in (("time", t), ("values", v)):
+        bad = np.flatnonzero(~np.isfinite(data))
+        if bad.size:
+            raise HistoryError(f"{name}[{bad[0]}] is {data[bad[0]]}", "cut the record there, or fill the gap")
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if back.size:
+        i = int(back[0]) + 1
+        raise HistoryError(f"time[{i}] = {t[i]:.9g} does not follow {t[i - 1]:.9g}", "the time must increase")
+    if np.max(np.abs(v)) > 1e300:
+        raise HistoryError("the values are beyond 1e300", "check the unit")
+    if np.ptp(v) <= max(1e-12 * float(np.max(np.abs(v))), 1e-300):
+        raise HistoryError(f"the values are constant ({v[0]:.6g})", "check the column: the load must repeat")
+    return t, v

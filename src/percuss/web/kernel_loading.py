@@ -1,0 +1,140 @@
+"""The compiled kernels, loaded beside the first requests: what the closed form answers does not wait for them."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import logging
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from typing import Literal
+
+__all__ = ["Kernels", "Part", "load"]
+
+Part = Literal["multipliers", "motions"]
+"""Those of the planes of exact multipliers, and those of the simulator and what is made with it."""
+
+_PATIENCE = 5.0
+"""Seconds that loading the kernels from numba's cache does not take."""
+
+_log = logging.getLogger("percuss.web")
+
+
+class Kernels:
+    """Which kernels are there; without a server's `begin` nothing is waited for."""
+
+    def __init__(self) -> None:
+        self._settled: dict[Part, asyncio.Event] = {}
+        self._failed: set[Part] = set()
+
+    def begin(self, before: Callable[[], object]) -> None:
+        """Load them in a thread of their own; `before` is done there first."""
+        loop = asyncio.get_running_loop()
+        events: dict[Part, asyncio.Event] = {part: asyncio.Event() for part in _USES}
+        failed: set[Part] = set()
+        self._settled, self._failed = events, failed
+
+        def settle(part: Part, good: bool) -> None:
+            if not good:
+                failed.add(part)
+            with suppress(RuntimeError):  # the loop may be gone
+                loop.call_soon_threadsafe(events[part].set)
+
+        def work() -> None:
+            _tried(before, "what is done before the kernels failed")
+            with _Patience():
+                settle("multipliers", _loaded("multipliers"))
+                good = _loaded("motions")
+            gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
+            settle("motions", good)
+
+        # a daemon: the end of the server does not wait for a compiler
+        threading.Thread(target=work, name="percuss-kernels", daemon=True).start()
+
+    def settled(self, part: Part) -> bool:
+        """Whether these are loaded, or cannot be: nobody need wait any more."""
+        return part not in self._settled or self._settled[part].is_set()
+
+    def work(self, part: Part) -> bool:
+        """Whether these can be used at once."""
+        return self.settled(part) and part not in self._failed
+
+    def failed(self, part: Part) -> bool:
+        """Whether these cannot be had; the log says why."""
+        return part in self._failed
+
+    async def wait(self, part: Part, seconds: float) -> bool:
+        """Wait so long for them to be settled; whether they are."""
+        event = self._settled.get(part)  # of this loop: another one may begin meanwhile
+        if event is None:
+            return True
+        if not event.is_set():
+            with suppress(TimeoutError):
+                await asyncio.wait_for(event.wait(), seconds)
+        return event.is_set()
+
+
+def load() -> bool:
+    """Load all kernels from numba's cache, or compile them into it; whether that went well, else the log says why."""
+    return all([_loaded(part) for part in _USES])
+
+
+# -- each kernel is used once, so that no question waits for the compiler ---------------------------------------------
+
+
+def _use_multipliers() -> None:
+    from percuss.case import load_case
+    from percuss.case.answers.steady_curves import curves_dict
+
+    curves_dict(load_case("mini-breaker"), points=3, branches=3)
+
+
+def _use_motions() -> None:
+    from percuss.case import experiment_job_of, load_case, simulation_answer
+    from percuss.explore.lyapunov import lyapunov_exponent
+
+    case = load_case("mini-breaker").changed(simulation={"impacts": 2, "modes": 2})
+    simulation_answer(case)
+    experiment_job_of(case, 2, impacts=2).compute(0, 2, lambda *_: False)
+    lyapunov_exponent(case.system(), modes=2, impacts=20, discard=2)
+
+
+_USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions}
+
+
+@cache
+def _loaded(part: Part) -> bool:
+    return _tried(_USES[part], f"the kernels of the {part} could not be loaded")
+
+
+def _tried(work: Callable[[], object], else_: str) -> bool:
+    """Do something; whether it went well."""
+    try:
+        work()
+    except Exception:
+        _log.exception(else_)
+        return False
+    return True
+
+
+class _Patience:
+    """Says that something takes long when it does."""
+
+    def __enter__(self) -> None:
+        self._timer = threading.Timer(_PATIENCE, _tell_of_compiling)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._timer.cancel()
+
+
+def _tell_of_compiling() -> None:
+    text = (
+        "percuss: compiling the kernels, which takes up to a minute; steady motions are answered already, "
+        "simulations wait for it, and later runs take the kernels from a cache"
+    )
+    print(text, file=sys.stderr, flush=True)
