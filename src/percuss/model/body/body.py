@@ -115,8 +115,8 @@ class Body(ABC):
     - `frequency_floor(n)` and `coupling_bound`: bounds of all modes that nobody computes.
 
     Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
-    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for speed
-    and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, what maps may vary.
+    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
+    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, what maps vary.
 
     Examples
     --------
