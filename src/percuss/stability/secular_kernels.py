@@ -8,7 +8,7 @@ know nothing of poles: a root that was missed or found twice would show there.
 
 import math
 
-from numba import njit
+from percuss.simulate.kernels.compiled import inner, summed
 
 # rows of `work`, each of 2N + 2: poles and residues, roots, smallest steps so far, imaginary parts of the poles and
 # residues where they have some; and g_n, g_n' (N + 1 of them)
@@ -26,10 +26,9 @@ NEAR = 0.25  # a first step of at most this part of the distance to the next pol
 SWEEPS = 100
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
 
-SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity keep their meaning
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def joined(count, work):
     """Equal poles taken together; those without residue, and all but one of equal ones, are roots already.
 
@@ -55,7 +54,7 @@ def joined(count, work):
     return live
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def joined_in_plane(count, work):
     """The same of complex poles, in any order."""
     scale = 1.0
@@ -90,7 +89,7 @@ def joined_in_plane(count, work):
     return live
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def real_sums(x, live, work):
     """Σ w/(x − ξ) and its derivative."""
     total, slope = 0.0, 0.0
@@ -102,7 +101,7 @@ def real_sums(x, live, work):
     return total, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def complex_sums(x, y, live, work):
     """Σ w/(z − ξ), its derivative, and Σ 1/(z − ξ) − Σ 1/(z − root), at z = x + iy; real and imaginary parts."""
     sr, si, dr, di, pr, pi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -121,7 +120,7 @@ def complex_sums(x, y, live, work):
     return sr, si, dr, 2.0 * di, pr, pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def sums_in_plane(x, y, live, work):
     """The same where poles and residues are complex."""
     sr, si, dr, di, pr, pi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -141,7 +140,7 @@ def sums_in_plane(x, y, live, work):
     return sr, si, dr, di, pr, pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def beside_complex_poles(live, work, state):
     """First guesses beside complex poles, turned a little so that two of a pair can part; all are listed in `state`."""
     for j in range(live):
@@ -152,7 +151,7 @@ def beside_complex_poles(live, work, state):
     return live
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def beside_poles(live, work, state):
     """The real roots that lie beside their poles; returns the number of the others, listed in `state`.
 
@@ -192,7 +191,7 @@ def beside_poles(live, work, state):
     return strong
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def all_together(live, strong, flat, work, state):
     """Ehrlich's and Aberth's method for the roots in `state`; whether all settled. `flat`: all poles are real."""
     for i in range(strong):
@@ -242,7 +241,7 @@ def all_together(live, strong, flat, work, state):
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def fits(count, trace, square, work):
     """Whether all roots add up to the trace of the map, and their squares to that of its square."""
     sr, si, qr, qi, largest = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -259,7 +258,7 @@ def fits(count, trace, square, work):
     return first <= room * scale and second <= room * scale * scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def foremost(count, work):
     """Number of the root of largest modulus; of equal ones that with the larger real, the smaller imaginary part."""
     best, modulus = 0, math.hypot(work[RE, 0], work[IM, 0])
