@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number, plain, system_dict
+from percuss.case.answers.json_values import body_dict, contact_dict, number, plain, system_dict
 
 if TYPE_CHECKING:
     from percuss.case.answers.simulation_answer import SimulationAnswer
@@ -27,6 +27,8 @@ def simulation_dict(answer: SimulationAnswer, last: int | None = None) -> dict[s
         "case": answer.name,
         "title": answer.title,
         "system": system_dict(answer.system),
+        "body": body_dict(answer.system),
+        "contact": contact_dict(answer.system),
         "history": None if answer.history is None else plain(asdict(answer.history)),
         "notes": list(answer.notes),
         "outcome": motion.outcome,

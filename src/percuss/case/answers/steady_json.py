@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number, numbers, plain, system_dict
+from percuss.case.answers.json_values import body_dict, contact_dict, number, numbers, plain, system_dict
 
 if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
@@ -21,6 +21,8 @@ def answer_dict(answer: SteadyAnswer) -> dict[str, Any]:
         "case": answer.name,
         "title": answer.title,
         "system": system_dict(answer.system),
+        "body": body_dict(answer.system),
+        "contact": contact_dict(answer.system),
         "history": None if answer.history is None else plain(asdict(answer.history)),
         "notes": list(answer.notes),
         "periods": [_period(period) for period in answer.periods],

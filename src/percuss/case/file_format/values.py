@@ -15,8 +15,9 @@ __all__ = [
     "Area",
     "Coefficients",
     "Column",
-    "Damping",
+    "DampingValue",
     "Density",
+    "Drag",
     "Force",
     "ForceOrPressure",
     "ForceUnit",
@@ -112,13 +113,22 @@ def _numbers(value: Any) -> Any:
     return tuple(float(number) for number in value)
 
 
+def _damping_value(value: Any, info: ValidationInfo) -> Any:
+    """A number, text (whose unit the law decides), or a list of numbers."""
+    if isinstance(value, str) or (isinstance(value, int | float) and not isinstance(value, bool)):
+        return value
+    if isinstance(value, list | tuple):
+        return _numbers(value)
+    raise UnitError(info.field_name or "value", value, "a number, text with a unit, or a list of numbers")
+
+
 Length = Annotated[str, BeforeValidator(_quantity("length"))]
 Area = Annotated[str, BeforeValidator(_quantity("area"))]
 Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
 Time = Annotated[str, BeforeValidator(_quantity("time"))]
 Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
 Density = Annotated[str, BeforeValidator(_quantity("density"))]
-Damping = Annotated[str, BeforeValidator(_quantity("damping"))]
+Drag = Annotated[str, BeforeValidator(_quantity("damping"))]
 Force = Annotated[str, BeforeValidator(_quantity("force"))]
 ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
 ForceUnit = Annotated[str, BeforeValidator(_unit)]
@@ -126,6 +136,7 @@ Coefficients = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs
 Column = str | int
 PlainNumber = Annotated[float, BeforeValidator(_plain_number)]
 Numbers = Annotated[tuple[float, ...], BeforeValidator(_numbers)]
+DampingValue = Annotated[float | str | tuple[float, ...], BeforeValidator(_damping_value)]
 NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
 NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
 NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]
