@@ -21,6 +21,7 @@ from percuss.explore.boundary_curves.joined_points import FOLD, KINDS, Boundarie
 from percuss.explore.boundary_curves.lines import Halted
 from percuss.explore.family import Family, family_of
 from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, numbers, several
@@ -31,9 +32,6 @@ from percuss.steady.states import MAX_MODES, MAX_PERIODS
 __all__ = ["KINDS", "Boundaries", "Curve", "boundaries", "checked_boundaries"]
 
 CRITERIA = ("reduced", "exact")
-
-PERIODS = "m"
-"""The name of the load periods per impact, which x may be."""
 
 
 def boundaries(
@@ -163,7 +161,8 @@ def checked_boundaries(
     name, low, high = y[0], finite(y[0], y[1]), finite(y[0], y[2])
     if not low < high:
         raise ParameterError(name, (low, high), "a range from a lower to a higher value")
-    if name == axis.name or {name, axis.name} == {"mean", "load_factor"}:
+    things = [PARAMETERS[own].thing if own in PARAMETERS else own for own in (name, axis.name)]
+    if things[0] == things[1]:
         raise ParameterError("y", name, f"a parameter that can be moved beside {axis.name}")
     units: Mapping[str, str] = getattr(family, "units", {})  # of a case's keys; plain numbers have none
     names = {axis.name: axis.unit or units.get(axis.name, ""), name: units.get(name, "")}

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, ComplexArray, non_negative, numbers
+from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["UNDAMPED", "Damping", "External", "KelvinVoigt", "Lossless", "Ratio", "Table"]
 
@@ -42,11 +43,15 @@ class Damping(ABC):
     """A law of damping: d_n in u_n'' + d_n u_n' + ω_n² u_n = p for every elastic mode, and d_0 of the rigid motion.
 
     To write a law, write `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where the law
-    drags the whole bar. Everything else follows: bodies ask for nothing more.
+    drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else follows:
+    bodies ask for nothing more.
     """
 
     kind: ClassVar[str]
     """Its word in case files and JSON."""
+
+    parameter: ClassVar[Parameter[Any] | None] = None
+    """The one number that says how strong it is; None for a law that has no such number."""
 
     @abstractmethod
     def of(self, omega: Array) -> Array:
@@ -89,6 +94,7 @@ class External(Damping):
     """
 
     kind: ClassVar[str] = "external"
+    parameter: ClassVar[Parameter[Any]] = of_field("d", "damping d", "damping d = D/(MΩ)", (0.0, 0.1))
     d: float = 0.0
 
     def __post_init__(self) -> None:
@@ -130,6 +136,9 @@ class Ratio(Damping):
     """
 
     kind: ClassVar[str] = "ratio"
+    parameter: ClassVar[Parameter[Any]] = of_field(
+        "damping_ratio", "damping ratio ζ", "share ζ of critical damping of every elastic mode", (0.0, 0.01), "ratio"
+    )
     ratio: float = 0.0
 
     def __post_init__(self) -> None:
@@ -167,6 +176,9 @@ class KelvinVoigt(Damping):
     """
 
     kind: ClassVar[str] = "kelvin_voigt"
+    parameter: ClassVar[Parameter[Any]] = of_field(
+        "eta", "material damping η", "η of a Kelvin–Voigt material, d_n = ηω_n²", (0.0, 1e-4)
+    )
     eta: float = 0.0
 
     def __post_init__(self) -> None:

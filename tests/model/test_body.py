@@ -1,0 +1,174 @@
+"""Bodies and the laws of their damping: the contract's closed forms against sums of modes, and its bounds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from percuss.errors import ParameterError
+from percuss.model import Bar, Damping, External, KelvinVoigt, Load, Modes, Ratio, System, Table, UniformBar
+from percuss.model.body.body import Body
+
+MANY = 40_000
+LAWS = [External(0.0), External(0.3), Ratio(1e-3), Ratio(0.4), Ratio(1.0), KelvinVoigt(1e-3), Table((0.1, 0.4, 0.2))]
+PLACES = st.floats(0.0, 1.0)
+
+
+def summed(bar: UniformBar, k: np.ndarray, x: np.ndarray, source: float) -> np.ndarray:
+    """Σ φ_n(x) φ_n(source)/(ω² + ik d − k²) as it stands, and the sum of 1/ω² beyond the last mode."""
+    n = np.arange(1, MANY + 1)
+    omega = math.pi * bar.s * n
+    rows = 2.0 * np.cos(math.pi * np.outer(x, n)) * np.cos(math.pi * n * source)
+    gains = 1.0 / (omega[:, None] ** 2 + 1j * k * bar.damping.of(omega)[:, None] - k**2)
+    return (rows @ gains).T
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("source", [0.0, 0.35, 1.0])
+def test_the_receptance_is_the_sum_of_the_modes(law: Damping, source: float) -> None:
+    """To the rest of the sum, which falls off like 1/MANY."""
+    x, k = np.array([0.0, 0.2, 0.35, 0.8, 1.0]), np.array([1.0, 2.0, 7.0])
+    for s in (0.7, 20.0):
+        bar = Somewhere(s, law, source)
+        found = bar.receptance(k, x, 1).displacement
+        scale = 2.0 / (math.pi * s) ** 2
+        assert np.abs(found - summed(bar, k, x, source)).max() <= 1.2 * scale / MANY
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_strain_is_the_slope_of_the_displacement(law: Damping) -> None:
+    bar, k, step = Somewhere(1.3, law, 0.35), np.array([1.0, 3.0]), 1e-5
+    for x in (0.1, 0.5, 0.9):
+        sides = bar.receptance(k, np.array([x - step, x + step]), 1).displacement
+        slope = bar.receptance(k, np.array([x]), 1).strain[:, 0]
+        assert slope == pytest.approx((sides[:, 1] - sides[:, 0]) / (2.0 * step), rel=1e-6, abs=1e-7)
+        still = bar.static(np.array([x - step, x + step]), 1).displacement
+        assert bar.static(np.array([x]), 1).strain[0] == pytest.approx((still[1] - still[0]) / (2.0 * step), abs=1e-7)
+
+
+class Somewhere(UniformBar):
+    """A uniform bar with a second place for a load."""
+
+    def __init__(self, s: float, damping: Damping, source: float) -> None:
+        super().__init__(s, damping)
+        object.__setattr__(self, "source", source)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        return (0.0, self.source)  # type: ignore[attr-defined]
+
+    __hash__ = object.__hash__
+
+
+class Plain(Somewhere):
+    """The same without closed forms: what follows from the contract alone."""
+
+    lossless_receptance = Body.lossless_receptance
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_what_follows_by_itself_is_the_closed_form(law: Damping) -> None:
+    x, k = np.linspace(0.0, 1.0, 7), np.array([1.0, 5.0])
+    closed, sums = Somewhere(3.0, law, 0.2), Plain(3.0, law, 0.2)
+    for at in (0, 1):
+        whole, plain = closed.receptance(k, x, at), sums.receptance(k, x, at)
+        assert np.abs(whole.displacement - plain.displacement).max() <= 1e-12
+        assert np.abs(whole.strain - plain.strain).max() <= 1e-8  # sums of 1/n³
+
+
+@given(x=PLACES, y=PLACES, s=st.floats(0.05, 100.0))
+def test_reciprocity(x: float, y: float, s: float) -> None:
+    """A force here moves the bar there as a force there moves it here."""
+    bar, z = UniformBar(s), np.array([1.0 - 0.01j, 3.0 - 0.2j, 40.0 - 1.0j])
+    there = bar.lossless_receptance(z, np.array([x]), y).displacement
+    here = bar.lossless_receptance(z, np.array([y]), x).displacement
+    assert np.abs(there - here).max() <= 1e-12 * max(float(np.abs(here).max()), s**-2)
+    assert bar.static_shape(np.array([x]), y).displacement == pytest.approx(
+        bar.static_shape(np.array([y]), x).displacement, abs=1e-15 * s**-2
+    )
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("k", [1.0, 2.0, 9.0])
+def test_the_lossless_bar_stands_for_the_damped_one(law: Damping, k: float) -> None:
+    """For every mode where the law says so, else for those in resonance or with an error that is worked out apart."""
+    omega = np.array([0.3, 1.0, k, 2.5 * k, 100.0])
+    found = law.lossless(np.array([k]))
+    assert found.z[0].imag <= 0.0
+    stiff = omega**2 + 1j * k * law.of(omega) - k**2
+    other = (omega**2 - found.z**2) / found.factor
+    if found.exact:
+        assert np.abs(stiff - other).max() <= 1e-12 * np.abs(stiff).max()
+    elif isinstance(law, Ratio):
+        assert abs(stiff[2] - other[2]) <= 1e-14 * k**2
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_time_in_seconds_and_in_radians(law: Damping) -> None:
+    """d_n is a rate: ω and d_n scale together."""
+    omega, turn = np.array([3.0, 5.0, 8.0, 13.0]), 7.0
+    assert law.per_radian(turn).of(omega / turn) == pytest.approx(law.of(omega) / turn, rel=1e-14)
+    assert law.per_radian(turn).rigid == pytest.approx(law.rigid / turn, rel=1e-14)
+    assert law.is_zero == (not law.of(omega).any() and law.rigid == 0.0)
+
+
+def test_only_external_damping_drags_the_whole_bar() -> None:
+    assert [law.rigid for law in LAWS] == [0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+def test_modes_beyond_a_table_keep_the_ratio_of_its_last() -> None:
+    omega = np.array([1.0, 2.0, 4.0, 8.0])
+    assert Table((0.1, 0.4)).of(omega).tolist() == [0.1, 0.4, 0.8, 1.6]
+    assert Table((0.1, 0.4, 0.2, 0.3, 0.5)).of(omega).tolist() == [0.1, 0.4, 0.2, 0.3]
+
+
+def test_modes_of_the_uniform_bar() -> None:
+    """B77's numbers to the last bit: nπs, 2(−1)ⁿ, and the weight 2."""
+    modes = UniformBar(20.0, External(0.1)).modes(6)
+    assert isinstance(modes, Modes)
+    assert modes.omega.tolist() == (np.pi * 20.0 * np.arange(1, 7)).tolist()
+    assert modes.gamma.tolist() == [-2.0, 2.0] * 3 and modes.weight.tolist() == [2.0] * 6
+    assert modes.damping.tolist() == [0.1] * 6 and modes.end == pytest.approx([math.sqrt(2.0)] * 6)
+    with pytest.raises(ValueError, match="read-only"):
+        modes.omega[0] = 1.0
+
+
+@given(s=st.floats(1e-3, 1e3), n=st.integers(1, 500), more=st.integers(0, 500))
+def test_bounds_of_modes_that_nobody_computes(s: float, n: int, more: int) -> None:
+    bar = UniformBar(s)
+    omega = bar.frequencies(n + more)
+    assert omega[n - 1 + more] >= (bar.frequency_floor(n) + more * math.pi * s) * (1.0 - 1e-14)
+    shapes = bar.driven_shapes(np.linspace(0.0, 1.0, 5), 8).displacement
+    assert np.abs(shapes).max() <= bar.coupling_bound
+
+
+@given(s=st.floats(0.01, 100.0), at=st.floats(0.01, 500.0))
+def test_the_nearest_mode(s: float, at: float) -> None:
+    n = UniformBar(s).nearest(at)
+    assert abs(n - max(1, at / (math.pi * s))) <= 0.5 * (1.0 + 1e-12)
+
+
+def test_a_load_acts_where_the_body_has_a_place() -> None:
+    with pytest.raises(ParameterError, match="no steps"):
+        System(s=1.0, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0).acting_at(1))
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: Ratio(-0.1), lambda: Ratio(1.1), lambda: KelvinVoigt(-1.0), lambda: Table(())]
+)
+def test_no_damping_at_all(make) -> None:
+    with pytest.raises(ParameterError):
+        make()
+
+
+def test_the_bar_in_si_and_its_body() -> None:
+    bar = Bar(length=0.3, diameter=0.05, damping=Ratio(0.01))
+    body = bar.body(100.0)
+    assert body.s == pytest.approx(bar.wave_speed / 30.0, rel=1e-15) and body.damping == Ratio(0.01)
+    assert bar.contact_duration == pytest.approx(2.0 * 0.3 / bar.wave_speed, rel=1e-15)
+    assert bar.youngs_modulus_at(np.array([0.0, 0.5, 1.0])).tolist() == [210e9] * 3
+    assert bar.rigid_drag == 0.0 and Bar(length=0.3, diameter=0.05, drag=40.0).rigid_drag == pytest.approx(12.0)
