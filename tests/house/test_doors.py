@@ -516,6 +516,9 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.SimulationAnswer.to_json_dict": (
             simulated.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
         ),
+        "case.SimulationAnswer.to_json_text": (
+            simulated.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
         "case.load_case": (room_of_cases.load_case, {"name": "pile-hammer"}, {}),
         "case.basins_job_of": (
             room_of_cases.basins_job_of,

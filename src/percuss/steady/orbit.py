@@ -9,10 +9,9 @@ import numpy as np
 
 from percuss.model.checks import Array, count
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.drag import drag_warnings
 from percuss.steady.energy import Energy, energy_balance
 from percuss.steady.motion import Motion
-from percuss.steady.warnings import resonance_warnings
+from percuss.steady.warnings import drag_warnings, resonance_warnings
 
 __all__ = ["Orbit"]
 

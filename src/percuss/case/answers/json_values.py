@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,21 @@ import numpy as np
 if TYPE_CHECKING:
     from percuss.model import System
 
-__all__ = ["body_dict", "contact_dict", "number", "numbers", "plain", "system_dict"]
+__all__ = ["body_dict", "contact_dict", "heading_dict", "number", "numbers", "plain", "system_dict"]
+
+
+def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) -> dict[str, Any]:
+    """What the answer to any question begins with: the case, the system, its recording, what was assumed."""
+    history = system.load.report
+    return {
+        "case": name,
+        "title": title,
+        "system": system_dict(system),
+        "body": body_dict(system),
+        "contact": contact_dict(system),
+        "history": None if history is None else plain(asdict(history)),
+        "notes": list(notes),
+    }
 
 
 def system_dict(system: System) -> dict[str, Any]:
