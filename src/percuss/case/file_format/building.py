@@ -70,7 +70,8 @@ class Parts:
         if contact is not None:
             name = "contact" if isinstance(tables, PhysicalCase) else "system"
             self._try(name, getattr(tables, name), lambda _: contact.check(body))
-        self._try("load", tables.load, lambda table: body.place(table.at))
+        if self.load is not None or isinstance(tables.load, HistoryForce):
+            self._try("load", tables.load, lambda table: body.place(table.at))
 
     def _try(self, name: str, table: BaseModel, make: Any) -> Any:
         try:

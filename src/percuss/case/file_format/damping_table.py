@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ValidationInfo
 
 from percuss.case.file_format.values import DampingValue, Table
 from percuss.errors import ParameterError
 from percuss.model.body import DAMPINGS, Damping
-from percuss.model.checks import finite, non_negative, numbers
+from percuss.model.checks import finite
 from percuss.units import si
 
-__all__ = ["DampingTable", "NoDrag", "NoPlainDamping", "damping_law", "damping_table", "drag_in"]
+__all__ = ["BarDamping", "DampingTable", "SystemDamping", "damping_law", "damping_table", "drag_in"]
 
 _EXAMPLE = 'a table such as {kind = "ratio", value = 0.001}'
 
@@ -40,14 +40,17 @@ def damping_law(table: DampingTable, units: bool) -> Damping:
     try:
         return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
     except ParameterError as error:
-        raise ParameterError("damping.value", table.value, error.accepted, error.remedy) from None
+        value = list(table.value) if isinstance(table.value, tuple) else table.value
+        raise ParameterError("damping.value", value, error.accepted, error.remedy) from None
 
 
 def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
     value, quantity = table.value, _QUANTITIES.get(table.kind)
     if table.kind == "table":
         accepted = "a list of numbers, the damping of each mode" + (" in 1/s" if units else "")
-        return tuple(numbers("value", value, accepted).reshape(-1).tolist())
+        if not isinstance(value, tuple):
+            raise ParameterError("value", value, accepted)
+        return value
     if not isinstance(value, str):
         return finite("value", value, "one finite number")
     if not units:
@@ -67,7 +70,9 @@ def drag_in(table: DampingTable) -> float | None:
     """
     if table.kind != "external" or not isinstance(table.value, str):
         return None
-    return non_negative("damping.value", si(table.value, "damping", "damping.value"))
+    if not (drag := si(table.value, "damping", "damping.value")) >= 0.0:
+        raise ParameterError("damping.value", table.value, "0 or greater")
+    return drag
 
 
 def damping_table(law: Damping) -> dict[str, Any]:
@@ -91,22 +96,20 @@ def _no_drag(value: Any, info: ValidationInfo) -> Any:
         raise ParameterError(
             "damping", value, _EXAMPLE, f'a force per velocity and metre is called drag: drag = "{value}"'
         )
-    if isinstance(value, int | float):
+    if isinstance(value, int | float) and not isinstance(value, bool):
         remedy = f"a share of the critical damping is called damping_ratio: damping_ratio = {value}"
         raise ParameterError("damping", value, _EXAMPLE, remedy)
     return value
 
 
 def _no_plain_damping(value: Any, info: ValidationInfo) -> Any:
-    if isinstance(value, str | int | float):
+    if isinstance(value, str | int | float) and not isinstance(value, bool):
         raise ParameterError("damping", value, _EXAMPLE, "the external damping D/(MΩ) is called d")
     return value
 
 
-Kind = TypeVar("Kind")
+BarDamping = Annotated[DampingTable, BeforeValidator(_no_drag)]
+"""The table in [bar], where older case files have a quantity, which is told what it is called now."""
 
-NoDrag = Annotated[Kind, BeforeValidator(_no_drag)]
-"""Where the quantity of older case files may still stand, which is told what it is called now."""
-
-NoPlainDamping = Annotated[Kind, BeforeValidator(_no_plain_damping)]
-"""The same of a dimensionless case."""
+SystemDamping = Annotated[DampingTable, BeforeValidator(_no_plain_damping)]
+"""The table in [system]."""

@@ -82,6 +82,7 @@ class StepsForce(Table):
     unit: ForceUnit
     """Unit of the values."""
     harmonics: int = 64
+    """How many Fourier coefficients are kept beside the exact steps. Allowed: 1 to 4096."""
     area: Area | None = None
     frequency: Frequency
     at: int = 0

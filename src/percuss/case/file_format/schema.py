@@ -11,7 +11,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
-from percuss.case.file_format.damping_table import DampingTable, NoDrag, NoPlainDamping
+from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
 from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
 from percuss.case.file_format.values import (
     Area,
@@ -60,7 +60,7 @@ class BarTable(Table):
     damping_ratio: float | None = None
     """The damping as a fraction of the critical damping of the first elastic mode. Allowed: 0 or greater. When left
     out: none, or as `damping` or `drag` says."""
-    damping: NoDrag[DampingTable | None] = None
+    damping: BarDamping | None = None
     """The damping by another law, `{kind = "…", value = …}`, see below. When left out: as `damping_ratio` says."""
     drag: Drag | None = None
     """The damping as a force per velocity and per metre of bar, which brakes the bar as a whole, too. Allowed: 0 or
@@ -86,7 +86,7 @@ class SystemTable(Table):
     `damping` is needed."""
     restitution: float
     """Coefficient of restitution. Allowed: 0 to 1."""
-    damping: NoPlainDamping[DampingTable | None] = None
+    damping: SystemDamping | None = None
     """The damping by another law, `{kind = "…", value = …}`, see below; `d` is 0 or left out beside it. When left
     out: `d` is needed."""
     strain: Strain | None = None

@@ -116,10 +116,11 @@ def _numbers(value: Any) -> Any:
 def _damping_value(value: Any, info: ValidationInfo) -> Any:
     """A number, text (whose unit the law decides), or a list of numbers."""
     if isinstance(value, str) or (isinstance(value, int | float) and not isinstance(value, bool)):
-        return value
+        if isinstance(value, str) or math.isfinite(value):
+            return value
     if isinstance(value, list | tuple):
         return _numbers(value)
-    raise UnitError(info.field_name or "value", value, "a number, text with a unit, or a list of numbers")
+    raise UnitError(info.field_name or "value", value, "a finite number, text with a unit, or a list of numbers")
 
 
 Length = Annotated[str, BeforeValidator(_quantity("length"))]

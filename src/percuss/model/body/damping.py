@@ -50,6 +50,9 @@ class Damping(ABC):
     kind: ClassVar[str]
     """Its word in case files and JSON."""
 
+    sentence: ClassVar[str]
+    """What it does to the bar, for a report."""
+
     parameter: ClassVar[Parameter[Any] | None] = None
     """The one number that says how strong it is; None for a law that has no such number."""
 
@@ -94,6 +97,7 @@ class External(Damping):
     """
 
     kind: ClassVar[str] = "external"
+    sentence: ClassVar[str] = "every motion is braked alike, that of the bar as a whole, too (B77)"
     parameter: ClassVar[Parameter[Any]] = of_field("d", "damping d", "damping d = D/(MΩ)", (0.0, 0.1))
     d: float = 0.0
 
@@ -136,6 +140,7 @@ class Ratio(Damping):
     """
 
     kind: ClassVar[str] = "ratio"
+    sentence: ClassVar[str] = "the same share of critical damping in every elastic mode; the bar as a whole moves freely"
     parameter: ClassVar[Parameter[Any]] = of_field(
         "damping_ratio", "damping ratio ζ", "share ζ of critical damping of every elastic mode", (0.0, 0.01), "ratio"
     )
@@ -176,6 +181,7 @@ class KelvinVoigt(Damping):
     """
 
     kind: ClassVar[str] = "kelvin_voigt"
+    sentence: ClassVar[str] = "of the material, as the square of the frequency; the bar as a whole moves freely"
     parameter: ClassVar[Parameter[Any]] = of_field(
         "eta", "material damping η", "η of a Kelvin–Voigt material, d_n = ηω_n²", (0.0, 1e-4)
     )
@@ -213,6 +219,7 @@ class Table(Damping):
     """
 
     kind: ClassVar[str] = "table"
+    sentence: ClassVar[str] = "given mode by mode; the bar as a whole moves freely"
     values: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
