@@ -35,6 +35,7 @@ def case_dict(case: Case) -> dict[str, Any]:
         "system": system_dict(system),
         "body": body_dict(system),
         "contact": contact_dict(system),
+        "laws": {"damping": system.body.damping.words, "contact": system.contact.sentence},
         "plain": plain_tables(case),
         "scales": _scales(system),
         "bar": _bar(system),

@@ -42,8 +42,8 @@ class Lossless(NamedTuple):
 class Damping(ABC):
     """A law of damping: d_n in u_n'' + d_n u_n' + ω_n² u_n = p for every elastic mode, and d_0 of the rigid motion.
 
-    To write a law, write `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where the law
-    drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else follows:
+    To write a law, write its words, `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where
+    the law drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else follows:
     bodies ask for nothing more.
     """
 
@@ -77,6 +77,11 @@ class Damping(ABC):
     @abstractmethod
     def is_zero(self) -> bool:
         """Whether no mode loses anything."""
+
+    @property
+    def words(self) -> str:
+        """What it is, and what it does to the bar, for a report."""
+        return "none" if self.is_zero else f"{self}: {self.sentence}"
 
 
 def _limited(name: str, value: object) -> float:
@@ -140,7 +145,9 @@ class Ratio(Damping):
     """
 
     kind: ClassVar[str] = "ratio"
-    sentence: ClassVar[str] = "the same share of critical damping in every elastic mode; the bar as a whole moves freely"
+    sentence: ClassVar[str] = (
+        "the same share of critical damping in every elastic mode; the bar as a whole moves freely"
+    )
     parameter: ClassVar[Parameter[Any]] = of_field(
         "damping_ratio", "damping ratio ζ", "share ζ of critical damping of every elastic mode", (0.0, 0.01), "ratio"
     )
