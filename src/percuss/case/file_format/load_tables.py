@@ -75,7 +75,7 @@ class SquareForce(Table):
 class StepsForce(Table):
     kind: Literal["steps"]
     breaks: Numbers
-    """Load phases at which the load jumps, in radians, increasing, from 0 to less than 2π. Allowed: 2 to 1000 of
+    """Load phases at which the load jumps, in radians, increasing, from 0 to less than 2π. Allowed: from 2 to 1000 of
     them."""
     values: Numbers
     """The load from each of these phases to the next. Allowed: one for each phase."""

@@ -43,8 +43,8 @@ class Damping(ABC):
     """A law of damping: d_n in u_n'' + d_n u_n' + ω_n² u_n = p for every elastic mode, and d_0 of the rigid motion.
 
     To write a law, write its words, `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where
-    the law drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else follows:
-    bodies ask for nothing more.
+    the law drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else
+    follows: bodies ask for nothing more.
     """
 
     kind: ClassVar[str]
