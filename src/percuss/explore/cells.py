@@ -244,7 +244,7 @@ def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
     from percuss.simulate.tables import tables_of
 
     try:
-        if system.d == 0.0:
+        if not system.body.modes(modes, system.load.at).is_damped:
             tables_of(system, modes)
     except PercussError as error:
         out["outcome"][i] = failure(error)

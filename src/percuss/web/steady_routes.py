@@ -169,11 +169,8 @@ def _check_size(job: SweepJob, limits: Limits) -> None:
     fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
     most = limits.cells if fast else limits.slow_cells
     if job.size > most:
-        why = (
-            ""
-            if fast
-            else f"; only maps over {', '.join(AXES[:-1])} and {AXES[-1]}, of what arrays can tell, may be larger"
-        )
+        over = f"{', '.join(AXES[:-1])} and {AXES[-1]}"
+        why = "" if fast else f"; only maps over {over}, of what arrays can tell, may be larger"
         remedy = "use percuss sweep for more"
         raise refused(422, f"expected at most {most} cells in one request{why}", remedy, "x.count", job.size)
     if job.stop.most_impacts > limits.impacts:

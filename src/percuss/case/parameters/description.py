@@ -105,6 +105,6 @@ def _bar(system: System) -> dict[str, Any] | None:
         "wave_speed_m_s": number(bar.wave_speed),
         "youngs_modulus_Pa": number(bar.pieces[-1].youngs_modulus),
         "density_kg_m3": number(bar.pieces[-1].density),
-        "first_mode_Hz": number(bar.wave_speed / (2.0 * bar.length)),
+        "first_mode_Hz": number(system.body.frequencies(1)[0] * (system.frequency or 0.0)),
         "contact_time_us": number(1e6 * bar.contact_duration),
     }

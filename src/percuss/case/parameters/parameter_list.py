@@ -11,6 +11,7 @@ from percuss.case.parameters.moves import MOVES, can_move
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import PercussError
 from percuss.explore.parameters import PARAMETERS
+from percuss.explore.planes import AXES
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -65,7 +66,8 @@ def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[st
         high = max(high, 1.25 * value)
     row = _row(parameter.name, "", value, low, high)
     movable = parameter.name in MOVES and can_move(parameter.name, case, system)
-    return row | {"label": parameter.label, "meaning": parameter.meaning, "dimensionless": True, "movable": movable}
+    words = {"label": parameter.label, "meaning": parameter.meaning, "plane": parameter.name in AXES}
+    return row | words | {"dimensionless": True, "movable": movable}
 
 
 def _keys(case: Case) -> list[dict[str, Any]]:
@@ -102,6 +104,7 @@ def _row(name: str, unit: str, value: float | None, low: float, high: float) -> 
         "low": number(low),
         "high": number(high),
         "dimensionless": False,
+        "plane": False,
         "movable": True,
         "slides": False,
     }

@@ -25,6 +25,7 @@ from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, numbers, several
+from percuss.model.contact import Result
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -189,7 +190,16 @@ def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
 
 
 def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[tuple[int, Crossing]]:
-    """Everything that happens at one value of x, with the number of its branch."""
+    """Everything that happens at one value of x, with the number of its branch.
+
+    Raises
+    ------
+    ParameterError
+        When what is asked for does not hold for the contact law.
+    """
+    line.middle.contact.need(Result.LEVEL)
+    if criterion == "reduced" and {FLIP, SPIRAL} & set(kinds):
+        line.middle.contact.need(Result.REDUCED)
     alone = set(kinds) == {FOLD}
     folds, stretches = folds_and_stretches(line, samples or (17 if alone else 33), alone)
     found = []

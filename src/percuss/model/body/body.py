@@ -12,7 +12,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model.body.damping import Damping
 from percuss.model.checks import Array, ComplexArray, count
-from percuss.model.parameter import Parameter
+from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["Body", "Modes", "Shape"]
 
@@ -123,8 +123,10 @@ class Body(ABC):
     kind: ClassVar[str]
     """Its word in JSON."""
 
-    parameters: ClassVar[tuple[Parameter[Any], ...]] = ()
-    """Its own numbers that maps and sliders may vary, beside that of its damping."""
+    parameters: ClassVar[tuple[Parameter[Any], ...]] = (
+        of_field("s", "wave speed s", "one over the time of a wave from end to end, C/(LΩ) of a uniform bar"),
+    )
+    """Its own numbers that maps and sliders may vary, beside that of its damping: s, where that is a field."""
 
     s: float
     """Wave speed: 1/(time of a wave from one end to the other), in bar lengths per radian of the load."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, Shape
 from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
 from percuss.model.checks import Array, ComplexArray, instance, positive
-from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["UniformBar"]
 
@@ -42,7 +41,6 @@ class UniformBar(Body):
     """
 
     kind: ClassVar[str] = "uniform"
-    parameters: ClassVar[tuple[Parameter[Any], ...]] = (of_field("s", "wave speed s", "wave speed s = C/(LΩ)"),)
 
     s: float
     damping: Damping = UNDAMPED

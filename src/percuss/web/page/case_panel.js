@@ -8,10 +8,16 @@ import { BAR, CONTACT, KINDS, START, SYSTEM, TITLE, loadFields, otherLoad, typed
 import { valueAt } from "./moves.js";
 import { data, on, setKey, setTables, view } from "./state.js";
 
+export const panel = {
+  name: "case",
+  title: "Case",
+  start: startCase,
+};
+
 let shape = "";
 const parts = {};
 
-export function startCase(panel) {
+function startCase(panel) {
   parts.form = h("form", {
     class: "grid",
     id: "case-form",

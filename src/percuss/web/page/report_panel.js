@@ -6,9 +6,15 @@ import { download, h, put } from "./dom.js";
 import { angle, number, percent, scaleOf } from "./format.js";
 import { chosen, data, on, reasonOf, view } from "./state.js";
 
+export const panel = {
+  name: "report",
+  title: "Report",
+  start: startReport,
+};
+
 const parts = {};
 
-export function startReport(panel) {
+function startReport(panel) {
   parts.head = h("div", { class: "card" });
   parts.cards = h("div", { class: "cards", id: "report-cards" });
   parts.rest = h("div", { class: "card", id: "report-rest" });
