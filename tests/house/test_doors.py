@@ -160,7 +160,7 @@ NO_DOORS: dict[str, str] = {
         ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
         "a contract: the doors are its kinds",
     ),
-    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result"], MADE_HERE),
+    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result", "steady.Reason"], MADE_HERE),
     "errors.PercussError": "what comes out",
 }
 

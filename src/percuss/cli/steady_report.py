@@ -10,6 +10,7 @@ from percuss.case.answers.numerals import counted, number, ordinal, percent, qua
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer
@@ -109,7 +110,7 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
     if states.exists:
         text = f"{counted(count, 'steady motion')}: {compared}"
         return Section(heading, (("exists", text), *((("note", states.note),) if states.note else ())))
-    rows = [("exists", f"no: the level is above what the load can reach ({compared})")]
+    rows = [("exists", f"no: {Reason.NO_MOTION.words} ({compared})")]
     nearest = states.nearest
     if nearest is not None and nearest.load_factor is not None:
         now, then = system.load.load_factor, nearest.load_factor
