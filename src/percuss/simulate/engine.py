@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
 from percuss.simulate.events import Events
 from percuss.simulate.kernels.layout import (
     AT_REST,
@@ -20,6 +19,8 @@ from percuss.simulate.kernels.layout import (
     BY_WORK,
     DEPARTED,
     EVENT,
+    MEMBER,
+    PAST,
     PERIODIC,
     STATE_NUMBERS,
     UNRESOLVED,
@@ -27,7 +28,8 @@ from percuss.simulate.kernels.layout import (
     Rules,
     Table,
 )
-from percuss.simulate.snapshot import NO_LOG, Snapshot, clock, desk_for
+from percuss.simulate.kernels.many import follow as follow_compiled
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for
 from percuss.simulate.stop import Stop
 
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
@@ -44,6 +46,10 @@ ENDS = {
     UNRESOLVED: "unresolved",
 }
 """What the kernels' ends are called."""
+
+# of a motion that goes on by itself
+_NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
+_GOES_ON, _NO_TAIL = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST)
 
 
 @dataclass(frozen=True)
@@ -67,12 +73,16 @@ class Progress:
 
 @dataclass(frozen=True)
 class Stretch:
-    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended."""
+    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended.
+
+    `wanders`: whether its last impacts do not come near any of the ones before.
+    """
 
     events: Events
     states: Array
     snapshot: Snapshot
     outcome: str
+    wanders: bool
 
 
 def follow(
@@ -90,7 +100,8 @@ def follow(
     motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
     if table.values.size:
         own.bar["mean"] = table.values[count["piece"]]
-    end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
+    found = np.zeros(1, MEMBER)
+    ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
     stride, row = _STRIDE // (modes + 30), EVENT.itemsize + log.states.itemsize * log.states.shape[1]
     events: list[Events] = []
     after: list[Array] = []
@@ -98,8 +109,9 @@ def follow(
     while not outcome:
         count["events"] = 0
         budget = (int(count["work"]) // stride + 1) * stride
-        rules = Rules(float(end_period), end_phase, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        code = kn.follow(own, motion, twin, desk, rules, log, NO_LOG)
+        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
+        code = int(found["ended"][0])
         n = int(count["events"])
         outcome, recorded = ENDS.get(code, ""), recorded + n * row
         if recorded > _MOST_MEMORY and not outcome:
@@ -114,7 +126,13 @@ def follow(
         events.append(_events(log.events[:n]))
         after.append(log.states[:n] if outcome else log.states[:n].copy())
     count["events"] = 0
-    return Stretch(Events.of_all(events), after[0] if len(after) == 1 else np.concatenate(after), state, outcome)
+    return Stretch(
+        Events.of_all(events),
+        after[0] if len(after) == 1 else np.concatenate(after),
+        state,
+        outcome,
+        bool(found["wanders"][0]),
+    )
 
 
 def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:

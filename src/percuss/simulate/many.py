@@ -15,13 +15,13 @@ from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, several
 from percuss.notebook import watched
-from percuss.simulate import kernels as kn
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
 from percuss.simulate.kernels.layout import BY_WORK, MEMBER, PAST, TURN, WINDOW, Desk, Motion, Rules, Table
-from percuss.simulate.kernels.layout import Starts as Begins
+from percuss.simulate.kernels.many import follow
+from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.running import run
-from percuss.simulate.snapshot import NO_LOG, Snapshot, clocks, desk_for
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
@@ -162,10 +162,9 @@ class _Job:
         self.gaps, time = np.ascontiguousarray(s.gap[rows]), s.time[rows]
         self.periods, self.phases = clocks(time)
         if self.stop.time is None:
-            self.ends, self.end_phases = np.full(n, np.inf), np.zeros(n)
+            self.ends = np.column_stack([np.full(n, np.inf), np.zeros(n)])
         else:
-            turns, self.end_phases = clocks(time + self.stop.time)
-            self.ends = turns.astype(float)
+            self.ends = np.column_stack([*clocks(time + self.stop.time)])
 
     # -- the work --
 
@@ -220,7 +219,7 @@ class _Job:
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         load, window = system.load, slice(first, last)
         pieces = load.piece(self.phases[window]) if load.is_piecewise else np.zeros(last - first)
-        starts = Begins(
+        starts = begins(
             self.displacement[window], self.velocity[window], self.gaps[window], self.phases[window],
             self.periods[window], pieces.astype(np.int64),
         )  # fmt: skip
@@ -228,9 +227,9 @@ class _Job:
             np.inf, 0.0, self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget
         )
         motion, twin, desk = self._desk(table)
-        kn.follow_many(
-            table._replace(bar=table.bar.copy()), starts, rules, self.ends[window], self.end_phases[window],
-            motion, twin, desk, NO_LOG, self.stopped, self.found[window], self.tail[window],
+        follow(
+            table._replace(bar=table.bar.copy()), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
+            self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
 
     def _desk(self, table: Table) -> tuple[Motion, Motion, Desk]:
@@ -254,7 +253,7 @@ class _Job:
         motion = run(system, start, modes=self.modes, stop=self.stop, progress=lambda _: bool(self.stopped[0]))
         self.motions[i] = motion
         state = Snapshot(**{name: np.array(values) for name, values in motion.snapshot.items()})
-        kn.conclude(state.motion, _code(motion.outcome), self.found[i])
+        conclude(state.motion, _code(motion.outcome), self.found[i])
 
     # -- the result --
 

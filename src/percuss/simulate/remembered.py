@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.simulate import kernels as kn
 from percuss.simulate.events import IMPACT
+from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.layout import NOW, STATE_NUMBERS, SUMS, WINDOW
 from percuss.simulate.soundness import TURN, true, within
 from percuss.simulate.tables import prepared
@@ -102,9 +102,14 @@ def _bounds_of_the_flight(motion: Trajectory) -> None:
     _, table = prepared(motion.system, motion.modes)
     now = _now(motion)
     fresh = np.zeros(1, NOW)[0]
-    kn.bounded(table.bar, table.modes, np.ascontiguousarray(motion.snapshot["z"]), fresh)
+    bounded(table.bar, table.modes, np.ascontiguousarray(motion.snapshot["z"]), fresh)
     bounds = ("sup", "sup1", "sup2", "sup3")
-    for name, scale in (("free", "sup"), ("free_oscillating", "sup"), ("free_curve", "sup2"), *zip(bounds, bounds)):
+    for name, scale in (
+        ("free", "sup"),
+        ("free_oscillating", "sup"),
+        ("free_curve", "sup2"),
+        *zip(bounds, bounds, strict=True),
+    ):
         true(abs(fresh[name] - now[name]) <= _ROUNDING * abs(fresh[scale]), "a bound of engine_now")
     long = max(motion.end_time - motion.begin_time, 0.0) + TURN
     hold = float(now["hold"])

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from percuss.model import System
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
-from percuss.simulate import kernels as kn
 from percuss.simulate.engine import Progress, Stretch, follow
 from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor
@@ -96,6 +95,7 @@ def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object]
         np.concatenate([motion.states, stretch.states]),
         stretch.snapshot,
         stretch.outcome,
+        stretch.wanders,
     )
     return _trajectory(motion.system, motion.modes, whole, motion.start, motion.resting, stop, motion.begin_time)
 
@@ -119,7 +119,7 @@ def _trajectory(
 ) -> Trajectory:
     state = stretch.snapshot
     cycle = cycle_of(state.count)
-    wanders = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
+    wanders = not system.load.is_constant and stretch.wanders
     end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
     return Trajectory(
         system=system,

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
 from percuss.simulate.kernels.layout import (
     COUNT,
     EVENT,
@@ -25,10 +24,11 @@ from percuss.simulate.kernels.layout import (
     Starts,
     Table,
 )
+from percuss.simulate.kernels.place import place
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
 
-__all__ = ["NO_LOG", "Snapshot", "begin", "clock", "clocks", "desk_for"]
+__all__ = ["NO_LOG", "Snapshot", "begin", "begins", "clock", "clocks", "desk_for"]
 
 Records = npt.NDArray[Any]
 
@@ -91,6 +91,21 @@ NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))
 """For motions of which nothing is recorded."""
 
 
+def begins(
+    displacement: Array,
+    velocity: Array,
+    gap: Array,
+    phase: Array,
+    period: npt.NDArray[np.int64],
+    piece: npt.NDArray[np.int64],
+) -> Starts:
+    """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
+    columns = [np.ascontiguousarray(values).view() for values in (displacement, velocity, gap, phase, period, piece)]
+    for values in columns:
+        values.setflags(write=False)
+    return Starts(*columns)
+
+
 def desk_for(table: Table) -> Desk:
     """Room to work in."""
     n = table.modes.omega.size
@@ -119,6 +134,6 @@ def begin(spectrum: Spectrum, table: Table, start: Start) -> Snapshot:
     period, phase = clock(start.time)
     load = spectrum.system.load
     piece = int(load.piece(phase)) if load.is_piecewise else 0
-    starts = Starts(u[None], v[None], np.array([gap]), np.array([phase]), np.array([period]), np.array([piece]))
-    kn.place(table._replace(bar=table.bar.copy()), state.motion, desk_for(table), starts, 0)
+    starts = begins(u[None], v[None], np.array([gap]), np.array([phase]), np.array([period]), np.array([piece]))
+    place(table._replace(bar=table.bar.copy()), state.motion, desk_for(table), starts)
     return state

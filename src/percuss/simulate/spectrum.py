@@ -198,5 +198,5 @@ class Spectrum:
 
 
 def units(modes: Modes) -> Array:
-    """q_n of u_n = 1, γ_n, shape (N,); where the load is at a node of a mode, u_n is as for a load at the striking end."""
+    """q_n of u_n = 1, γ_n, shape (N,); for a load at a node of a mode, as if it were at the striking end."""
     return np.where(np.abs(modes.at_load) > _NODE, modes.gamma, 1.0 / modes.inertia)

@@ -87,15 +87,16 @@ class Starts(Shown):
     def of(cls, starts: Sequence[Start], modes: int, systems: Sequence[System] = ()) -> Starts:
         """Single starts joined, for simulations with `modes` modes of one system, or of as many as starts."""
         listed = several("starts", starts, "one or more starts")
-        whose = [*systems] if len(systems) > 1 else [*systems, None][:1] * len(listed)
         checked = [instance("starts", start, Start) for start in listed]
-        states = [
-            start.state(modes, system) for start, system in zip(checked * max(len(whose), 1), whose, strict=False)
-        ]
+        apart = len({(system.body, system.load.at) for system in systems}) > 1
+        if apart and len(checked) == 1:
+            checked *= len(systems)
+        whose = systems if apart and len(systems) == len(checked) else [*systems, None][:1] * len(checked)
+        states = [start.state(modes, system) for start, system in zip(checked, whose, strict=True)]
         if not states:
             raise ParameterError("starts", starts, "one or more starts")
         u, v, gap = (np.array([state[i] for state in states]) for i in range(3))
-        return cls(u, v, gap, np.array([start.time for start in listed]))
+        return cls(u, v, gap, np.array([start.time for start in checked]))
 
     @classmethod
     def random(

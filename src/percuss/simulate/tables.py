@@ -10,8 +10,8 @@ import numpy.typing as npt
 from percuss.model import Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
 from percuss.simulate.kernels.layout import BAR, POWERS, RATIO, SINGLY, Harmonics, Modes, Table
+from percuss.simulate.kernels.load import release_phases
 from percuss.simulate.spectrum import Spectrum, units
 
 __all__ = ["prepared", "table_of"]
@@ -90,8 +90,9 @@ def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
     own = half[~creeps]
     if omega.size:
         bar["quickest"], bar["base"] = omega.max(), omega[0] if law == POWERS else lam[0]
-        slow = omega * omega / np.maximum(damping, 1e-300)  # overdamped: d/2 − κ ≥ ω²/d
-        bar["linger"] = float(np.where(creeps, np.minimum(half, slow), half).min())
+        rates = half.copy()
+        rates[creeps] = np.minimum(half, omega * omega / np.where(creeps, damping, 1.0))[creeps]  # d/2 − κ ≥ ω²/d
+        bar["linger"] = rates.min()
     if law == POWERS and omega.size:
         bar["half"] = half[0]
         delta = oscillates * half * half / (omega + lam)
@@ -148,4 +149,4 @@ def _releases(body: Body, at: int, harmonics: tuple[complex, ...], modes: int, m
     shared = _without_mean(body, at, harmonics, modes)
     found = np.empty(shared.harmonics.gap_re.size)
     force = abs(mean) + float(shared.bar["force"])
-    return np.unique(found[: kn.release_phases(shared.harmonics, mean, float(shared.bar["bend"]), force, found)])
+    return np.unique(found[: release_phases(shared.harmonics, mean, float(shared.bar["bend"]), force, found)])

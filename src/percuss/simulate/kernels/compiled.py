@@ -19,7 +19,7 @@ from typing import Any
 
 from numba import njit
 
-__all__ = ["entry", "inlined", "inner", "sources_digest", "summed"]
+__all__ = ["copied", "entry", "inlined", "inner", "sources_digest", "summed"]
 
 _COMMON = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _SUMS = {"reassoc", "contract", "nsz"}
@@ -29,6 +29,9 @@ inner: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=Tru
 
 inlined: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_COMMON)
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""
+
+copied: Callable[[Any], Any] = njit(inline="always", **_COMMON)
+"""Write a function into the only one that calls it, before anything is compiled."""
 
 summed: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, fastmath=_SUMS, **_COMMON)
 """Compile a function that only compiled functions call, and whose sums may be reordered."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import entry, inlined, inner
+from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.layout import ASKED, LOOSE, LOST_CYCLE, SURE, TURN, TWIN, UNSEEN
 
 SAME = 64  # last impacts looked at
@@ -191,7 +191,7 @@ def recurrence(bar, modes, speed, fresh, motion, tolerance):
         remember(speed, motion)
 
 
-@entry
+@inner
 def wanders(past, impacts):
     """Whether no shift by up to `SHIFTS` impacts brings the last impacts back to `LOOSE`ly the same phases and speeds.
 

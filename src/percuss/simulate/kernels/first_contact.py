@@ -1,7 +1,7 @@
 """The first contact after an anchor, or the proof that there is none.
 
-Let S be the gap less the free elastic part f. S and S' are cheap and |S''| has a known bound; |f|, |f'|, |f''|, |f‴| are
-bounded by sums of amplitudes. From each anchor the gap is below the least of
+Let S be the gap less the free elastic part f. S and S' are cheap and |S''| has a known bound; |f|, |f'|, |f''|, |f‴|
+are bounded by sums of amplitudes. From each anchor the gap is below the least of
 
     S + sup|f|,    S + f + sup|f'| h,    y + y'h + y''h²/2 + sup|y‴| h³/6,
 

@@ -48,9 +48,9 @@ def step_load(table, motion):
 def left_for_good(table, now):
     """Whether a bar under a load of steps has left for good; asked each time the first step begins.
 
-    From period to period the mean of the bar moves by less and less when the load's mean does not push (no damping), or by
-    an amount that tends to a pull from one side (with it): once it has moved away in a period it moves away in all. Each
-    step adds at most its static shape to the elastic amplitudes.
+    From period to period the mean of the bar moves by less and less when the load's mean does not push and nothing
+    drags, or by an amount that tends to a pull from one side: once it has moved away in a period it moves away in all.
+    Each step adds at most its static shape to the elastic amplitudes.
     """
     bar, modes, breaks, values = table.bar, table.modes, table.breaks, table.values
     turn, mean, force, jumps = TURN, 0.0, 0.0, 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
-from percuss.simulate.kernels.compiled import inlined, inner
+from percuss.simulate.kernels.compiled import copied, inlined
 from percuss.simulate.kernels.cycles import clear, recurrence
 from percuss.simulate.kernels.first_contact import like_flight, next_contact
 from percuss.simulate.kernels.flight import advance, left_for_good, step_load
@@ -45,7 +45,7 @@ from percuss.simulate.kernels.statistics import tally
 NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 
 
-@inner
+@copied
 def fly(table, motion, desk, rules, log):
     """The motion from the anchor on, event after event, until a stop rule holds or the record is full.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from percuss.simulate.kernels.clock import set_phase
-from percuss.simulate.kernels.compiled import entry
+from percuss.simulate.kernels.compiled import entry, inner
 from percuss.simulate.kernels.layout import FLYING, ON_WALL, RESTING
 from percuss.simulate.kernels.modes import amplitudes, forced_modes
 
 
-@entry
-def place(table, motion, desk, starts, i):
+@inner
+def put(table, motion, desk, starts, i):
     """The anchor at start number i: q_n and q_n' (those left out are 0), the gap, the clock; all else is set to 0."""
     bar, modes, now, count, z = table.bar, table.modes, motion.now, motion.count, motion.z
     u, v = starts.displacement[i], starts.velocity[i]
@@ -41,3 +41,9 @@ def place(table, motion, desk, starts, i):
     amplitudes(bar, modes, z, now)
     # undeformed, at rest and on the wall: released at once when the load pulls
     count.mode = RESTING if still else (ON_WALL if starts.gap[i] == 0.0 else FLYING)
+
+
+@entry
+def place(table, motion, desk, starts):
+    """The anchor at the only start there is."""
+    put(table, motion, desk, starts, starts.gap.shape[0] - 1)  # a 0 would have a type of its own

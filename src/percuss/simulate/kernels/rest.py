@@ -21,7 +21,8 @@ def chatter_left(table, motion, desk, horizon):
     """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
 
     Rebound speed w, acceleration P without damping, and its rate j: the flights 2w/P, 2Rw/P, … add up to
-    T_0 = 2w/((1 − R)P), and to first order in j and d to T_0 (1 − d T_0/6 − j T_0/(3P)). Modes damped otherwise than the rigid motion are part of what is not known.
+    T_0 = 2w/((1 − R)P), and to first order in j and d to T_0 (1 − d T_0/6 − j T_0/(3P)).
+    Modes damped otherwise than the rigid motion are part of what is not known.
     """
     bar, now, osc = table.bar, motion.now, desk.osc
     r, d, w = bar.restitution, bar.damping, -now.gap_rate

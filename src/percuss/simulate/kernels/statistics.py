@@ -70,8 +70,8 @@ def spread(n, total, squares):
     return mean, math.sqrt(max(squares / n - mean * mean, 0.0))
 
 
-@entry
-def conclude(motion, code, member):
+@inner
+def concluded(motion, code, member):
     """What is kept of a member: how it ended, its cycle, and its means."""
     now, count, sums, totals = motion.now, motion.count, motion.sums[0], motion.totals
     settled = count.confirmed >= 2
@@ -93,3 +93,9 @@ def conclude(motion, code, member):
     member.cycle_periods = count.cycle_periods if settled else 0
     member.cycle_kind = count.cycle_kind if settled else 0
     member.wanders = 1 if count.verdict == LOST_CYCLE or wanders(motion.past, count.impacts) else 0
+
+
+@entry
+def conclude(motion, code, member):
+    """What is kept of a motion that was followed by itself."""
+    concluded(motion, code, member)
