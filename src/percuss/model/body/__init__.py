@@ -3,7 +3,9 @@
 from percuss.model.body.bar import Bar
 from percuss.model.body.body import Body, Modes, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, External, KelvinVoigt, Ratio, Table
+from percuss.model.body.sectioned import Section, SectionedBar
 from percuss.model.body.sized import SizedBody
+from percuss.model.body.stepped import SteppedBar
 from percuss.model.body.uniform import UniformBar
 
 __all__ = [
@@ -18,16 +20,19 @@ __all__ = [
     "KelvinVoigt",
     "Modes",
     "Ratio",
+    "Section",
+    "SectionedBar",
     "Shape",
     "SizedBody",
+    "SteppedBar",
     "Table",
     "UniformBar",
 ]
 
-BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar,)}
+BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar, SteppedBar)}
 """The kinds of bodies by their word."""
 
-SIZED_BODIES: dict[str, type[SizedBody]] = {body.kind: body for body in (Bar,)}
+SIZED_BODIES: dict[str, type[SizedBody]] = {body.kind: body for body in (Bar, SectionedBar)}
 """The same with sizes in SI."""
 
 DAMPINGS: dict[str, type[Damping]] = {law.kind: law for law in (External, Ratio, KelvinVoigt, Table)}
