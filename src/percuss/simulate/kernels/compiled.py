@@ -54,7 +54,7 @@ def entry(function: Callable[..., Any]) -> Any:
 
 @cache
 def sources_digest(own: Path) -> str:
-    """SHA-256 of the sources that a compiled function may consist of: this room, its own file, and `*_kernels.py` beside."""
+    """SHA-256 of the sources that a compiled function may consist of: this room, its file, `*_kernels.py` beside it."""
     beside = [*Path(__file__).parent.glob("*.py"), *own.parent.glob("*_kernels.py"), own]
     files = {path.resolve() for path in beside}
     found = hashlib.sha256()

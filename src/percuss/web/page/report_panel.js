@@ -92,6 +92,7 @@ function paint() {
       {},
       `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}${marginsOf(full)}.`,
     ),
+    data.info && h("p", { class: "small" }, `Contact: ${data.info.laws.contact}. Damping: ${data.info.laws.damping}.`),
   );
   const strikes = quick.impact_velocity > 0;
   put(parts.cards, strikes && (full?.si ? data.about.cards.map((row) => card(full.si, row)) : plain(found)));
