@@ -160,7 +160,7 @@ NO_DOORS: dict[str, str] = {
         ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
         "a contract: the doors are its kinds",
     ),
-    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result"], MADE_HERE),
+    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result", "steady.Reason"], MADE_HERE),
     "errors.PercussError": "what comes out",
 }
 
@@ -515,6 +515,9 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.CaseFamily.system": (family.system, {"values": {"s": 2.0}}, {"values": NO_KEYS}),
         "case.SimulationAnswer.to_json_dict": (
             simulated.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.SimulationAnswer.to_json_text": (
+            simulated.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
         ),
         "case.load_case": (room_of_cases.load_case, {"name": "pile-hammer"}, {}),
         "case.basins_job_of": (

@@ -10,7 +10,7 @@ or found twice would show there.
 
 import math
 
-from numba import njit
+from percuss.simulate.kernels.compiled import entry, inner, summed
 
 # rows of `bar`: Φ_n over the impact period, frequency, c_n, and exp(−dT/2)(1 − cos λT), for n = 0 … N
 A, B, C, E, OMEGA, SIGN, VERSINE = range(7)
@@ -34,10 +34,8 @@ NEAR = 0.25  # a first step of at most this part of the distance to the next pol
 SWEEPS = 100
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
 
-SUMS = {"reassoc", "contract", "nsz"}  # sums may be reordered; NaN and infinity keep their meaning
 
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def jumps(r, mean, pull, forced, forced_rate, bar, span, work):
     """g_n and g_n' of the saltation matrix into `work`; returns the speed of the striking end before the impact.
 
@@ -61,7 +59,7 @@ def jumps(r, mean, pull, forced, forced_rate, bar, span, work):
     return speed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def partial_fractions(r, decay, speed, bar, work):
     """Poles, ascending, and residues into `work`; returns how many, the trace and the trace of the square.
 
@@ -92,7 +90,7 @@ def partial_fractions(r, decay, speed, bar, work):
     return count, trace - carried, square - 2.0 * mixed + carried * carried
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def joined(count, work):
     """Equal poles taken together; those without residue, and all but one of equal ones, are roots already.
 
@@ -118,7 +116,7 @@ def joined(count, work):
     return live
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def real_sums(x, live, work):
     """Σ w/(x − ξ) and its derivative."""
     total, slope = 0.0, 0.0
@@ -130,7 +128,7 @@ def real_sums(x, live, work):
     return total, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def complex_sums(x, y, live, work):
     """Σ w/(z − ξ), its derivative, and Σ 1/(z − ξ) − Σ 1/(z − root), at z = x + iy; real and imaginary parts."""
     sr, si, dr, di, pr, pi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -149,7 +147,7 @@ def complex_sums(x, y, live, work):
     return sr, si, dr, 2.0 * di, pr, pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def beside_poles(live, work, state):
     """The real roots that lie beside their poles; returns the number of the others, listed in `state`.
 
@@ -189,7 +187,7 @@ def beside_poles(live, work, state):
     return strong
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def all_together(live, strong, work, state):
     """Ehrlich's and Aberth's method for the roots listed in `state`; whether all settled."""
     for i in range(strong):
@@ -233,7 +231,7 @@ def all_together(live, strong, work, state):
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def fits(count, trace, square, work):
     """Whether all roots add up to the trace of the map, and their squares to that of its square."""
     sr, si, qr, qi, largest = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -250,7 +248,7 @@ def fits(count, trace, square, work):
     return first <= room * scale and second <= room * scale * scale
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def foremost(count, work):
     """Number of the root of largest modulus; of equal ones that with the larger real, the smaller imaginary part."""
     best, modulus = 0, math.hypot(work[RE, 0], work[IM, 0])
@@ -262,7 +260,7 @@ def foremost(count, work):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def foremost_mode(mu, r, bar, work):
     """The mode with the greatest share of energy in the eigenvector of a multiplier; see `LinearMap.shares`."""
     best, most = 0, -1.0
@@ -278,7 +276,7 @@ def foremost_mode(mu, r, bar, work):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def largest_multipliers(r, mean, pull, forced, forced_rate, bar, span, work, state, found, mode):
     """The multiplier of largest modulus of many orbits, and the mode that it belongs to.
 

@@ -8,6 +8,7 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
+from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states
@@ -19,6 +20,7 @@ __all__ = [
     "ModalState",
     "Nearest",
     "Orbit",
+    "Reason",
     "Rest",
     "SIReport",
     "SteadyStates",

@@ -7,18 +7,20 @@ export const BAR = [
   ["bar.youngs_modulus", "Young's modulus", "steel, 210 GPa, when empty"],
   ["bar.density", "Density", "steel, 7850 kg/m^3, when empty"],
   ["bar.damping_ratio", "Damping ratio", "of the first elastic mode; none when empty"],
-  ["bar.damping", "Damping", "instead: force per velocity and length, N*s/m^2"],
+  ["bar.drag", "Drag", "instead: force per velocity and length, N*s/m^2"],
 ];
 
 export const CONTACT = [
   ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
   ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
+  ["contact.strain", "Strain at the impact", "kept or reversed; kept when empty"],
 ];
 
 export const SYSTEM = [
   ["system.s", "Wave speed s", "C/(LΩ)"],
   ["system.d", "Damping d", "D/(MΩ)"],
   ["system.restitution", "Restitution R", "0 to 1"],
+  ["system.strain", "Strain at the impact", "kept or reversed; kept when empty"],
 ];
 
 const SI_ONLY = [
