@@ -16,8 +16,9 @@ import naive
 from naive import mp
 from percuss import Load, System, rest_on_wall, steady_states
 from percuss.errors import LoadError, ParameterError, ResonanceError
+from percuss.model import UniformBar
 from percuss.steady import Orbit
-from percuss.steady.oscillator import free_sum, mode_frequencies
+from percuss.steady.oscillator import free_sum
 from percuss.steady.phases import Arcs, forced_response
 from strategies import (
     Drawn,
@@ -847,7 +848,7 @@ def test_free_motion_at_even_times_is_that_of_each_time_by_itself(d, modes, time
     rng = np.random.default_rng(modes + times)
     n = np.arange(1, modes + 1)
     start = rng.normal(size=modes) / n**3, rng.normal(size=modes) / n**2
-    omega, rows = mode_frequencies(20.0, modes), rng.normal(size=(2, modes))
+    omega, rows = UniformBar(20.0).frequencies(modes), rng.normal(size=(2, modes))
     t = np.linspace(0.3, 6.0, times)
     together = free_sum(omega, d, start, t, rows)
     apart = [free_sum(omega, d, start, one[None], rows) for one in t]

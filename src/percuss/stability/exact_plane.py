@@ -13,7 +13,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
-from percuss.model import System
+from percuss.model import External, System, UniformBar
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -268,7 +268,8 @@ class _Job:
 @lru_cache(maxsize=8)
 def _bar(s: float, d: float, period: float, modes: int) -> tuple[Array, Array]:
     """The arrays of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
-    omega, step = flights(s, d, period, modes)
+    known, step = flights(UniformBar(s, External(d)), 0, period, modes)
+    omega = known.omega
     decay, n = float(np.exp(-d * period)), np.arange(1, modes + 1)
     rows = (
         np.append(1.0, step.a),

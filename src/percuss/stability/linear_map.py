@@ -14,7 +14,7 @@ import numpy as np
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.steady import Orbit
-from percuss.steady.oscillator import mode_frequencies, phi1, propagator
+from percuss.steady.oscillator import phi1, propagator
 
 __all__ = ["LinearMap", "linear_map"]
 
@@ -154,7 +154,7 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     system, period = orbit.system, orbit.period
     r, d = system.restitution, system.d
     state = orbit.modal_state(modes)
-    omega = np.append(0.0, mode_frequencies(system.s, modes))
+    omega = np.append(0.0, system.body.modes(modes, system.load.at).omega)
     step = propagator(omega[1:], d, period)
     decay = float(np.exp(-d * period))
     a, e = np.append(1.0, step.a), np.append(decay, step.e)

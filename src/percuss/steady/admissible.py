@@ -13,8 +13,6 @@ import numpy as np
 
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import mode_frequencies
 from percuss.steady.truncation import ringing
 
 if TYPE_CHECKING:
@@ -205,8 +203,8 @@ def _quotient(speed: float, rate: float) -> float:
 def start_acceleration(motion: Motion) -> float:
     """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
     force = float(motion.system.load.value(motion.phase))
-    signs = 2.0 * np.cos(np.pi * np.arange(1, motion.modes + 1))
-    return force + float(signs @ (force - motion.state.omega**2 * motion.state.displacement))
+    modes, state = motion.system.body.modes(motion.modes, motion.system.load.at), motion.state
+    return force + float(modes.gamma @ (force - state.omega**2 * state.rebound))
 
 
 def _next_break(motion: Motion) -> float:
@@ -222,21 +220,16 @@ def _bounds(motion: Motion, modes: int) -> _Bounds:
     speed, force = motion.response.rigid_bounds()
     fastest = speed + load.mean * motion.period + abs(motion.system.restitution * motion.rigid_velocity) + speed
     rigid = force + load.mean + d * fastest
-    omega = mode_frequencies(motion.system.s, modes)
-    swing = 2.0 * ringing(motion, motion.state.amplitude[:modes]) * (omega**2 + d * omega)
-    acceleration, jerk = rigid + float(swing.sum()), d * rigid + float((swing * (omega + d)).sum())
-    response = motion.response
-    if isinstance(response, HarmonicResponse):
-        kept = None if motion.requested_modes is None else modes
-        shapes = np.abs(response.end_shape(kept))
-        forced = response.k**2 * np.abs(response.p)
-        acceleration += float(forced @ shapes)
-        jerk += float((response.k * forced) @ shapes) + float((response.k * np.abs(response.p)).sum())
-    return _Bounds(acceleration, jerk)
+    known = motion.system.body.modes(modes, motion.system.load.at)
+    omega, damping = known.omega, known.damping
+    swing = np.abs(known.gamma) * ringing(motion, motion.state.amplitude[:modes]) * (omega**2 + damping * omega)
+    forced = motion.response.end_rates(modes, cut=motion.cut)
+    acceleration = rigid + float(swing.sum()) + forced[0]
+    return _Bounds(acceleration, d * rigid + float((swing * (omega + damping)).sum()) + forced[1])
 
 
 def _left_out(motion: Motion, few: int) -> tuple[float, float]:
     """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
-    rest = 2.0 * ringing(motion, motion.state.amplitude)[few:]
-    omega = mode_frequencies(motion.system.s, motion.modes)[few:]
-    return float(rest.sum()), float(rest @ omega)
+    known = motion.system.body.modes(motion.modes, motion.system.load.at)
+    rest = (np.abs(known.gamma) * ringing(motion, motion.state.amplitude))[few:]
+    return float(rest.sum()), float(rest @ known.omega[few:])

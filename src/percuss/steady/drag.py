@@ -1,8 +1,8 @@
 """What the damping does to the motion of the bar as a whole: a drag.
 
-The viscous damping d is spread along the bar (B77 3). It lets the elastic modes ring down, and it brakes the rigid
-motion with the force c·v: c is d in the units of here, and D·L in N·s/m. A damping that is guessed for the ringing can
-be a drag that no machine has.
+External damping d is spread along the bar (B77 3). It lets the elastic modes ring down, and it brakes the rigid motion
+with the force c·v: c is d in the units of here, and D·L in N·s/m. Guessed for the ringing it can be a drag that no
+machine has; the other laws of damping leave the rigid motion free.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from percuss.errors import ResonanceError
-from percuss.model import System
+from percuss.model import External, System
 from percuss.model.checks import count, instance
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
@@ -78,7 +78,7 @@ def greatest_drag(system: System, periods: int) -> float | None:
     period = 2.0 * math.pi * count("periods", periods, most=MAX_PERIODS)
 
     def exists(d: float) -> bool:
-        lighter = system.uniform(d=d)
+        lighter = System(system.body.damped_by(External(d)), system.load, system.contact)
         try:
             highest = Arcs.of(forced_response(lighter)).highest
         except ResonanceError:

@@ -15,14 +15,13 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import mode_frequencies
 from percuss.steady.phases import forced_response
 
 __all__ = ["grows"]
 
 _DRIVEN = 1e-9  # share of the terms of f_n', and of a turn, below which it is rounding
 _MOST = 1 << 14  # modes and periods
+_MOST_UNDAMPED = 64  # modes looked at where only some are damped
 _WHOLE = 64.0 * np.finfo(float).eps  # relative, as for resonance with the load
 
 
@@ -54,7 +53,8 @@ def grows(
     Returns
     -------
     numpy.ndarray
-        False where anything takes energy (R < 1 or d > 0); of the shape of `phases`.
+        False where anything takes energy (R < 1, or every mode is damped), and for a contact law that turns the strain
+        over; of the shape of `phases`.
 
     Examples
     --------
@@ -75,37 +75,37 @@ def grows(
         full = np.broadcast_to(r, phase.shape) == 1.0
     except ValueError:
         raise ParameterError("restitution", f"shape {r.shape}", f"numbers in a shape that fits {phase.shape}") from None
+    keeps = system.d == 0.0 and system.contact.with_restitution(1.0).strain_factor == 1.0
     found = np.zeros(phase.shape, dtype=bool)
     asked = full & ~np.isnan(phase)
-    if system.d == 0.0 and n != 0 and asked.any():
+    if keeps and n != 0 and asked.any():
         here = phase[asked]
         found[asked] = _unsymmetric(system, here, m) if n is None else _driven(system, here, m, n)
     return found
 
 
-def _returning(system: System, periods: int, modes: int) -> npt.NDArray[np.bool_]:
-    """Which of the elastic modes n = 1 … `modes` swing a whole number of times between two impacts."""
-    swings = mode_frequencies(system.s, modes) * periods
-    return np.asarray(np.abs(swings - np.rint(swings)) <= _WHOLE * swings)
+def _lasting(system: System, periods: int, modes: int) -> npt.NDArray[np.bool_]:
+    """Which of the elastic modes n = 1 … `modes` are undamped and do not come back by themselves."""
+    known = system.body.modes(modes)
+    swings = known.omega * periods
+    return np.asarray((known.damping == 0.0) & (np.abs(swings - np.rint(swings)) > _WHOLE * swings))
 
 
 def _driven(system: System, phases: Array, periods: int, modes: int) -> npt.NDArray[np.bool_]:
     """Whether f_n' ≠ 0 for any of the first `modes` modes that do not come back by themselves; shape (len(φ),)."""
     response = forced_response(system)
     rate = response.modal(modes, phases)[1]
-    if isinstance(response, HarmonicResponse):
-        scale = np.abs(response.gains(modes)) @ (response.k * np.abs(response.p))
-    else:
-        u, v = response.knots(modes)
-        scale = np.hypot(mode_frequencies(system.s, modes) * u, v).max(axis=0)
+    scale = response.modal_bounds(modes)[1]
     driven = np.abs(rate) > _DRIVEN * scale[:, None]
-    return np.asarray(driven[~_returning(system, periods, modes)].any(axis=0))
+    return np.asarray(driven[_lasting(system, periods, modes)].any(axis=0))
 
 
 def _unsymmetric(system: System, phases: Array, periods: int) -> npt.NDArray[np.bool_]:
     """Whether any mode gains energy: a smooth load does that when not symmetric about the impact; shape (len(φ),)."""
     load = system.load
-    if _returning(system, periods, 1)[0]:  # then every mode does
+    if not system.body.damping.is_zero:
+        return _driven(system, phases, periods, _MOST_UNDAMPED)
+    if system.body.is_harmonic and not _lasting(system, periods, 1)[0]:  # then every mode comes back
         return np.zeros(phases.shape, dtype=bool)
     if load.is_piecewise:  # f_n' ~ Σ jump_j cos n θ_j: as many n as there are jumps decide about all of them
         return _driven(system, phases, periods, 4 * len(load.breaks))

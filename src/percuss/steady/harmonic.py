@@ -1,58 +1,40 @@
-"""Forced response to a load given by harmonics: every sum over the modes in closed form (theory §4)."""
+"""Forced response to a load given by harmonics: sums over all modes as the body has them (theory §4)."""
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.halting import look
-from percuss.model import System
+from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray
-from percuss.steady.oscillator import mode_frequencies
+from percuss.steady.energy import harmonic_exchange
 from percuss.steady.resonance import refuse_resonance
+from percuss.steady.response import Field
+from percuss.steady.wave_phases import phases_of_waves, turns_of_waves
 
-__all__ = ["Field", "HarmonicResponse", "mode_shapes", "static_shape"]
+if TYPE_CHECKING:
+    from percuss.steady.motion import Motion
 
-_SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
+__all__ = ["Field", "HarmonicResponse"]
+
 _AT_ONCE = 1 << 20  # harmonics × times
 _KEPT_GAINS = 1 << 14  # numbers, modes × harmonics, of the tables that are kept
-
-
-class Field(NamedTuple):
-    """Displacement, velocity and strain; equal shapes, dimensionless."""
-
-    displacement: Array
-    velocity: Array
-    strain: Array
-
-
-def static_shape(system: System, x: Array, modes: int | None = None) -> tuple[Array, Array]:
-    """Displacement and strain of the elastic modes under a constant unit force; all: (1/s²)(1/3 − x + x²/2)."""
-    scale = 1.0 / system.s**2
-    if modes is not None:
-        cosines, slopes = mode_shapes(x, modes)
-        flexibility = 1.0 / mode_frequencies(system.s, modes) ** 2
-        return cosines @ flexibility, slopes @ flexibility
-    return scale * (1.0 / 3.0 - x + 0.5 * x**2), scale * (x - 1.0)
-
-
-def mode_shapes(x: Array, modes: int) -> tuple[Array, Array]:
-    """2 cos nπx and its slope for n = 1 … `modes`; each of shape (len(x), modes)."""
-    n = np.pi * np.arange(1, modes + 1)
-    angles = np.outer(x, n)
-    return np.asarray(2.0 * np.cos(angles), dtype=float), np.asarray(-2.0 * n * np.sin(angles), dtype=float)
+_LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
+_FEWEST, _MOST = 1024, 65536  # modes of a probe
 
 
 class HarmonicResponse:
-    """Periodic motion of the bar under its harmonics p_k, without rigid drift.
+    """Periodic motion of the bar under its harmonics p_k, without rigid drift; a `Response`.
 
     Parameters
     ----------
     system
-        Only s, d and the coefficients of the load are used, also when the load is piecewise.
+        Only the body and the coefficients of the load are used, also when the load is piecewise.
 
     Raises
     ------
@@ -60,14 +42,20 @@ class HarmonicResponse:
         When an undamped bar is driven at one of its own frequencies (B77 16).
     """
 
+    is_smooth = True
+
     def __init__(self, system: System) -> None:
         self.system = system
         self.k = system.load.harmonics.astype(float)
         self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
-        self.q: ComplexArray = _wave_numbers(system.s, system.d, self.k)
         self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
         self._end: dict[int | None, tuple[ComplexArray, ComplexArray]] = {}
         refuse_resonance(system)
+
+    @property
+    def by_harmonics(self) -> HarmonicResponse:
+        """Itself."""
+        return self
 
     # -- rigid part --
 
@@ -91,39 +79,66 @@ class HarmonicResponse:
         """p(θ) with its mean."""
         return self.system.load.mean + self._waves(theta, self.p)
 
-    # -- elastic part, all modes --
+    # -- where it meets a level --
+
+    @cached_property
+    def ends(self) -> Array:
+        """The critical points of v_f, increasing."""
+        return turns_of_waves(self.k, self.rigid_factor)
+
+    @property
+    def flat(self) -> npt.NDArray[np.bool_]:
+        """A sum of waves is flat nowhere."""
+        return np.zeros(self.ends.shape, dtype=bool)
+
+    def turning(self, velocities: Array) -> npt.NDArray[np.bool_]:
+        """All critical points count."""
+        return np.ones(velocities.shape, dtype=bool)
+
+    def phases_at(self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array) -> Array:
+        """The phase on each arc where v_f equals a level between its ends."""
+        return phases_of_waves(self.k, self.rigid_factor, ends, velocities, arc, level)
+
+    def slope_on(self, arc: int, theta: Array) -> Array:
+        """v_f'(θ), the same on every arc."""
+        return self.rigid_acceleration(theta)
+
+    def plateau(self, phase: float) -> tuple[float, float] | None:
+        """None."""
+        return None
+
+    # -- elastic part --
 
     def shapes(self, x: Array, modes: int | None = None) -> tuple[ComplexArray, ComplexArray]:
-        """g_k(x) = 2 Σ_{n≥1} H_nk cos nπx, and its slope; shapes (K, len(x)).
-
-        All modes in closed form: with G_k of theory §4, g_k = G_k − H_0k = (1/s²)[1/q² − cos q(1 − x)/(q sin q)].
-        Or the first `modes` of them.
-        """
-        if modes is not None:
-            cosines, slopes = mode_shapes(x, modes)
-            gain = self.gains(modes)
-            return (cosines @ gain).T, (slopes @ gain).T
-        return _shapes(self.system.s, self.q, np.asarray(x, dtype=float))
+        """g_k(x), the motion per harmonic of the load, and its slope, of all modes or the first; shapes (K, len(x))."""
+        found = self.system.body.receptance(self.k, x, self.system.load.at, modes)
+        return found.displacement, found.strain
 
     def end_shape(self, modes: int | None = None) -> ComplexArray:
         """g_k(1) of all modes, or of the first ones; shape (K,). Not to be written into."""
         if modes is None:
-            return _end_shape(self.system.s, self.system.d, self.k.tobytes())
+            return _end_shape(self.system.body, self.system.load.at, self.k.tobytes())
         return self.shapes(np.array([1.0]), modes)[0][:, 0]
 
-    def gains(self, modes: int) -> ComplexArray:
-        """H_nk of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""
-        made = _known_gains if modes * self.k.size <= _KEPT_GAINS else _gains
-        return made(self.system.s, self.system.d, self.k.tobytes(), modes)
+    def driven_shape(self, modes: int | None = None) -> ComplexArray:
+        """The motion of the place where the load acts, per harmonic, of all modes or of the first ones; shape (K,)."""
+        body, at = self.system.body, self.system.load.at
+        return self.shapes(np.array([body.place(at)]), modes)[0][:, 0]
 
-    def elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
+    def gains(self, modes: int) -> ComplexArray:
+        """1/(ω_n² + ik d_n − k²) of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""
+        made = _known_gains if modes * self.k.size <= _KEPT_GAINS else _gains
+        return made(self.system.body, self.k.tobytes(), modes)
+
+    def elastic(self, x: Array, theta: Array, modes: int = 0, *, cut: bool = False) -> Field:
         """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ)).
 
-        All modes, or the first `modes`.
+        All modes, or if `cut` the first `modes`.
         """
-        shape, slope = self.shapes(x, modes)
+        kept = modes if cut else None
+        shape, slope = self.shapes(x, kept)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
-        rise, bend = static_shape(self.system, np.asarray(x, dtype=float), modes)
+        rise, bend = self.system.body.static(np.asarray(x, dtype=float), self.system.load.at, kept)
         mean = self.system.load.mean
         return Field(
             (shape.T @ waves).real + mean * rise[:, None],
@@ -131,18 +146,25 @@ class HarmonicResponse:
             (slope.T @ waves).real + mean * bend[:, None],
         )
 
-    def end_motion(self, theta: Array, modes: int | None = None) -> tuple[Array, Array]:
+    def end_motion(self, theta: Array, modes: int = 0, *, cut: bool = False) -> tuple[Array, Array]:
         """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
         both, size = np.empty((theta.size, 2)), max(1, _AT_ONCE // self.k.size)
+        multiplied = self._at_end(modes if cut else None)[0]
         for i in range(0, theta.size, size):  # else a thousand harmonics at all times would fill the memory
             look()
             waves = np.exp(1j * np.outer(theta[i : i + size], self.k))
-            both[i : i + size] = (waves @ self._at_end(modes)[0]).real
+            both[i : i + size] = (waves @ multiplied).real
         return both[:, 0], both[:, 1]
 
-    def end_velocity(self, theta: float, modes: int | None = None) -> float:
+    def end_velocity(self, theta: float, modes: int = 0, *, cut: bool = False) -> float:
         """Elastic part of the forced velocity of the striking end at one load phase; all modes, or the first ones."""
-        return float((np.exp(1j * theta * self.k) @ self._at_end(modes)[1]).real)
+        return float((np.exp(1j * theta * self.k) @ self._at_end(modes if cut else None)[1]).real)
+
+    def end_rates(self, modes: int = 0, *, cut: bool = False) -> tuple[float, float]:
+        """Bounds of the second and third derivative of the striking end's forced elastic motion."""
+        shapes, forced = np.abs(self.end_shape(modes if cut else None)), self.k**2 * np.abs(self.p)
+        slope = float((self.k * np.abs(self.p)).sum())
+        return float(forced @ shapes), float((self.k * forced) @ shapes) + slope
 
     def _at_end(self, modes: int | None) -> tuple[ComplexArray, ComplexArray]:
         """What multiplies exp(ikθ) there: in displacement and velocity, shape (K, 2); in elastic velocity, (K,)."""
@@ -158,7 +180,7 @@ class HarmonicResponse:
         """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
         gain = self.gains(modes)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
-        mean = self.system.load.mean / mode_frequencies(self.system.s, modes) ** 2
+        mean = self.system.load.mean / self.system.body.modes(modes).omega ** 2
         return (gain @ waves).real + mean[:, None], ((gain * (1j * self.k)) @ waves).real
 
     def modal_apart(self, modes: int, theta: Array) -> tuple[Array, Array]:
@@ -170,23 +192,48 @@ class HarmonicResponse:
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
         both = np.stack([waves, 1j * self.k[:, None] * waves], axis=1)  # displacement and velocity; (K, 2, len(θ))
         total = np.zeros((2, modes, waves.shape[1]))
-        total[0] = (self.system.load.mean / mode_frequencies(self.system.s, modes) ** 2)[:, None]
+        total[0] = (self.system.load.mean / self.system.body.modes(modes).omega ** 2)[:, None]
         for column, pair in zip(gain.T, both, strict=True):
             total += column.real[:, None] * pair.real[:, None, :]
             total -= column.imag[:, None] * pair.imag[:, None, :]
         return total[0], total[1]
 
-    def modal_velocity_bound(self, theta: float, omega: float) -> float:
+    def modal_bounds(self, modes: int) -> tuple[Array, Array]:
+        """Bounds over all phases of |f_n| and of |f_n'|; each of shape (modes,)."""
+        gain, size = np.abs(self.gains(modes)), np.abs(self.p)
+        still = abs(self.system.load.mean) / self.system.body.modes(modes).omega ** 2
+        return still + gain @ size, gain @ (self.k * size)
+
+    def displacement_tail(self, omega: float) -> float:
+        """P with |f_n| ≤ P/ω_n² for every mode with ω_n ≥ `omega`; inf when that is too low."""
+        room = 1.0 - float(np.abs(self.k * (self.k - 1j * self.system.d)).max()) / omega**2
+        greatest = abs(self.system.load.mean) + float(np.abs(self.p).sum())
+        return greatest / room if room > 0.0 else math.inf
+
+    def modal_velocity_bound(self, theta: float, omega: float, damping: float) -> float:
         """P such that |f_n'(θ)| ≤ P/ω_n² for every mode with ω_n ≥ `omega`; inf when `omega` is too low for one.
 
-        f_n' = p'/ω² + Re Σ ik p_k exp(ikθ) (k² − ikd) H_nk/ω².
+        f_n' = p'/ω² + Re Σ ik p_k exp(ikθ) (k² − ikd) H_nk/ω², where d_n grows no faster than ω_n² from `damping` on.
         """
-        shift = np.abs(self.k * (self.k - 1j * self.system.d))
+        shift = np.abs(self.k * (self.k - 1j * damping))
         room = omega**2 - shift
         if np.any(room <= 0.0):
             return math.inf
         slope = abs(float((1j * self.k * self.p * np.exp(1j * self.k * theta)).real.sum()))
         return slope + float(np.sum(self.k * np.abs(self.p) * shift / room))
+
+    def ringing(self, modes: int) -> Array:
+        """Nothing rings."""
+        return np.zeros(modes)
+
+    @property
+    def most_modes(self) -> int:
+        """As many as make a matrix of a bearable size."""
+        return max(_FEWEST, min(_MOST, _LARGEST_MATRIX // max(1, self.k.size)))
+
+    def exchange(self, motion: Motion) -> tuple[float, float]:
+        """Energy put in by the load and taken by the damping over an impact period of a motion."""
+        return harmonic_exchange(motion, self)
 
     def _waves(self, theta: Array, factor: ComplexArray) -> Array:
         theta = np.asarray(theta, dtype=float)
@@ -194,53 +241,18 @@ class HarmonicResponse:
         return np.asarray(flat.real.reshape(theta.shape))
 
 
-def _shapes(s: float, wave: ComplexArray, x: Array) -> tuple[ComplexArray, ComplexArray]:
-    """g_k and its slope, all modes, for the wave numbers q_k; shapes (K, len(x))."""
-    q, y = wave[:, None], (1.0 - x)[None, :]
-    scale = 1.0 / s**2
-    small = np.abs(q) < _SERIES_BELOW
-    qs = np.where(small, q, 1.0)
-    sine = np.sin(qs)
-    top = _sinc_minus_one(qs) + 2.0 * np.sin(0.5 * qs * y) ** 2
-    near = top / (qs * sine)
-    near_slope = -np.sin(qs * y) / sine
-    ql = np.where(small, 1.0 - 1.0j, q)  # Im q ≤ 0: factors exp(−iq…) never overflow
-    down, up = np.exp(-1j * ql * (1.0 - y)), np.exp(-1j * ql * (1.0 + y))
-    bottom = 1.0 - np.exp(-2j * ql)
-    far = 1.0 / ql**2 - 1j * (down + up) / (ql * bottom)
-    far_slope = -(down - up) / bottom
-    shape = np.asarray(scale * np.where(small, near, far), dtype=complex)
-    return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
-
-
 @lru_cache(maxsize=32)
-def _end_shape(s: float, d: float, k: bytes) -> ComplexArray:
+def _end_shape(body: Body, at: int, k: bytes) -> ComplexArray:
     """g_k(1), which stays while R and the load's strength are moved; shape (K,)."""
-    found = _shapes(s, _wave_numbers(s, d, np.frombuffer(k)), np.array([1.0]))[0][:, 0]
+    found = body.receptance(np.frombuffer(k), np.array([1.0]), at).displacement[:, 0]
     found.setflags(write=False)
     return found
 
 
-def _wave_numbers(s: float, d: float, k: Array) -> ComplexArray:
-    """q_k of theory §4."""
-    return np.asarray(np.sqrt(k * (k - 1j * d)) / s, dtype=complex)
-
-
-def _gains(s: float, d: float, k: bytes, modes: int) -> ComplexArray:
-    numbers = np.frombuffer(k)
-    square = mode_frequencies(s, modes) ** 2
-    found = np.asarray(1.0 / (square[:, None] - (numbers * (numbers - 1j * d))[None, :]), dtype=complex)
+def _gains(body: Body, k: bytes, modes: int) -> ComplexArray:
+    found = np.asarray(1.0 / body.modes(modes).stiffness(np.frombuffer(k)), dtype=complex)
     found.setflags(write=False)
     return found
 
 
-_known_gains = lru_cache(maxsize=16)(_gains)  # the same for every mean load, phase and restitution
-
-
-def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
-    """sin q/q − 1 for |q| < 1 by its series: no cancellation."""
-    square = q * q
-    total = np.zeros_like(square)
-    for j in range(9, 0, -1):
-        total = -square / (2 * j * (2 * j + 1)) * (1.0 + total)
-    return total
+_known_gains = lru_cache(maxsize=16)(_gains)  # the same for every mean load, phase and contact law

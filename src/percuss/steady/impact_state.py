@@ -1,7 +1,8 @@
 """The state of the elastic modes at the impact of a steady motion (B77 12, 13; theory §4).
 
-With D = diag(1, −R) and Φ the propagator over the impact period T, the transient just after the impact is
-z = (I − DΦ)⁻¹(D − I) f, and the modal velocity just before it is w = f' det(I − Φ)/det(I − DΦ).
+With D = diag(α, −R) of the contact law and Φ the propagator over the impact period T, the transient just after the
+impact is z = (I − DΦ)⁻¹(D − I) f, and the state just before it x = (I − ΦD)⁻¹(I − Φ) f; with α = 1 the velocity is
+f' det(I − Φ)/det(I − DΦ), and the displacement the same before and after.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ class ModalState:
     Parameters
     ----------
     omega
-        Undamped frequencies nπs.
-    displacement
-        u_n at the impact, the same before and after it.
-    velocity
-        u_n' just before the impact.
+        Undamped frequencies ω_n.
+    displacement, velocity
+        u_n and u_n' just before the impact.
+    rebound
+        u_n just after the impact: the contact law's α times `displacement`.
     z, z_velocity
         Transient part (u_n − f_n, u_n' − f_n') just after the impact.
     forced_velocity
@@ -42,6 +43,7 @@ class ModalState:
     omega: Array
     displacement: Array
     velocity: Array
+    rebound: Array
     z: Array
     z_velocity: Array
     forced_velocity: Array
@@ -69,27 +71,37 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     forced
         f_n and f_n' at the impact phase, each of shape (N,).
     """
-    r, d = system.restitution, system.d
-    f, f_velocity = forced
-    omega, step = flights(system.s, d, period, f.size)
+    r, (f, f_velocity) = system.restitution, forced
+    alpha = system.contact.strain_factor
+    released = 1.0 - alpha  # 0 for the law that keeps the strain
+    modes, step = flights(system.body, system.load.at, period, f.size)
+    omega, d = modes.omega, modes.damping
     loss = -np.expm1(-0.5 * d * period)  # 1 − exp(−dT/2)
     half_d_b = 0.5 * d * step.b
     still = loss**2 + 2.0 * step.versine  # det(I − Φ)
-    divisor = loss * (1.0 + r * step.half) + (1.0 - r) * step.versine - (1.0 + r) * half_d_b  # det(I − DΦ)
+    kept = loss * (1.0 + r * step.half) + (1.0 - r) * step.versine - (1.0 + r) * half_d_b  # det(I − DΦ) for α = 1
+    divisor = kept + released * (step.a + r * step.half**2)
     one_minus_a = loss + step.versine - half_d_b
     singular = divisor <= 2.0 * (1.0 - r) * (_TURNED * omega * period) ** 2  # only without damping
     safe = np.where(singular, 1.0, divisor)
     push = -(1.0 + r) * f_velocity
     # an undamped mode in exact resonance with the impacts only fixes its velocity
-    z = np.where(singular, 0.0, push * step.b / safe)
-    z_velocity = np.where(singular, -f_velocity, push * one_minus_a / safe)
-    velocity = np.where(singular, 0.0, f_velocity * still / safe)
-    return ModalState(omega, f + z, velocity, z, z_velocity, f_velocity, divisor)
+    z = (push * step.b * alpha - released * (1.0 + r * step.e) * f) / safe
+    z = np.where(singular, 0.0, z)
+    z_velocity = (push * (one_minus_a + released * step.a) + released * r * step.c * f) / safe
+    z_velocity = np.where(singular, -f_velocity, z_velocity)
+    velocity = f_velocity * (still + released * (step.a - step.half**2)) - released * step.c * f
+    velocity = np.where(singular, 0.0, velocity / safe)
+    displacement = np.where(singular, f, f * (kept / safe) + push * step.b / safe)
+    return ModalState(omega, displacement, velocity, f + z, z, z_velocity, f_velocity, divisor)
 
 
-def resolvent_bound(system: System, period: float, omega: float) -> float:
-    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from frequency `omega` on; inf when d = 0."""
-    r, d = system.restitution, system.d
+def resolvent_bound(system: System, period: float, omega: float, d: float) -> float:
+    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from one with `omega` and `d` on; inf when d = 0.
+
+    For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
+    """
+    r = system.restitution
     half = float(np.exp(-0.5 * d * period))
     rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
     if rate == 0.0:

@@ -10,14 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.halting import look
-from percuss.model import System
+from percuss.model import Modes, System
 from percuss.model.checks import Array, array
 from percuss.shown import Shown
-from percuss.steady.harmonic import Field, HarmonicResponse, mode_shapes
 from percuss.steady.impact_state import ModalState, modal_state
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
-from percuss.steady.phases import Response, forced_response
-from percuss.steady.piecewise import PiecewiseResponse
+from percuss.steady.phases import forced_response
+from percuss.steady.response import Field, Response
 from percuss.steady.truncation import Truncation, truncation
 
 __all__ = ["Motion"]
@@ -76,11 +75,12 @@ class Motion(Shown):
 
         That is so under a load of steps where one step just keeps up v_f. Every phase between has its motion.
         """
-        if not (self.fold and isinstance(self.response, PiecewiseResponse)):
-            return None
-        piece = int(self.response.locate(np.array([self.phase]))[0][0])
-        start = float(self.response.starts[piece])
-        return (start, start + float(self.response.lengths[piece])) if self.response.flat[piece] else None
+        return self.response.plateau(self.phase) if self.fold else None
+
+    @property
+    def cut(self) -> bool:
+        """Whether the forced part ends with the modes of the sums, too: those of a bar of so many modes."""
+        return self.requested_modes is not None
 
     # -- speeds and energies --
 
@@ -89,19 +89,28 @@ class Motion(Shown):
         """T = 2πm, from impact to impact."""
         return 2.0 * math.pi * self.periods
 
+    @cached_property
+    def rebasing(self) -> float:
+        """How far an impact moves the bar as a whole against its striking end, dimensionless.
+
+        By Σ γ_n (u_n⁺ − u_n⁻), as the striking end stays at the wall; 0 when the strain is kept.
+        """
+        change = self.system.contact.strain_factor - 1.0
+        return change * float(self._end_rows[0] @ self.state.displacement) if change else 0.0
+
     @property
     def rigid_velocity(self) -> float:
-        """Mean velocity of the bar just before the impact: w_0 = p_0 T/(1 + R), whatever the damping."""
-        return self.system.load.mean * self.period / (1.0 + self.system.restitution)
+        """Mean velocity of the bar just before the impact: w_0 = p_0 T/(1 + R) whatever the damping (B77)."""
+        system = self.system
+        dragged = system.d * self.rebasing if system.d > 0.0 else 0.0  # over the period the bar moves as far
+        return (system.load.mean * self.period - dragged) / (1.0 + system.restitution)
 
     @cached_property
     def impact_velocity(self) -> float:
         """Striking speed u_t(1, 0⁻) of the striking end."""
-        response, state = self.response, self.state
-        if not isinstance(response, HarmonicResponse):
-            return float(self.impact_field(1.0)[0])
-        forced = response.end_velocity(self.phase, self.requested_modes)
-        return self.rigid_velocity + forced + float(self._end_rows[0] @ (state.velocity - state.forced_velocity))
+        forced = self.response.end_velocity(self.phase, self.modes, cut=self.cut)
+        free = self.state.velocity - self.state.forced_velocity
+        return self.rigid_velocity + forced + float(self._end_rows[0] @ free)
 
     @property
     def rebound_velocity(self) -> float:
@@ -111,19 +120,25 @@ class Motion(Shown):
     @property
     def blow_energy(self) -> float:
         """Kinetic energy ½ ∫ u_t² dx just before the impact, all modes."""
-        return 0.5 * self.rigid_velocity**2 + float(np.sum(self.state.velocity**2))
+        return 0.5 * self.rigid_velocity**2 + float(np.sum(0.5 * self._weight * self.state.velocity**2))
+
+    @property
+    def strain_energy(self) -> float:
+        """Strain energy just before the impact, of the modes of the sums."""
+        return float(np.sum(0.5 * self._weight * (self.state.omega * self.state.displacement) ** 2))
 
     @property
     def delivered_energy(self) -> float:
-        """What the impact takes: (1 − R²) times the blow energy."""
-        return (1.0 - self.system.restitution**2) * self.blow_energy
+        """What the impact takes: (1 − R²) times the blow energy, and of the strain energy if it changes the strain."""
+        return self.system.contact.energy_taken(self.blow_energy, self.strain_energy)
 
     @cached_property
     def rigid_stroke(self) -> float:
         """Range of the mean motion over the impact period: the scale of all relative errors."""
         t, pushed, faded = _looks(self.system.d, self.periods)
-        start = -self.system.restitution * self.rigid_velocity - self._rigid_start[1]
-        moved = self.response.rigid_displacement(self.phase + t) + self.system.load.mean * pushed + start * faded
+        r, mean = self.system.restitution, self.system.load.mean
+        start = -r * (mean * self.period / (1.0 + r)) - self._rigid_start[1]
+        moved = self.response.rigid_displacement(self.phase + t) + mean * pushed + start * faded
         return float(np.ptp(moved)) or 1.0
 
     # -- motion --
@@ -151,11 +166,10 @@ class Motion(Shown):
     def impact_field(self, x: npt.ArrayLike) -> Array:
         """u_t(x, 0⁻), the velocity along the bar just before the impact; shape (len(x),)."""
         positions = array("x", x, 0.0, 1.0)
-        here = np.array([self.phase])
-        cosines, _ = mode_shapes(positions, self.modes)
-        forced = self.forced_elastic(positions, here).velocity[:, 0]
+        rows = self.system.body.driven_shapes(positions, self.modes, self.system.load.at).displacement
+        forced = self.forced_elastic(positions, np.array([self.phase])).velocity[:, 0]
         transient = self.state.velocity - self.state.forced_velocity
-        return np.asarray(self.rigid_velocity + forced + cosines @ transient)
+        return np.asarray(self.rigid_velocity + forced + rows @ transient)
 
     def field(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Field:
         """Displacement, velocity and strain together; each of shape (len(x), len(t))."""
@@ -164,7 +178,7 @@ class Motion(Shown):
         times = np.where((given != 0.0) & (times == 0.0), self.period, times)
         rigid, rigid_velocity = self.rigid_motion(times)
         forced = self.forced_elastic(positions, self.phase + times)
-        rows = np.concatenate(mode_shapes(positions, self.modes))
+        rows = np.concatenate(self.system.body.driven_shapes(positions, self.modes, self.system.load.at))
         z, z_velocity = self._free_sum(times, rows)
         n = positions.size
         return Field(
@@ -194,21 +208,18 @@ class Motion(Shown):
 
     def _free_sum(self, t: Array, rows: Array) -> tuple[Array, Array]:
         state = self.state
-        return free_sum(state.omega, self.system.d, (state.z, state.z_velocity), t, rows)
+        return free_sum(state.omega, self._known.damping, (state.z, state.z_velocity), t, rows)
 
     def transient(self, t: Array) -> tuple[Array, Array]:
         """z_n(t) and z_n'(t), the free part of the elastic modes; each of shape (modes, len(t))."""
         state = self.state
-        step = propagator(state.omega[:, None], self.system.d, t[None, :])
+        step = propagator(state.omega[:, None], self._known.damping[:, None], t[None, :])
         z, v = state.z[:, None], state.z_velocity[:, None]
         return step.a * z + step.b * v, step.c * z + step.e * v
 
-    def forced_elastic(self, x: Array, theta: Array, modes: int | None = None) -> Field:
+    def forced_elastic(self, x: Array, theta: Array) -> Field:
         """Elastic part of the forced motion at load phases `theta`; each of shape (len(x), len(θ))."""
-        n = self.modes if modes is None else modes
-        if isinstance(self.response, HarmonicResponse):
-            return self.response.elastic(x, theta, None if self.requested_modes is None else n)
-        return self.response.elastic(x, theta, n, cut=self.requested_modes is not None)
+        return self.response.elastic(x, theta, self.modes, cut=self.cut)
 
     def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
         """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
@@ -223,14 +234,20 @@ class Motion(Shown):
         return forced + drift + z[0] - known[modes], forced_velocity + drift_velocity + z_velocity[0]
 
     def _forced_end(self, t: Array, modes: int) -> tuple[Array, Array]:
-        cut = self.requested_modes is not None
-        if isinstance(self.response, HarmonicResponse):
-            return self.response.end_motion(self.phase + t, modes if cut else None)
-        return self.response.end_motion(self.phase + t, modes, cut=cut)
+        return self.response.end_motion(self.phase + t, modes, cut=self.cut)
+
+    @cached_property
+    def _known(self) -> Modes:
+        return self.system.body.modes(self.modes, self.system.load.at)
+
+    @cached_property
+    def _weight(self) -> Array:
+        return self._known.weight
 
     @cached_property
     def _end_rows(self) -> Array:
-        return np.where(np.arange(1, self.modes + 1) % 2, -2.0, 2.0)[None, :]
+        """γ_n, by which the modes move the striking end; shape (1, modes)."""
+        return self._known.gamma[None, :]
 
     @cached_property
     def _offset(self) -> float:

@@ -1,6 +1,7 @@
-"""One damped oscillator, u'' + d u' + ω² u = 0: its propagator and the functions that stay exact as d → 0.
+"""Damped oscillators, u'' + d u' + ω² u = 0: their propagator and the functions that stay exact as d → 0.
 
-Everything broadcasts over modes and times; overdamped and critically damped modes are no special case for the caller.
+Everything broadcasts over modes, each with its own damping, and times; overdamped and critically damped modes are no
+special case for the caller.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.halting import look
+from percuss.model import Body, Modes
 from percuss.model.checks import Array, ComplexArray
 
-__all__ = ["Propagator", "dissipated", "flights", "free_sum", "mode_frequencies", "phi1", "phi2", "propagator"]
+__all__ = ["Propagator", "dissipated", "flights", "free_sum", "phi1", "phi2", "propagator"]
 
 _CHUNK = 1 << 20  # modes × times handled at once
 _EVEN = 48  # times at one distance from which on products of exponentials are quicker than exponentials
@@ -46,9 +48,10 @@ def phi2(x: npt.ArrayLike) -> Array:
     return np.asarray(np.where(small, series, (np.expm1(-safe) + safe) / safe**2))
 
 
-def mode_frequencies(s: float, modes: int) -> Array:
-    """Undamped natural frequencies nπs of the elastic modes n = 1 … `modes`; shape (modes,), dimensionless."""
-    return np.asarray(np.pi * s * np.arange(1, modes + 1), dtype=float)
+def _one_for_all(d: npt.ArrayLike) -> Array:
+    """Damping, as a single number where all modes have the same: then it is turned into exponentials only once."""
+    d = np.asarray(d, dtype=float)
+    return d.reshape(-1)[0] if d.size and np.all(d == d.reshape(-1)[0]) else d
 
 
 class Propagator(NamedTuple):
@@ -65,21 +68,19 @@ class Propagator(NamedTuple):
     versine: Array
 
 
-def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
-    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d`.
+def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Propagator:
+    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d` ≥ 0.
 
     Parameters
     ----------
-    omega, t
+    omega, d, t
         Broadcast against each other; dimensionless.
-    d
-        Damping, 0 or greater.
     """
     omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
-    half_d = 0.5 * d
+    half_d = 0.5 * _one_for_all(d)
     square = omega**2 - half_d**2
     half = np.exp(-half_d * t)
-    if d == 0.0 or np.all(square > 0.0):
+    if np.all(square > 0.0):
         angle = np.sqrt(square) * t
         cosine, b = half * np.cos(angle), half * t * np.sinc(angle / np.pi)
         versine = half * 2.0 * np.sin(0.5 * angle) ** 2
@@ -97,25 +98,25 @@ def propagator(omega: npt.ArrayLike, d: float, t: npt.ArrayLike) -> Propagator:
 
 
 @lru_cache(maxsize=8)
-def flights(s: float, d: float, period: float, modes: int) -> tuple[Array, Propagator]:
-    """Frequencies of the elastic modes n = 1 … `modes` and their propagators over one period, each of shape (modes,).
+def flights(body: Body, at: int, period: float, modes: int) -> tuple[Modes, Propagator]:
+    """The elastic modes n = 1 … `modes` and their propagators over one period, each of shape (modes,).
 
-    The last few are kept: they are the same for every load, phase and restitution.
+    The last few are kept: they are the same for every load at the place number `at`, every phase and contact law.
     """
-    omega = mode_frequencies(s, modes)
-    step = propagator(omega, d, period)
-    for values in (omega, *step):
+    known = body.modes(modes, at)
+    step = propagator(known.omega, known.damping, period)
+    for values in step:
         values.setflags(write=False)
-    return omega, step
+    return known, step
 
 
-def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
+def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
     """Σ_n rows[i, n] z_n(t) and its derivative for free oscillators z_n: the free motion of the bar.
 
     Parameters
     ----------
     omega, d
-        Undamped frequencies, shape (N,), and the damping.
+        Undamped frequencies and damping, each of shape (N,); a number when all have the same damping.
     start
         z_n and z_n' at t = 0, each of shape (N,).
     t
@@ -130,19 +131,25 @@ def free_sum(omega: Array, d: float, start: tuple[Array, Array], t: Array, rows:
     """
     modes = rows.shape[1]
     omega, z, v = omega[:modes], start[0][:modes], start[1][:modes]
-    ringing = omega > 0.5 * d * (1.0 + 1e-3)  # the others do not oscillate, or nearly so
-    rate = np.sqrt(omega[ringing] ** 2 - 0.25 * d**2)
-    exponent = -0.5 * d + 1j * rate
-    phasor = z[ringing] - 1j * (v[ringing] + 0.5 * d * z[ringing]) / rate
+    half_d = 0.5 * np.broadcast_to(np.asarray(d, dtype=float), start[0].shape)[:modes]
+    ringing = omega > half_d * (1.0 + 1e-3)  # the others do not oscillate, or nearly so
+    rate = np.sqrt(omega[ringing] ** 2 - half_d[ringing] ** 2)
+    exponent = -half_d[ringing] + 1j * rate
+    phasor = z[ringing] - 1j * (v[ringing] + half_d[ringing] * z[ringing]) / rate
     weights = np.concatenate([rows[:, ringing] * phasor, rows[:, ringing] * (phasor * exponent)])
     much = rate.size * t.size >= _MUCH
     both = _even_sum(weights, exponent, t) if much and _is_even(t) else _plain_sum(weights, exponent, t)
     total, speed = both[: rows.shape[0]], both[rows.shape[0] :]
     if not ringing.all():
-        step = propagator(omega[~ringing, None], d, t[None, :])
-        slow, slow_v = z[~ringing, None], v[~ringing, None]
-        total += rows[:, ~ringing] @ (step.a * slow + step.b * slow_v)
-        speed += rows[:, ~ringing] @ (step.c * slow + step.e * slow_v)
+        creeping = ~ringing
+        width = max(1, _CHUNK // int(creeping.sum()))
+        for i in range(0, t.size, width):
+            look()
+            part = slice(i, i + width)
+            step = propagator(omega[creeping, None], 2.0 * half_d[creeping, None], t[None, part])
+            slow, slow_v = z[creeping, None], v[creeping, None]
+            total[:, part] += rows[:, creeping] @ (step.a * slow + step.b * slow_v)
+            speed[:, part] += rows[:, creeping] @ (step.c * slow + step.e * slow_v)
     return total, speed
 
 
@@ -187,19 +194,20 @@ def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
     return both[:, : t.size]
 
 
-def dissipated(omega: Array, d: float, start: tuple[Array, Array], t: Array) -> Array:
+def dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array) -> Array:
     """d ∫₀ᵗ z'² of free oscillators, from z' = Re Z exp((−d/2 + iλ)t); overdamped ones by their loss of energy.
 
     Parameters
     ----------
-    omega, t
-        Undamped frequencies and times; broadcast with the arrays of `start`.
+    omega, d, t
+        Undamped frequencies, damping and times; broadcast with the arrays of `start`.
     start
         z and z' at t = 0.
     """
-    if d == 0.0:
-        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(start[0]), np.shape(t)))
     z, v = start
+    d = _one_for_all(d)
+    if not np.any(d):
+        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(z), np.shape(t)))
     ringing = omega > 0.5 * d * (1.0 + 1e-3)
     rate = np.sqrt(np.where(ringing, omega**2 - 0.25 * d**2, 1.0))
     exponent = -0.5 * d + 1j * rate

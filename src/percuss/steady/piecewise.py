@@ -5,27 +5,36 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.model import System
+from percuss.model import Modes, System
 from percuss.model.checks import Array
-from percuss.steady.harmonic import Field, mode_shapes, static_shape
-from percuss.steady.oscillator import free_sum, mode_frequencies, phi1, phi2, propagator
+from percuss.steady.energy import piecewise_exchange
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
 from percuss.steady.resonance import refuse_resonance
+from percuss.steady.response import Field
+
+if TYPE_CHECKING:
+    from percuss.steady.motion import Motion
 
 __all__ = ["PiecewiseResponse"]
 
 TURN = 2.0 * math.pi
 _WHOLE = 64.0 * np.finfo(float).eps
+_PROBED = 512  # the ringing after a jump falls off like 1/n²: more modes hardly help
 
 
 class PiecewiseResponse:
-    """Periodic motion under a load that is constant between its breaks; the twin of HarmonicResponse.
+    """Periodic motion under a load that is constant between its breaks; a `Response`, the twin of HarmonicResponse.
 
     Between two breaks every mode moves about its static displacement p_i/ω² as a free oscillator; the state at the
     first break follows from periodicity. Resonance is refused as there.
     """
+
+    is_smooth = False
 
     def __init__(self, system: System) -> None:
         refuse_resonance(system)
@@ -107,6 +116,37 @@ class PiecewiseResponse:
         """p(θ) with its mean, right-sided at a jump."""
         return self.system.load.value(theta)
 
+    # -- where it meets a level --
+
+    @property
+    def ends(self) -> Array:
+        """The breaks of the load."""
+        return self.starts
+
+    def turning(self, velocities: Array) -> np.typing.NDArray[np.bool_]:
+        """At a break v_f has a kink, and may go on in its direction."""
+        rise = np.where(self.flat, 0.0, np.sign(np.diff(velocities)))
+        turning = np.roll(rise, 1) * rise < 0.0
+        return np.append(turning, turning[0])
+
+    def phases_at(self, ends: Array, velocities: Array, arc: np.typing.NDArray[np.intp], level: Array) -> Array:
+        """The phase on each piece where v_f equals a level between its ends."""
+        d, v = self.system.d, self.knot_velocity[arc]
+        x = d * (level - v) / (self.pull[arc] - d * v)  # v_f moves exponentially: 1 − exp(−dτ) = x
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stretch = np.where(x == 0.0, 1.0, -np.log1p(-x) / np.where(x == 0.0, 1.0, x))
+        return np.asarray(ends[arc] + (level - v) / (self.pull[arc] - d * v) * stretch)
+
+    def slope_on(self, arc: int, theta: Array) -> Array:
+        """v_f'(θ) on a piece, at its ends too."""
+        return np.asarray(self.pull[arc] - self.system.d * self.rigid_velocity(theta))
+
+    def plateau(self, phase: float) -> tuple[float, float] | None:
+        """First and last phase of the piece around `phase` if v_f is flat there, or None."""
+        piece = int(self.locate(np.array([phase]))[0][0])
+        start = float(self.starts[piece])
+        return (start, start + float(self.lengths[piece])) if self.flat[piece] else None
+
     # -- modes --
 
     def knots(self, modes: int) -> tuple[Array, Array]:
@@ -120,9 +160,10 @@ class PiecewiseResponse:
         return u[:, :modes], v[:, :modes]
 
     def _computed_knots(self, modes: int) -> tuple[Array, Array]:
-        omega = mode_frequencies(self.system.s, modes)
+        known = self.system.body.modes(modes)
+        omega, d = known.omega, known.damping
         static = self.values[:, None] / omega**2
-        steps = [propagator(omega, self.system.d, length) for length in self.lengths]
+        steps = [propagator(omega, d, length) for length in self.lengths]
         jumps = static - np.roll(static, -1, axis=0)  # change of the departure at the end of each piece
         shift_u, shift_v = np.zeros_like(omega), np.zeros_like(omega)
         for step, jump in zip(steps, jumps, strict=True):
@@ -130,11 +171,11 @@ class PiecewiseResponse:
                 step.a * shift_u + step.b * shift_v + jump,
                 step.c * shift_u + step.e * shift_v,
             )
-        whole = propagator(omega, self.system.d, TURN)
+        whole = propagator(omega, d, TURN)
         # (I − Φ)⁻¹, with det(I − Φ) = (1 − h)² + 2 h(1 − cos λT), h = exp(−dT/2)
-        loss = -np.expm1(-0.5 * self.system.d * TURN)
+        loss = -np.expm1(-0.5 * d * TURN)
         det = loss**2 + 2.0 * whole.versine
-        turning = self._turning(omega)  # whole swings in a turn that the load does not drive: any state comes back
+        turning = _turning(known)  # whole swings in a turn that the load does not drive: any state comes back
         det = np.where(turning, 1.0, det)
         u = np.where(turning, 0.0, ((1.0 - whole.e) * shift_u + whole.b * shift_v) / det)
         v = np.where(turning, 0.0, (whole.c * shift_u + (1.0 - whole.a) * shift_v) / det)
@@ -150,9 +191,6 @@ class PiecewiseResponse:
             knot_v[:, turning] -= own_v
         return knot_u, knot_v
 
-    def _turning(self, omega: Array) -> np.typing.NDArray[np.bool_]:
-        return np.asarray((self.system.d == 0.0) & (np.abs(omega - np.rint(omega)) <= _WHOLE * omega))
-
     def _own_swing(self, omega: Array, knot_u: Array, knot_v: Array) -> tuple[Array, Array]:
         """What undriven modes swing at their own frequency, at the knots: not a part of the motion that is forced."""
         start = knot_u - 1j * knot_v / omega  # the departure of a piece is Re start·exp(iωt) from its begin
@@ -165,27 +203,30 @@ class PiecewiseResponse:
     def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
         """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
         piece, since = self.locate(np.asarray(theta, dtype=float).reshape(-1))
-        omega = mode_frequencies(self.system.s, modes)[:, None]
+        known = self.system.body.modes(modes)
         knot_u, knot_v = self.knots(modes)
-        step = propagator(omega, self.system.d, since[None, :])
+        step = propagator(known.omega[:, None], known.damping[:, None], since[None, :])
         u, v = knot_u[piece].T, knot_v[piece].T
-        static = self.values[piece][None, :] / omega**2
+        static = self.values[piece][None, :] / known.omega[:, None] ** 2
         return step.a * u + step.b * v + static, step.c * u + step.e * v
+
+    modal_apart = modal
 
     def elastic(self, x: Array, theta: Array, modes: int, *, cut: bool = False) -> Field:
         """Elastic part of the forced motion by `modes` modes; the static shape in closed form unless `cut` as well."""
         x = np.asarray(x, dtype=float)
         theta = np.asarray(theta, dtype=float).reshape(-1)
-        rows = np.concatenate(mode_shapes(x, modes))
-        rise, bend = static_shape(self.system, x, modes if cut else None)
+        body, at = self.system.body, self.system.load.at
+        rows = np.concatenate(body.driven_shapes(x, modes, at))
+        rise, bend = body.static(x, at, modes if cut else None)
         force = self.force(theta)
         ring, speed = np.empty((rows.shape[0], theta.size)), np.empty((rows.shape[0], theta.size))
         piece, since = self.locate(theta)
-        omega = mode_frequencies(self.system.s, modes)
+        known = body.modes(modes, at)
         knots_u, knots_v = self.knots(modes)
         for here in _visits(piece):
             start = knots_u[piece[here][0]], knots_v[piece[here][0]]
-            ring[:, here], speed[:, here] = free_sum(omega, self.system.d, start, since[here], rows)
+            ring[:, here], speed[:, here] = free_sum(known.omega, known.damping, start, since[here], rows)
         half = x.size
         return Field(ring[:half] + np.outer(rise, force), speed[:half], ring[half:] + np.outer(bend, force))
 
@@ -196,6 +237,53 @@ class PiecewiseResponse:
             elastic.displacement[0] + self.rigid_displacement(theta),
             elastic.velocity[0] + self.rigid_velocity(theta),
         )
+
+    def end_velocity(self, theta: float, modes: int, *, cut: bool = False) -> float:
+        """Elastic part of the forced velocity of the striking end at one load phase."""
+        return float(self.elastic(np.array([1.0]), np.array([theta]), modes, cut=cut).velocity[0, 0])
+
+    def end_rates(self, modes: int, *, cut: bool = False) -> tuple[float, float]:
+        """Nothing but ringing."""
+        return 0.0, 0.0
+
+    def modal_bounds(self, modes: int) -> tuple[Array, Array]:
+        """Bounds over all phases of |f_n|, but for what rings, and of |f_n'|; each of shape (modes,)."""
+        omega = self.system.body.modes(modes).omega
+        u, v = self.knots(modes)
+        return float(np.abs(self.values).max()) / omega**2, np.hypot(omega * u, v).max(axis=0)
+
+    def displacement_tail(self, omega: float) -> float:
+        """P with |f_n| ≤ P/ω_n², but for what rings."""
+        return float(np.abs(self.values).max())
+
+    def modal_velocity_bound(self, theta: float, omega: float, damping: float) -> float:
+        """No bound: after a jump the velocity falls off like 1/ω only."""
+        return math.inf
+
+    def ringing(self, modes: int) -> Array:
+        """Greatest amplitudes of free motion after the jumps; shape (modes,)."""
+        u, v = self.knots(modes)
+        return np.asarray(np.hypot(u, v / self.system.body.modes(modes).omega).max(axis=0))
+
+    @property
+    def most_modes(self) -> int:
+        """A few hundred."""
+        return _PROBED
+
+    @cached_property
+    def by_harmonics(self) -> HarmonicResponse:
+        """The response to the harmonics that the load keeps beside its steps."""
+        return HarmonicResponse(self.system)
+
+    def exchange(self, motion: Motion) -> tuple[float, float]:
+        """Energy put in by the load and taken by the damping over an impact period of a motion."""
+        return piecewise_exchange(motion, self)
+
+
+def _turning(modes: Modes) -> np.typing.NDArray[np.bool_]:
+    """Which modes swing a whole number of times in a turn, undamped."""
+    whole = np.abs(modes.omega - np.rint(modes.omega)) <= _WHOLE * modes.omega
+    return np.asarray((modes.damping == 0.0) & whole)
 
 
 def _visits(piece: np.typing.NDArray[np.intp]) -> list[slice] | list[np.typing.NDArray[np.bool_]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +10,9 @@ from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.model.load import MAX_HARMONICS
 
-__all__ = ["refuse_resonance", "resonance_of_steps"]
+__all__ = ["held_resonance", "refuse_resonance"]
+
+IntArray = npt.NDArray[np.int64]
 
 _EXACT = 64.0 * np.finfo(float).eps
 _EXACT_BEYOND = 8.0 * np.finfo(float).eps  # for harmonics so high that many of them lie near some frequency
@@ -20,46 +20,43 @@ _MODES = 4096  # the most that any sum takes
 
 
 def refuse_resonance(system: System) -> None:
-    """ResonanceError when an undamped bar is driven at one of its own frequencies, s = k/(nπ).
+    """ResonanceError when an undamped mode is driven at its own frequency; for a uniform bar s = k/(nπ).
 
     A load of steps contains harmonics without end: all up to 4096 are looked at, and those that the first 4096 modes
-    could meet.
+    could meet. That the load may act at a node of the mode is not looked at.
     """
-    if system.d > 0.0:
+    body, load = system.body, system.load
+    if system.d > 0.0 or load.is_constant:
         return
-    if system.load.is_piecewise:
-        found = resonance_of_steps(system)
+    if load.is_piecewise:
+        k, exact = _of_steps(body.modes(_MODES).omega)
     else:
-        k = system.load.harmonics
-        n = np.rint(k / (math.pi * system.s))
-        met = np.flatnonzero((n >= 1.0) & _meets(k, math.pi * system.s * n, _EXACT))
-        found = (int(k[met[0]]), int(n[met[0]])) if met.size else None
-    if found is not None:
-        raise ResonanceError(*found)
+        k, exact = load.harmonics, np.full(load.harmonics.shape, _EXACT)
+    n = body.nearest(k)
+    for i in _met(k, body.frequency(n), exact):
+        driven = not load.is_piecewise or _contains(load, float(k[i]))
+        if driven and body.modes(int(n[i])).damping[-1] == 0.0:
+            raise ResonanceError(int(k[i]), int(n[i]))
 
 
-def resonance_of_steps(system: System, offset: float = 0.0) -> tuple[int, int] | None:
-    """The first harmonic k of a load of steps that is a frequency (n − `offset`)πs, with its n; None when none is.
-
-    Parameters
-    ----------
-    offset
-        0 for the free bar, ½ for the bar whose end rests on the wall.
-    """
-    base = math.pi * system.s
-    low, modes = np.arange(1, MAX_HARMONICS + 1), np.arange(1, _MODES + 1)
-    k = np.concatenate([low.astype(float), np.rint((modes - offset) * base)])
-    n = np.concatenate([np.rint(low / base + offset), modes.astype(float)])
-    exact = np.where(k <= MAX_HARMONICS, _EXACT, _EXACT_BEYOND)
-    met = np.flatnonzero((n >= 1.0) & (k >= 1.0) & _meets(k, (n - offset) * base, exact))
-    for i in met[np.argsort(k[met], kind="stable")]:
-        if _contains(system.load, float(k[i])):
-            return int(k[i]), int(n[i])
-    return None
+def held_resonance(load: Load, fundamental: float) -> bool:
+    """Whether steps contain a frequency (n − ½)ω_1 of an undamped uniform bar whose end is held, as at the wall."""
+    k, exact = _of_steps(np.asarray(fundamental * (np.arange(1, _MODES + 1) - 0.5)))
+    n = np.maximum(np.rint(k / fundamental + 0.5), 1.0)
+    return any(_contains(load, float(k[i])) for i in _met(k, (n - 0.5) * fundamental, exact))
 
 
-def _meets(k: npt.ArrayLike, frequency: Array, share: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    return np.asarray(np.abs(np.asarray(k) - frequency) <= np.asarray(share) * frequency)
+def _of_steps(frequencies: Array) -> tuple[IntArray, Array]:
+    """The harmonics of a load of steps that are looked at, and how near each must come to a frequency."""
+    k = np.concatenate([np.arange(1, MAX_HARMONICS + 1), np.rint(frequencies).astype(np.int64)])
+    k = k[k >= 1]
+    return k, np.where(k <= MAX_HARMONICS, _EXACT, _EXACT_BEYOND)
+
+
+def _met(k: IntArray, frequency: Array, exact: Array) -> list[int]:
+    """Which of the harmonics k meet a frequency, by increasing k."""
+    met = np.flatnonzero(np.abs(k - frequency) <= exact * frequency)
+    return [int(i) for i in met[np.argsort(k[met], kind="stable")]]
 
 
 def _contains(load: Load, k: float) -> bool:

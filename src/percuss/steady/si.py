@@ -74,7 +74,7 @@ def si_report(orbit: Orbit) -> SIReport:
     rigid = system.speed_scale * orbit.rigid_velocity
     energy, rate = system.energy_scale * orbit.blow_energy, system.frequency / orbit.periods
     put_in = system.energy_scale * orbit.energy.input
-    delivered = (1.0 - r**2) * energy
+    delivered = system.energy_scale * orbit.delivered_energy
     struck = bar.pieces[-1]
     wave = 1e-6 * struck.impedance / struck.area * speed / 2.0 if speed > 0.0 else None
     return SIReport(

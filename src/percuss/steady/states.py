@@ -13,9 +13,9 @@ from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers, positive
 from percuss.shown import Shown
 from percuss.steady.full_rebound import grows
-from percuss.steady.level import level_at, level_factor
+from percuss.steady.level import level_factor
 from percuss.steady.orbit import Orbit
-from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.phase_condition import phase_condition
 
 __all__ = ["MAX_MODES", "MAX_PERIODS", "Nearest", "SteadyStates", "steady_states"]
 
@@ -51,7 +51,7 @@ class SteadyStates(Shown):
     system, periods
         The system, and m.
     level
-        c, the right-hand side of B77 (14).
+        c, the right-hand side of B77 (14); where the contact law changes the strain, less what the mean load adds.
     level_max
         max v_f: motions exist while level ≤ level_max.
     orbits
@@ -61,6 +61,8 @@ class SteadyStates(Shown):
     note
         What else must be known, or "": roots of B77 (14) that are no motion of this bar (with R = 1 and no damping its
         ringing may grow), and a continuum of motions, for which one orbit stands.
+    modes
+        The modes asked for, or None.
     """
 
     system: System
@@ -70,6 +72,7 @@ class SteadyStates(Shown):
     orbits: tuple[Orbit, ...]
     nearest: Nearest | None = None
     note: str = ""
+    modes: int | None = None
 
     @property
     def exists(self) -> bool:
@@ -77,8 +80,12 @@ class SteadyStates(Shown):
         return bool(self.orbits)
 
     def rigid_velocity(self, phase: npt.ArrayLike) -> Array:
-        """v_f at the given load phases (rad): the curve that meets the level at the roots."""
-        return forced_response(self.system).rigid_velocity(numbers("phase", phase))
+        """v_f at the given load phases (rad): the curve that meets the level at the roots.
+
+        Where the contact law changes the strain, what that adds is in it.
+        """
+        condition = phase_condition(self.system, self.periods, self.modes)
+        return condition.arcs.response.rigid_velocity(numbers("phase", phase))
 
     def __str__(self) -> str:
         head = f"z=1/{self.periods}: level {self.level:.6g}, max {self.level_max:.6g}, {len(self.orbits)} orbits"
@@ -133,19 +140,19 @@ def steady_states(
     n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     wanted = positive("tolerance", tolerance)
     check_pushes(system)
-    arcs = Arcs.of(forced_response(system))
-    period = 2.0 * math.pi * m
-    target = float(level_at(system.load.mean, system.d, system.restitution, period))
-    phases, folds = arcs.roots(target)
-    rings_on = system.d == 0.0 and system.restitution == 1.0
-    kept = ~grows(system, phases, m, modes=n) if rings_on else np.ones(phases.shape, dtype=bool)
+    condition = phase_condition(system, m, n)
+    phases, folds = condition.roots()
+    kept = np.ones(phases.shape, dtype=bool)
+    if system.d == 0.0 and system.restitution == 1.0:
+        kept = ~grows(system, phases, m, modes=n)
     orbits = tuple(
         Orbit(system, m, float(phase), bool(fold), n, wanted)
         for phase, fold in zip(phases[kept], folds[kept], strict=True)
     )
-    nearest = None if phases.size else _nearest(system, period, arcs.highest)
+    highest = condition.arcs.highest
+    nearest = None if phases.size else _nearest(system, 2.0 * math.pi * m, highest)
     note = "; ".join(text for text in (_grow_note(phases[~kept]), _continuum_note(orbits)) if text)
-    return SteadyStates(system, m, target, arcs.highest, orbits, nearest, note)
+    return SteadyStates(system, m, condition.level, highest, orbits, nearest, note, n)
 
 
 def _continuum_note(orbits: tuple[Orbit, ...]) -> str:

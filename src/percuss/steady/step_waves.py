@@ -1,4 +1,4 @@
-"""The contact force of a bar that rests on the wall under a load of steps, with every wave resolved (theory §4).
+"""The contact force of a uniform bar that rests on the wall under a load of steps, by its waves (theory §4).
 
 A jump Δ of the load reaches the wall after the transit time τ = 1/s as a jump 2gΔ of the contact force, g = e^{−dτ/2},
 and comes back from the free end with the opposite sign: f(t) = 2g p(t − τ) − g² f(t − 2τ). Its harmonics are those of

@@ -12,20 +12,19 @@ import numpy as np
 from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.impact_state import ModalState, resolvent_bound
-from percuss.steady.oscillator import mode_frequencies
 from percuss.steady.small_divisors import cubic_sum
 
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
 
-__all__ = ["Truncation", "ringing", "truncation"]
+__all__ = ["RELEASED_MODES", "Truncation", "ringing", "truncation"]
+
+RELEASED_MODES = 512
+"""Modes of the sums where an impact changes the strain: more of them hardly help."""
 
 _PROBES = (256, 2048, 16384, 65536)
-_LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
 _MOST_MODES = 16384
-_PIECEWISE_MODES = 512  # the ringing after a jump falls off like 1/n²: more modes hardly help
 _VAGUE = 1e-9  # share of the stroke above which the plain bound, which grows like 1/d, gives way to the sharper one
 _FEW, _SOME = 1e-3, 1e-7  # shares of the stroke that a first and a second look at the motion may leave out
 
@@ -59,8 +58,9 @@ class Truncation(Shown):
     def error_bound(self) -> float:
         """Bound of the position error at the striking end relative to the stroke of the rigid motion.
 
-        A bound when the load is smooth, without damping for the first 10¹⁸ modes. With a load that jumps it is an
-        estimate: modes beyond the probe are taken to fall off like those inside it.
+        A bound for a uniform bar under a smooth load whose impacts keep the strain, without damping for the first 10¹⁸
+        modes, and for other bodies when their damping outlasts small divisors. Else it is an estimate, as with a load
+        that jumps and with Kelvin–Voigt's damping: modes beyond the probe are taken to fall off like those inside it.
         """
         motion, lost = self.motion, self.lost
         if lost is None:  # a requested number of modes: the forced part is cut as well
@@ -75,7 +75,9 @@ def truncation(motion: Motion) -> Truncation:
         n = motion.requested_modes
         return Truncation(motion, n, n, n, motion.modal_state(n))
     scale = motion.rigid_stroke
-    largest = _largest_probe(motion)
+    if motion.system.contact.strain_factor != 1.0:  # what its release sets ringing falls off like 1/n²
+        return Truncation(motion, RELEASED_MODES, RELEASED_MODES, RELEASED_MODES, motion.modal_state(RELEASED_MODES))
+    largest = motion.response.most_modes
     for probe in [p for p in _PROBES if p < largest] + [largest]:
         look()
         left_out = _left_out(motion, probe)
@@ -94,63 +96,50 @@ def truncation(motion: Motion) -> Truncation:
 
 def _left_out(motion: Motion, probe: int) -> Array:
     """Bound of what is lost at the striking end by keeping n = 0 … `probe` modes; shape (probe + 1,)."""
-    amplitude = _amplitude(motion, probe)
-    lost = np.append(2.0 * np.cumsum(amplitude[::-1])[::-1], 0.0)
+    amplitude = ringing(motion, motion.modal_state(probe).amplitude)
+    coupling = np.abs(motion.system.body.modes(probe, motion.system.load.at).gamma)
+    lost = np.append(np.cumsum((coupling * amplitude)[::-1])[::-1], 0.0)
     return np.asarray(2.0 * (lost + _beyond(motion, amplitude)))  # at t and, as y(0) = 0 places the wall, at 0
 
 
 def _forced_cut(motion: Motion, modes: int, probe: int) -> float:
     """Bound of the forced motion of all modes after the first `modes`; inf when the load reaches beyond `probe`."""
-    load, response = motion.system.load, motion.response
-    square = mode_frequencies(motion.system.s, probe) ** 2
-    if not isinstance(response, HarmonicResponse):  # its ringing is counted with the free motion
-        greatest, room = float(np.abs(response.values).max()), 1.0
-        each = greatest / square
-    else:
-        each = abs(load.mean) / square + np.abs(response.gains(probe)) @ np.abs(response.p)
-        greatest = abs(load.mean) + float(np.abs(response.p).sum())
-        room = 1.0 - float(np.abs(response.k * (response.k - 1j * motion.system.d)).max()) / float(square[-1])
-    if room <= 0.0:
+    body = motion.system.body
+    each = body.coupling_bound * motion.response.modal_bounds(probe)[0]
+    floor = body.frequency_floor(probe)
+    if floor <= 0.0:
         return math.inf
-    beyond = greatest / (room * (math.pi * motion.system.s) ** 2 * probe)
-    return 4.0 * (float(each[modes:].sum()) + beyond)  # twice for the mode shape, twice as in _left_out
-
-
-def _largest_probe(motion: Motion) -> int:
-    if not isinstance(motion.response, HarmonicResponse):
-        return _PIECEWISE_MODES
-    return max(1024, min(_PROBES[-1], _LARGEST_MATRIX // max(1, motion.response.k.size)))
-
-
-def _amplitude(motion: Motion, modes: int) -> Array:
-    """Bound over time of the free motion of each mode at the striking end; shape (modes,)."""
-    return ringing(motion, motion.modal_state(modes).amplitude)
+    beyond = body.coupling_bound * motion.response.displacement_tail(floor) * body.transit_time / (math.pi * floor)
+    return 2.0 * (float(each[modes:].sum()) + beyond)  # twice as in _left_out
 
 
 def ringing(motion: Motion, amplitude: Array) -> Array:
     """Amplitudes after the impact of the first modes, with those after the jumps of a piecewise load added."""
-    response, modes = motion.response, amplitude.size
-    if isinstance(response, HarmonicResponse):
-        return amplitude
-    u, v = response.knots(modes)
-    return np.asarray(amplitude + np.hypot(u, v / mode_frequencies(motion.system.s, modes)).max(axis=0))
+    return amplitude if motion.response.is_smooth else amplitude + motion.response.ringing(amplitude.size)
 
 
 def _beyond(motion: Motion, amplitude: Array) -> float:
-    """Bound of what all modes after the last of `amplitude` add at the striking end."""
-    n = amplitude.size
+    """Bound of what all modes after the last of `amplitude` add at the striking end, or an estimate of it."""
+    system, body, n = motion.system, motion.system.body, amplitude.size
+    modes, floor = body.modes(n, system.load.at), body.frequency_floor(n)
     top = slice(n // 2, n)
+    shares = modes.damping[top] / modes.omega[top]
+    known = system.contact.strain_factor == 1.0 and floor > 0.0 and shares[-1] <= shares[0]
+    last = float(modes.damping[-1])
+    each = motion.response.modal_velocity_bound(motion.phase, floor, last) if known else math.inf
+    bound = 0.5 * body.coupling_bound * each * body.transit_time / (math.pi * floor**2) if known else math.inf
+    if math.isfinite(bound):  # of Σ |f_n'|/ω_n, as |f_n'| ≤ each/ω_n² and ω_{n+j} ≥ floor + jπs
+        r, free = system.restitution, not np.any(modes.damping)
+        if r == 1.0 and free:
+            return bound  # nothing rings but −f_n'
+        damped = resolvent_bound(system, motion.period, floor, last)
+        if bound * damped <= _VAGUE * motion.rigid_stroke or (r == 1.0 and math.isfinite(damped)):
+            return bound * damped
+        if body.is_harmonic and np.all(modes.damping == last):
+            # hardly damped: by how near the modes come to resonance with the impacts
+            full, shift = (1.0 + r) / (1.0 - r), last**2 * motion.periods / (8.0 * floor)
+            near = cubic_sum(system.s, motion.periods, n, damped / full, shift)
+            return float(body.coupling_bound * each / modes.omega[0] ** 3 * full * near)
+    order = 3 if motion.response.is_smooth and system.contact.strain_factor == 1.0 else 2
     numbers = np.arange(1, n + 1)[top]
-    if not isinstance(motion.response, HarmonicResponse):
-        return 2.0 * float(np.max(amplitude[top] * numbers**2)) / n
-    system, periods = motion.system, motion.periods
-    base, r = math.pi * system.s, system.restitution
-    each = motion.response.modal_velocity_bound(motion.phase, base * n) / base**3  # |f_n'|/ω_n ≤ each/n³
-    if r == 1.0 and system.d == 0.0:
-        return each / n**2  # nothing rings but −f_n'
-    damped = resolvent_bound(system, motion.period, base * n)
-    if each * damped / n**2 <= _VAGUE * motion.rigid_stroke or r == 1.0:
-        return each * damped / n**2
-    # hardly damped: by how near the modes come to resonance with the impacts
-    full = (1.0 + r) / (1.0 - r)
-    return 2.0 * each * full * cubic_sum(system.s, periods, n, damped / full, system.d**2 * periods / (8.0 * base * n))
+    return body.coupling_bound * float(np.max(amplitude[top] * numbers**order)) / float((order - 1) * n ** (order - 1))

@@ -44,12 +44,15 @@ def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str
 
 
 def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
-    load, d = motion.system.load, motion.system.d
+    load, body = motion.system.load, motion.system.body
     k = load.harmonics
-    nearest = np.maximum(np.rint(k / (np.pi * motion.system.s)), 1.0)
-    omega = np.pi * motion.system.s * nearest
-    gain = omega**2 / np.abs(omega**2 - k * (k - 1j * d))
-    share = 2.0 * gain * np.abs(load.coefficients[k]) / omega**2 / stroke
+    if not k.size:
+        return []
+    nearest = body.nearest(k)
+    modes = body.modes(int(nearest.max()), load.at)
+    omega, damping, coupling = (x[nearest - 1] for x in (modes.omega, modes.damping, np.abs(modes.gamma)))
+    gain = omega**2 / np.abs(omega**2 - k**2 + 1j * k * damping)
+    share = coupling * gain * np.abs(load.coefficients[k]) / omega**2 / stroke
     return [
         (
             float(share[i]),
@@ -63,11 +66,12 @@ def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
 
 def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
     state, system = motion.state, motion.system
-    share = 2.0 * state.amplitude / stroke
+    modes = system.body.modes(state.omega.size, system.load.at)
+    share = np.abs(modes.gamma) * state.amplitude / stroke
     typical = (1.0 + system.restitution) * np.abs(state.forced_velocity) / state.omega
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
-    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * system.d**2, 0.0)) * motion.periods
+    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * modes.damping**2, 0.0)) * motion.periods
     found = [
         (
             float(share[i]),

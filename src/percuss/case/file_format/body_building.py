@@ -8,7 +8,7 @@ from percuss.case.file_format.damping_table import damping_law, drag_in
 from percuss.case.file_format.schema import BarTable, ContactTable, SystemTable
 from percuss.case.file_format.section_tables import sectioned_bar
 from percuss.errors import ParameterError
-from percuss.model import Bar, Contact, External, Ratio, SizedBody, SteppedBar, UniformBar
+from percuss.model import Bar, Contact, External, Kept, Ratio, Reversed, SizedBody, SteppedBar, UniformBar
 from percuss.model.body import Body, Damping
 from percuss.model.checks import non_negative
 from percuss.model.contact import LAWS
@@ -16,8 +16,8 @@ from percuss.units import si
 
 __all__ = ["body_table", "contact_of", "plain_body", "plain_contact", "sized_body"]
 
-DEFAULT_STRAIN = "kept"
-"""The contact law of a case that names none: B77's."""
+DEFAULT_RATIO = 1e-3
+"""The share of critical damping of a bar in SI of which nothing is known: steel, with a joint or two."""
 
 
 def sized_body(table: BarTable) -> SizedBody:
@@ -77,7 +77,7 @@ def _damping(table: BarTable) -> dict[str, Any]:
     if table.damping is not None:
         drag = drag_in(table.damping)
         return {"damping": damping_law(table.damping, units=True)} if drag is None else {"drag": drag}
-    return {"damping_ratio": table.damping_ratio}
+    return {"damping_ratio": DEFAULT_RATIO if table.damping_ratio is None else table.damping_ratio}
 
 
 def plain_body(table: SystemTable) -> Body:
@@ -131,11 +131,18 @@ def contact_of(table: ContactTable, bar: SizedBody | None) -> Contact | None:
         raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
     if table.receiving_area is not None and table.restitution is not None:
         raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
-    law = LAWS[table.strain or DEFAULT_STRAIN]
+    law = _si_law(table, bar)
     if table.receiving_area is None:
         return law(table.restitution)
     receiving = si(table.receiving_area, "area", "receiving_area")
     return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
+
+
+def _si_law(table: ContactTable, bar: SizedBody | None) -> type[Contact]:
+    """The law that the table names; else what the waves in a uniform bar do, and B77's for others."""
+    if table.strain is not None:
+        return LAWS[table.strain]
+    return Reversed if bar is None or bar.kind == UniformBar.kind else Kept
 
 
 def plain_contact(table: SystemTable) -> Contact:
@@ -146,4 +153,5 @@ def plain_contact(table: SystemTable) -> Contact:
     ParameterError
         By the key of the table.
     """
-    return LAWS[table.strain or DEFAULT_STRAIN](table.restitution)
+    law = Kept if table.strain is None else LAWS[table.strain]
+    return law(table.restitution)

@@ -62,13 +62,13 @@ class BarTable(Table):
     density: Density | None = None
     """Density of the material. Allowed: greater than 0. When left out: steel, `"7850 kg/m^3"`."""
     damping_ratio: float | None = None
-    """The damping as a fraction of the critical damping of the first elastic mode. Allowed: 0 or greater. When left
-    out: none, or as `damping` or `drag` says."""
+    """The damping as a share of the critical damping, the same for every elastic mode; the bar as a whole moves freely.
+    Allowed: 0 to 1. When left out: 0.001, unless `damping` or `drag` says otherwise."""
     damping: BarDamping | None = None
-    """The damping by another law, `{kind = "…", value = …}`, see below. When left out: as `damping_ratio` says."""
+    """The damping by another law, `{kind = "…", value = …}`, see below. When left out: `damping_ratio` holds."""
     drag: Drag | None = None
     """The damping as a force per velocity and per metre of bar, which brakes the bar as a whole, too. Allowed: 0 or
-    greater. When left out: as `damping_ratio` says."""
+    greater. When left out: `damping_ratio` holds."""
 
 
 class ContactTable(Table):
@@ -79,7 +79,7 @@ class ContactTable(Table):
     out: `restitution` is needed."""
     strain: Strain | None = None
     """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
-    in a uniform bar do. When left out: `"kept"`."""
+    in a uniform bar do. When left out: `"reversed"` for a uniform bar."""
 
 
 class SystemTable(Table):

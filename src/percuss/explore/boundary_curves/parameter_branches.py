@@ -68,8 +68,7 @@ class ParameterStretch:
         velocity = float(elastic.elastic(np.array([1.0]), here).velocity[0, 0])
         slope = float(arcs.response.rigid_acceleration(here)[0])
         if not isinstance(arcs.response, HarmonicResponse):
-            height = float(arcs.response.rigid_velocity(here)[0])
-            slope = float(arcs.response.pull[self.branch]) - system.d * height
+            slope = float(arcs.response.slope_on(self.branch, here)[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push
         a = quadratic_coefficients(system.d, system.restitution, period, np.array(sigma), np.array(slope))

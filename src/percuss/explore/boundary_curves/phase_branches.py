@@ -99,7 +99,7 @@ class PhaseStretch:
         k, end = elastic.k, elastic.end_shape()
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
         if not isinstance(response, HarmonicResponse):
-            slope = response.pull[self.branch] - d * response.rigid_velocity(phase)
+            slope = response.slope_on(self.branch, phase)
         period = self.line.period
         return quadratic_coefficients(d, heights.restitution(y), period, ringing / (push * period), slope / push)
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.body.damping import Damping
@@ -16,8 +17,13 @@ from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["Body", "Modes", "Shape"]
 
+Kind = TypeVar("Kind", bound="Body")
+
 _DIFFERENCES = 4096
 """Modes in which a damped bar differs from the lossless one that stands for it; those above differ like 1/n³."""
+
+_RESONANT = 1e-12
+IntArray = npt.NDArray[np.int64]
 
 _KEPT = 1 << 16  # modes of the tables that are kept
 
@@ -108,9 +114,10 @@ class Body(ABC):
     - `static_shape(x, source)`: what a constant force bends, inertia relieved,
     - `frequency_floor(n)` and `coupling_bound`: bounds of all modes that nobody computes.
 
-    Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Three things
-    may be written besides: `lossless_receptance`, where all modes together have a closed form, for speed and digits;
-    `places`, where a load may act elsewhere than at the driven end; and `parameters`, the numbers that maps may vary.
+    Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
+    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
+    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, the numbers
+    that maps may vary.
 
     Examples
     --------
@@ -198,6 +205,10 @@ class Body(ABC):
         """Time of a wave from one end to the other, 1/s."""
         return 1.0 / self.s
 
+    def damped_by(self: Kind, damping: Damping) -> Kind:
+        """The same body with another law of damping."""
+        return cast("Kind", replace(cast("Any", self), damping=damping))
+
     def place(self, number: int) -> float:
         """x of the place with a number.
 
@@ -254,12 +265,44 @@ class Body(ABC):
             factor * whole.displacement + (rows.displacement @ off).T, factor * whole.strain + (rows.strain @ off).T
         )
 
-    def nearest(self, omega: float) -> int:
-        """Number n ≥ 1 of the elastic mode whose frequency is nearest to `omega`."""
-        count = max(2, int(omega / (np.pi * self.s)) + 2)
-        while (found := self.frequencies(count))[-1] <= omega:
+    def striking_receptance(self, k: Array) -> ComplexArray:
+        """Σ_{n≥1} φ_n(1)²/(ω_n² + ik d_n − k²): force and motion at the striking end; shape (K,)."""
+        bar, end = self.damping.lossless(k), np.array([1.0])
+        whole = bar.factor * self.lossless_receptance(bar.z, end, 1.0).displacement[:, 0]
+        if bar.exact:
+            return np.asarray(whole)
+        modes = self.modes(_DIFFERENCES)
+        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
+        return np.asarray(whole + (1.0 / modes.inertia) @ off)
+
+    def held_transfer(self, k: Array, at: int = 0) -> ComplexArray:
+        """Force at the wall per harmonic of the load while the striking end is held; inf in resonance; shape (K,).
+
+        The receptances from the load to the striking end and of that end itself, the rigid motion with them.
+        """
+        rigid = -1.0 / (k * (k - 1j * self.damping.rigid))
+        own = self.striking_receptance(k)
+        there = rigid + self.receptance(k, np.array([1.0]), at).displacement[:, 0]
+        resonant = np.abs(rigid + own) <= _RESONANT * (np.abs(rigid) + np.abs(own))
+        return np.where(resonant, np.inf, there / np.where(resonant, 1.0, rigid + own))
+
+    @property
+    def is_harmonic(self) -> bool:
+        """Whether every frequency is exactly n times the first one."""
+        return False
+
+    def frequency(self, n: IntArray) -> Array:
+        """ω_n of the modes with the numbers n ≥ 1; the shape of `n`."""
+        return np.asarray(self.frequencies(int(n.max(initial=1)))[n - 1])
+
+    def nearest(self, omega: npt.ArrayLike) -> IntArray:
+        """Numbers n ≥ 1 of the elastic modes whose frequencies are nearest to `omega`; the shape of it."""
+        wanted = np.asarray(omega, dtype=float)
+        count = max(2, int(wanted.max(initial=0.0) / (np.pi * self.s)) + 2)
+        while (found := self.frequencies(count))[-1] <= wanted.max(initial=0.0):
             count *= 2
-        return int(np.argmin(np.abs(found - omega))) + 1
+        right = np.maximum(np.searchsorted(found, wanted), 1)
+        return np.asarray(right + (found[right] - wanted < wanted - found[right - 1]))
 
 
 def _modes(body: Body, count: int, at: int) -> Modes:

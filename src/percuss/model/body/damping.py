@@ -91,6 +91,14 @@ def _limited(name: str, value: object) -> float:
     return found
 
 
+def share_of_critical(name: str, value: object) -> float:
+    """`value` as a share of critical damping."""
+    found = non_negative(name, value)
+    if found > 1.0:
+        raise ParameterError(name, found, "a share of critical damping, 0 to 1 (steel: about 0.001)")
+    return found
+
+
 @dataclass(frozen=True)
 class External(Damping):
     """B77's d: the same for every mode, the rigid one too, as of a viscous medium around the bar (B77 3).
@@ -154,10 +162,7 @@ class Ratio(Damping):
     ratio: float = 0.0
 
     def __post_init__(self) -> None:
-        found = non_negative("ratio", self.ratio)
-        if found > 1.0:
-            raise ParameterError("ratio", found, "a share of critical damping, 0 to 1 (steel: about 0.001)")
-        object.__setattr__(self, "ratio", found)
+        object.__setattr__(self, "ratio", share_of_critical("ratio", self.ratio))
 
     def of(self, omega: Array) -> Array:
         return np.asarray(2.0 * self.ratio * omega)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.body.body import Body, ComplexShape, Shape
+from percuss.model.body.body import Body, ComplexShape, IntArray, Shape
 from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
 from percuss.model.checks import Array, ComplexArray, instance, positive
 
@@ -18,6 +19,7 @@ __all__ = ["UniformBar"]
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
 LEAST_S, MOST_S = 1e-4, 1e9
 
+_RESONANT = 1e-12
 _SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
 
 
@@ -88,8 +90,35 @@ class UniformBar(Body):
         second, second_slope = _driven_at_0(self.s, q, far)
         return ComplexShape(0.5 * (shape + second), 0.5 * (side * slope + other * second_slope))
 
+    def held_transfer(self, k: Array, at: int = 0) -> ComplexArray:
+        """cos qx_p/cos q (theory §4), for every damping of which one lossless bar stands for all modes."""
+        bar = self.damping.lossless(k)
+        if not bar.exact:
+            return super().held_transfer(k, at)
+        q, x = bar.z / self.s, self.place(at)
+        there = _decaying(q, 1.0 - x) + _decaying(q, 1.0 + x)
+        bottom = _decaying(q, 1.0) ** 2 + 1.0
+        resonant = np.abs(bottom) < _RESONANT * np.maximum(1.0, np.abs(q))
+        return np.where(resonant, np.inf, there / np.where(resonant, 1.0, bottom))
+
+    @property
+    def is_harmonic(self) -> bool:
+        return True
+
+    def frequency(self, n: IntArray) -> Array:
+        return np.asarray(np.pi * self.s * n, dtype=float)
+
+    def nearest(self, omega: npt.ArrayLike) -> IntArray:
+        n = np.maximum(np.rint(np.asarray(omega, dtype=float) / (math.pi * self.s)), 1.0)
+        return np.asarray(n.astype(np.int64))
+
     def __str__(self) -> str:
         return f"s = {self.s:.6g}, {self.damping}"
+
+
+def _decaying(q: ComplexArray, way: float) -> ComplexArray:
+    """exp(−iq·way), which for Im q ≤ 0 never grows."""
+    return np.asarray(np.exp(-1j * way * q.real - way * np.abs(q.imag)))
 
 
 def _alternating(count: int) -> Array:
