@@ -257,11 +257,11 @@ def test_equal_sections_are_a_uniform_bar(law: Damping, load: Load) -> None:
             assert other.field(x, t).displacement == pytest.approx(one.field(x, t).displacement, abs=10 * size)
 
 
-@pytest.mark.parametrize("law", [Ratio, KelvinVoigt])
-def test_weak_damping_tends_to_none(law: Callable[[float], Damping]) -> None:
+@pytest.mark.parametrize(("law", "values"), [(Ratio, (1e-8, 1e-10)), (KelvinVoigt, (1e-10, 1e-12))])
+def test_weak_damping_tends_to_none(law: Callable[[float], Damping], values: tuple[float, ...]) -> None:
     free = steady_states(System(stepped(), SMOOTH, Kept(0.5)), modes=10).orbits[-1]
     errors = []
-    for value in (1e-8, 1e-10):
+    for value in values:
         orbit = steady_states(System(stepped(law(value)), SMOOTH, Kept(0.5)), modes=10).orbits[-1]
         assert orbit.phase == pytest.approx(free.phase, abs=1e-13)  # the rigid motion knows no damping
         errors.append(abs(orbit.impact_velocity - free.impact_velocity))
