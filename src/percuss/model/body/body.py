@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.body.damping import Damping
+from percuss.model.body.damping import Damping, Lossless
 from percuss.model.checks import Array, ComplexArray, count
 
 __all__ = ["Body", "Modes", "Shape"]
@@ -21,6 +21,7 @@ Kind = TypeVar("Kind", bound="Body")
 _DIFFERENCES = 4096
 """Modes in which a damped bar differs from the lossless one that stands for it; those above differ like 1/n³."""
 
+_AT_ONCE = 1 << 20  # modes × harmonics
 _RESONANT = 1e-12
 IntArray = npt.NDArray[np.int64]
 
@@ -251,12 +252,22 @@ class Body(ABC):
         whole = self.lossless_receptance(bar.z, x, self.place(at))
         if bar.exact:
             return ComplexShape(factor * whole.displacement, factor * whole.strain)
-        modes = self.modes(_DIFFERENCES, at)
         rows = self.driven_shapes(x, _DIFFERENCES, at)
-        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
-        return ComplexShape(
-            factor * whole.displacement + (rows.displacement @ off).T, factor * whole.strain + (rows.strain @ off).T
-        )
+        off = self._off_lossless(k, bar, np.concatenate([rows.displacement, rows.strain]))
+        count = x.size
+        return ComplexShape(factor * whole.displacement + off[:, :count], factor * whole.strain + off[:, count:])
+
+    def _off_lossless(self, k: Array, bar: Lossless, rows: Array) -> ComplexArray:
+        """What the damped modes add to the lossless bar that stands for them: Σ rows[i, n] times it; shape (K, i)."""
+        modes = self.modes(rows.shape[1])
+        found = np.empty((k.size, rows.shape[0]), dtype=complex)
+        width = max(1, _AT_ONCE // modes.size)
+        for i in range(0, k.size, width):  # else thousands of harmonics would fill the memory
+            part = slice(i, i + width)
+            square = (modes.omega**2)[:, None]
+            off = 1.0 / modes.stiffness(k[part]) - bar.factor[part] / (square - bar.z[part] ** 2)
+            found[part] = (rows @ off).T
+        return found
 
     def striking_receptance(self, k: Array) -> ComplexArray:
         """Σ_{n≥1} φ_n(1)²/(ω_n² + ik d_n − k²): force and motion at the striking end; shape (K,)."""
@@ -264,9 +275,7 @@ class Body(ABC):
         whole = bar.factor * self.lossless_receptance(bar.z, end, 1.0).displacement[:, 0]
         if bar.exact:
             return np.asarray(whole)
-        modes = self.modes(_DIFFERENCES)
-        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
-        return np.asarray(whole + (1.0 / modes.inertia) @ off)
+        return np.asarray(whole + self._off_lossless(k, bar, 1.0 / self.modes(_DIFFERENCES).inertia[None, :])[:, 0])
 
     def held_transfer(self, k: Array, at: int = 0) -> ComplexArray:
         """Force at the wall per harmonic of the load while the striking end is held; inf in resonance; shape (K,).
