@@ -152,6 +152,27 @@ def test_the_nearest_mode(s: float, at: float) -> None:
     assert abs(n - max(1, at / (math.pi * s))) <= 0.5 * (1.0 + 1e-12)
 
 
+@given(s=st.floats(0.05, 100.0))
+def test_nearest_modes_by_search_and_in_closed_form(s: float) -> None:
+    bar, wanted = UniformBar(s), np.array([0.01, 0.6, 1.49, 1.51, 7.3, 40.2]) * math.pi * s
+    assert bar.nearest(wanted).tolist() == Body.nearest(bar, wanted).tolist() == [1, 1, 1, 2, 7, 40]
+    n = bar.nearest(wanted)
+    assert bar.frequency(n) == pytest.approx(Body.frequency(bar, n), rel=1e-15)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_the_held_bar_by_receptances_and_in_closed_form(law: Damping) -> None:
+    bar, k = Somewhere(1.3, law, 0.35), np.array([1.0, 2.0, 5.0])
+    for at in (0, 1):
+        assert np.abs(bar.held_transfer(k, at) - Body.held_transfer(bar, k, at)).max() <= 1e-10
+    resonant = UniformBar(4.0 / (3.0 * math.pi))  # k = 2 is 3/2 of the first frequency
+    assert np.isinf(resonant.held_transfer(k)).tolist() == [False, True, False]
+
+
+def test_the_same_body_with_another_damping() -> None:
+    assert UniformBar(2.0, Ratio(0.1)).damped_by(External(0.5)) == UniformBar(2.0, External(0.5))
+
+
 def test_a_load_acts_where_the_body_has_a_place() -> None:
     with pytest.raises(ParameterError, match="no steps"):
         System(s=1.0, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0).acting_at(1))

@@ -33,7 +33,7 @@ class ModalImpact(Protocol):
     """The elastic modes of a steady motion at its impact."""
 
     @property
-    def displacement(self) -> Array: ...
+    def rebound(self) -> Array: ...
     @property
     def z_velocity(self) -> Array: ...
     @property
@@ -200,7 +200,7 @@ class Start:
             v[1:] += at.z_velocity + at.forced_velocity
             v[0] -= self._restitution() * self.source.rigid_velocity
             moved = float(u[0] + unit @ u[1:])
-            u[1:] += at.displacement
+            u[1:] += at.rebound
             u[0] = moved - float(unit @ u[1:])
             return u, v, _on_wall(moved, float(np.abs(u).max()))
         gap = float(u[0] + unit @ u[1:]) if self.gap is None else self.gap
