@@ -7,8 +7,7 @@ roots of a secular function 1 + Σ w_j/(μ − ξ_j), with poles ξ_j and residu
 
 import math
 
-from numba import njit
-
+from percuss.simulate.kernels.compiled import entry, inner, summed
 from percuss.stability.secular_kernels import (
     IM,
     JUMP,
@@ -19,7 +18,6 @@ from percuss.stability.secular_kernels import (
     RESIDUE,
     RESIDUE_IM,
     STATE_ROWS,
-    SUMS,
     WORK_ROWS,
     all_together,
     beside_complex_poles,
@@ -41,7 +39,7 @@ TURNED = 4.0 * 2.0**-52  # as in percuss.steady.impact_state
 ASIDE = 2.0  # as in percuss.stability.linear_map
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=SUMS)
+@summed
 def jumps(r, alpha, mean, pull, forced, forced_rate, bar, period, work):
     """g_n and g_n' of the saltation matrix into `work`; returns the speed of the striking end before the impact.
 
@@ -73,7 +71,7 @@ def jumps(r, alpha, mean, pull, forced, forced_rate, bar, period, work):
     return rigid + speed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def traces(r, alpha, speed, bar, work):
     """The trace of the map and that of its square; see `LinearMap.trace_of_square`."""
     trace, square, carried, mixed = 0.0, 0.0, 0.0, 0.0
@@ -88,7 +86,7 @@ def traces(r, alpha, speed, bar, work):
     return trace - carried, square - 2.0 * mixed + carried * carried
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def real_fractions(r, alpha, speed, bar, work):
     """Poles, ascending, and residues into `work` where the strain is kept; see `LinearMap.partial_fractions`."""
     count = 0
@@ -111,7 +109,7 @@ def real_fractions(r, alpha, speed, bar, work):
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def complex_fractions(r, alpha, speed, bar, work):
     """Poles and residues into `work` where the strain is turned over; see `LinearMap.partial_fractions`."""
     others = 0.0
@@ -144,7 +142,7 @@ def complex_fractions(r, alpha, speed, bar, work):
     return 2 * bar.shape[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def foremost_mode(mu, r, alpha, bar, work):
     """The mode with the greatest share of energy in the eigenvector of a multiplier; see `LinearMap.shares`."""
     best, most = 0, -1.0
@@ -161,7 +159,7 @@ def foremost_mode(mu, r, alpha, bar, work):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def largest_multipliers(r, alpha, mean, pull, forced, forced_rate, bar, period, work, state, found, mode):
     """The multiplier of largest modulus of many orbits, and the mode that it belongs to.
 

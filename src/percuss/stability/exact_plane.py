@@ -17,7 +17,7 @@ from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.multipliers import floquet_multipliers
+from percuss.stability.multipliers import NEUTRAL, TURNING, floquet_multipliers
 from percuss.stability.plane import Plane, phase_curves, stability_plane
 from percuss.steady import Orbit
 from percuss.steady.full_rebound import grows
@@ -38,7 +38,6 @@ elastic modes, so that the steady motion of the rigid bar is none of the elastic
 failed their check.
 """
 
-NEUTRAL, TURNING = 1e-10, 1e-6  # as in percuss.stability.verdict
 MAX_PLANE_MODES = 1024  # the cost of a cell grows like N²
 _CHUNK = 4096  # orbits handled at once ...
 _WORK = 1 << 16  # ... fewer of many modes: between two portions it can be told to stop

@@ -24,7 +24,13 @@ from percuss.stability.linear_map import MAX_MODES, LinearMap, linear_map
 from percuss.stability.secular import secular_roots
 from percuss.steady import Orbit
 
-__all__ = ["Multipliers", "floquet_multipliers"]
+__all__ = ["NEUTRAL", "TURNING", "Multipliers", "floquet_multipliers"]
+
+NEUTRAL = 1e-10
+"""Moduli this close to 1 are neither stable nor unstable: rounding would decide."""
+
+TURNING = 1e-6
+"""Part of its modulus from which on the imaginary part of a multiplier makes it one of a pair that turns."""
 
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
 _TRACE = 1e-11  # relative error of the sums of the roots and of their squares
