@@ -31,6 +31,7 @@ from percuss.stability import (
     waveform_criterion,
 )
 from percuss.stability.exact_plane import OUTCOMES
+from percuss.stability.linear_map import map_at_impact
 from percuss.stability.reduced import elastic_feedback, quadratic_coefficients
 from percuss.stability.secular import cauchy_sums, secular_roots
 from percuss.steady import Orbit
@@ -290,7 +291,7 @@ def map_of(system: System, modes: int, seed: int, periods: int = 1) -> LinearMap
     rng = np.random.default_rng(seed)
     size = 0.02 / (1.0 + np.arange(modes)) ** 2
     rise, speed = size * rng.normal(size=modes), np.append(1.0, size * rng.normal(size=modes))
-    return LinearMap.at_impact(system, 2.0 * math.pi * periods, float(rng.uniform(-1.5, 1.5)), rise, speed)
+    return map_at_impact(system, 2.0 * math.pi * periods, float(rng.uniform(-1.5, 1.5)), rise, speed)
 
 
 @settings(max_examples=80, deadline=None)
