@@ -39,9 +39,6 @@ TO_BE_PORTED = {
     "simulate/starts.py",
     "simulate/tables.py",
     "simulate/trajectory.py",
-    "stability/exact_kernels.py",
-    "stability/exact_plane.py",
-    "stability/linear_map.py",
 }
 """Files outside `model/body` that still spell them; this only ever gets shorter."""
 

@@ -67,40 +67,6 @@ class LinearMap:
     restitution: float
     strain_factor: float
 
-    @classmethod
-    def at_impact(cls, system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
-        """The map of a motion of the given period, from its state just before the impact.
-
-        Parameters
-        ----------
-        system, period
-            What moves, and T.
-        force
-            p(φ), the load at the impact.
-        displacement, velocity
-            u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
-        """
-        r, alpha, d = system.restitution, system.contact.strain_factor, system.d
-        modes, step = flights(system.body, system.load.at, period, displacement.size)
-        omega = np.append(0.0, modes.omega)
-        gamma = np.append(1.0, modes.gamma)
-        decay = np.exp(-np.append(d, modes.damping) * period)
-        pull = (1.0 + r) * force - (alpha + r) * omega**2 * np.append(0.0, displacement)
-        return cls(
-            a=np.append(1.0, step.a),
-            b=np.append(period * float(phi1(d * period)), step.b),
-            c=np.append(0.0, step.c),
-            e=np.append(decay[0], step.e),
-            decay=decay,
-            omega=omega,
-            gamma=gamma,
-            g=(alpha + r) * velocity,
-            g_velocity=-pull,
-            speed=float(gamma @ velocity),
-            restitution=r,
-            strain_factor=alpha,
-        )
-
     def dense(self) -> Array:
         """M as a full matrix of shape (2N + 2, 2N + 2); states ordered u_0, u_0', u_1, u_1', …"""
         size, r, alpha = self.a.size, self.restitution, self.strain_factor
@@ -217,6 +183,40 @@ class LinearMap:
         return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
 
 
+def map_at_impact(system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
+    """The map of a motion of the given period, from its state just before the impact.
+
+    Parameters
+    ----------
+    system, period
+        What moves, and T.
+    force
+        p(φ), the load at the impact.
+    displacement, velocity
+        u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
+    """
+    r, alpha, d = system.restitution, system.contact.strain_factor, system.d
+    modes, step = flights(system.body, system.load.at, period, displacement.size)
+    omega = np.append(0.0, modes.omega)
+    gamma = np.append(1.0, modes.gamma)
+    decay = np.exp(-np.append(d, modes.damping) * period)
+    pull = (1.0 + r) * force - (alpha + r) * omega**2 * np.append(0.0, displacement)
+    return LinearMap(
+        a=np.append(1.0, step.a),
+        b=np.append(period * float(phi1(d * period)), step.b),
+        c=np.append(0.0, step.c),
+        e=np.append(decay[0], step.e),
+        decay=decay,
+        omega=omega,
+        gamma=gamma,
+        g=(alpha + r) * velocity,
+        g_velocity=-pull,
+        speed=float(gamma @ velocity),
+        restitution=r,
+        strain_factor=alpha,
+    )
+
+
 def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     """The linearised impact-to-impact map of an orbit, with modes 0 … `modes`.
 
@@ -232,4 +232,4 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
     rigid = (system.load.mean * orbit.period + system.d * bent) / (1.0 + system.restitution)
     force = float(system.load.value(orbit.phase, side))
-    return LinearMap.at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))
+    return map_at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))

@@ -10,6 +10,7 @@ from percuss.case.file_format.section_tables import sectioned_bar
 from percuss.errors import ParameterError
 from percuss.model import Bar, Contact, External, Kept, Ratio, Reversed, SizedBody, SteppedBar, UniformBar
 from percuss.model.body import Body, Damping
+from percuss.model.body.damping import share_of_critical
 from percuss.model.checks import non_negative
 from percuss.model.contact import LAWS
 from percuss.units import si
@@ -46,7 +47,7 @@ def _sectioned(table: BarTable) -> SizedBody:
     given = _damping(table)
     ratio, law = given.get("damping_ratio"), given.get("damping")
     if ratio is not None:
-        law = Ratio(non_negative("damping_ratio", ratio))
+        law = Ratio(share_of_critical("damping_ratio", ratio))
     return sectioned_bar(table.sections, table, law, given.get("drag", 0.0))
 
 
