@@ -89,7 +89,7 @@ def _elastic_harmonic(motion: Motion, response: HarmonicResponse) -> tuple[float
     free = 0.5 * (state.z_velocity**2 - end_velocity**2 + square * (state.z**2 - end**2))
     cross = 2.0 * modes.damping * ((gain * work) @ (1j * k * turned)).real
     damped = float(weight @ np.where(modes.damping > 0.0, free + cross, 0.0))
-    driven = response.driven_shape(None if motion.requested_modes is None else state.omega.size)
+    driven = weight @ gain if motion.cut else response.driven_shape()
     forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * driven).real))
     return put_in + forced, damped + forced if np.any(modes.damping) else 0.0
 

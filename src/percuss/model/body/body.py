@@ -3,103 +3,31 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.body.damping import Damping
+from percuss.model.body.damping import Damping, Lossless
+from percuss.model.body.modes import ComplexShape, Modes, Shape
 from percuss.model.checks import Array, ComplexArray, count
 from percuss.model.parameter import Parameter, of_field
 
-__all__ = ["Body", "Modes", "Shape"]
+__all__ = ["Body", "ComplexShape", "IntArray", "Modes", "Shape"]
 
 Kind = TypeVar("Kind", bound="Body")
 
 _DIFFERENCES = 4096
 """Modes in which a damped bar differs from the lossless one that stands for it; those above differ like 1/n³."""
 
+_AT_ONCE = 1 << 20  # modes × harmonics
 _RESONANT = 1e-12
 IntArray = npt.NDArray[np.int64]
 
 _KEPT = 1 << 16  # modes of the tables that are kept
-
-
-class Shape(NamedTuple):
-    """Displacement along the bar and its slope, the strain u_x; equal shapes, dimensionless."""
-
-    displacement: Array
-    strain: Array
-
-
-class ComplexShape(NamedTuple):
-    """As `Shape`, of a harmonic motion: complex amplitudes."""
-
-    displacement: ComplexArray
-    strain: ComplexArray
-
-
-@dataclass(frozen=True)
-class Modes:
-    """The elastic modes n = 1 … N of a free body under a load at one place; every array of shape (N,), dimensionless.
-
-    Mode n moves as u = z_n(t) φ_n(x) φ_n(x_p), z_n'' + d_n z_n' + ω_n² z_n = p(t): B77's u_n. φ_n is scaled so that its
-    modal mass is the mass of the body, 1.
-
-    Parameters
-    ----------
-    omega
-        Undamped frequencies ω_n, increasing, per radian of the load.
-    damping
-        d_n.
-    inertia
-        1/φ_n(1)²: the mass that the mode has at the striking end (uniform bar: 1/2). Never 0.
-    at_load
-        φ_n(x_p)/φ_n(1): the mode at the load, where the striking end moves by 1 (uniform bar, driven end: (−1)ⁿ).
-    """
-
-    omega: Array
-    damping: Array
-    inertia: Array
-    at_load: Array
-
-    @property
-    def gamma(self) -> Array:
-        """γ_n = φ_n(x_p) φ_n(1): z_n moves the striking end by γ_n z_n (uniform bar, driven end: 2(−1)ⁿ)."""
-        return self.at_load / self.inertia
-
-    @property
-    def weight(self) -> Array:
-        """φ_n(x_p)²: the kinetic energy is ½ Σ weight z_n'², the load's power p Σ weight z_n' (uniform bar: 2)."""
-        return self.at_load**2 / self.inertia
-
-    @property
-    def end(self) -> Array:
-        """|φ_n(1)|, at the striking end (uniform bar: √2)."""
-        return 1.0 / np.sqrt(self.inertia)
-
-    @property
-    def size(self) -> int:
-        """N."""
-        return self.omega.size
-
-    @property
-    def is_damped(self) -> bool:
-        """Whether every mode loses energy."""
-        return bool(np.all(self.damping > 0.0))
-
-    def stiffness(self, k: Array) -> ComplexArray:
-        """ω_n² + ik d_n − k², shape (N, K): what divides the harmonics k of the load."""
-        return np.asarray((self.omega**2)[:, None] + 1j * np.outer(self.damping, k) - (k**2)[None, :])
-
-    def first(self, count: int) -> Modes:
-        """The first `count` of them; itself when it has no more."""
-        if count >= self.size:
-            return self
-        return Modes(self.omega[:count], self.damping[:count], self.inertia[:count], self.at_load[:count])
 
 
 class Body(ABC):
@@ -257,12 +185,22 @@ class Body(ABC):
         whole = self.lossless_receptance(bar.z, x, self.place(at))
         if bar.exact:
             return ComplexShape(factor * whole.displacement, factor * whole.strain)
-        modes = self.modes(_DIFFERENCES, at)
         rows = self.driven_shapes(x, _DIFFERENCES, at)
-        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
-        return ComplexShape(
-            factor * whole.displacement + (rows.displacement @ off).T, factor * whole.strain + (rows.strain @ off).T
-        )
+        off = self._off_lossless(k, bar, np.concatenate([rows.displacement, rows.strain]))
+        count = x.size
+        return ComplexShape(factor * whole.displacement + off[:, :count], factor * whole.strain + off[:, count:])
+
+    def _off_lossless(self, k: Array, bar: Lossless, rows: Array) -> ComplexArray:
+        """What the damped modes add to the lossless bar that stands for them: Σ rows[i, n] times it; shape (K, i)."""
+        modes = self.modes(rows.shape[1])
+        found = np.empty((k.size, rows.shape[0]), dtype=complex)
+        width = max(1, _AT_ONCE // modes.size)
+        for i in range(0, k.size, width):  # else thousands of harmonics would fill the memory
+            part = slice(i, i + width)
+            square = (modes.omega**2)[:, None]
+            off = 1.0 / modes.stiffness(k[part]) - bar.factor[part] / (square - bar.z[part] ** 2)
+            found[part] = (rows @ off).T
+        return found
 
     def striking_receptance(self, k: Array) -> ComplexArray:
         """Σ_{n≥1} φ_n(1)²/(ω_n² + ik d_n − k²): force and motion at the striking end; shape (K,)."""
@@ -270,9 +208,7 @@ class Body(ABC):
         whole = bar.factor * self.lossless_receptance(bar.z, end, 1.0).displacement[:, 0]
         if bar.exact:
             return np.asarray(whole)
-        modes = self.modes(_DIFFERENCES)
-        off = 1.0 / modes.stiffness(k) - bar.factor / ((modes.omega**2)[:, None] - bar.z**2)
-        return np.asarray(whole + (1.0 / modes.inertia) @ off)
+        return np.asarray(whole + self._off_lossless(k, bar, 1.0 / self.modes(_DIFFERENCES).inertia[None, :])[:, 0])
 
     def held_transfer(self, k: Array, at: int = 0) -> ComplexArray:
         """Force at the wall per harmonic of the load while the striking end is held; inf in resonance; shape (K,).
