@@ -13,7 +13,6 @@ import pytest
 
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
-from percuss.case.answers.simulation_json import simulation_text
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate.starts import DISTRIBUTIONS
@@ -450,8 +449,8 @@ def test_json_is_plain_and_complete(case: Case) -> None:
     found = answer.to_json_dict()
     assert is_plain(found)
     assert len(found["events"]) == len(answer.motion.events)
-    assert json.loads(simulation_text(answer)) == json.loads(json.dumps(found, allow_nan=False))
-    assert json.loads(simulation_text(answer, 0))["events"] == []
+    assert json.loads(answer.to_json_text()) == json.loads(json.dumps(found, allow_nan=False))
+    assert json.loads(answer.to_json_text(0))["events"] == []
     for row, event in zip(found["events"], answer.motion.events, strict=True):
         assert (row["kind"], row["time"], row["impact_velocity"]) == (event.kind, event.time, event.impact_velocity)
         assert 0.0 <= row["phase"] < 2.0 * math.pi
@@ -475,6 +474,6 @@ def test_json_of_si() -> None:
 
 def test_a_title_cannot_break_the_text() -> None:
     case = Case.from_text('title = "\\"events\\": []"\n' + PLAIN + "[simulation]\nmodes = 0\nimpacts = 2\n")
-    found = json.loads(simulation_text(simulation_answer(case)))
+    found = json.loads(simulation_answer(case).to_json_text())
     assert found["title"] == '"events": []'
     assert len(found["events"]) == 2

@@ -5,7 +5,6 @@ import pytest
 
 from percuss import Load, System
 from percuss.case import load_case, simulation_answer
-from percuss.case.answers.simulation_json import simulation_dict
 from percuss.cli.motion_report import motion_report
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
 
@@ -62,7 +61,7 @@ def test_report_and_json_tell_of_the_main_blows(jackleg):
     rows = dict(report.sections[2].rows)
     assert rows["striking speed"].startswith("7.464 m/s and 7.03 m/s")
     assert "per load period" in rows["delivered"]
-    tree = simulation_dict(jackleg)["summary"]
+    tree = jackleg.to_json_dict()["summary"]
     assert len(tree["si"]["cycle_velocities_m_s"]) == len(tree["cycle_energies"]) == 2
 
 

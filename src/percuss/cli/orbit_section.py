@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, Section
+from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import OrbitAnswer
@@ -58,7 +59,7 @@ def _possible(answer: OrbitAnswer) -> str:
         return "yes, as far as the sums over modes tell, but not proved: a touch between the blows cannot be ruled out"
     if orbit.admissible:
         return "yes: the bar strikes forward and stays clear of the wall between the blows"
-    if orbit.violation is None or orbit.impact_velocity <= 0.0:
+    if orbit.violation is None or orbit.obstacle is Reason.NO_BLOW:
         return "no: at the moment of impact the striking end would be moving away from the wall"
     time, depth = number(orbit.violation.time), number(orbit.violation.depth)
     if system.is_si:

@@ -161,6 +161,4 @@ def _as_option(parser: Parser, error: CaseError) -> NoReturn:
 
 
 def _json(answer: SimulationAnswer, options: argparse.Namespace) -> str:
-    from percuss.case.answers.simulation_json import simulation_text
-
-    return simulation_text(answer, None if options.events is None else options.events[0])
+    return answer.to_json_text(None if options.events is None else options.events[0])

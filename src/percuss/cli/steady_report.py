@@ -10,6 +10,7 @@ from percuss.case.answers.numerals import counted, number, ordinal, percent, qua
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer
@@ -55,12 +56,22 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
             f"s = {number(system.s, 6)}, d = {number(system.d, 6)}, restitution R = {number(system.restitution)}",
         )
     )
+    rows.append(("damping", _damping_text(system)))
+    rows.append(("contact", system.contact.sentence))
     rows.append(("load", _load_text(system)))
     if history is not None:
         rows.append(("history", _history_text(history)))
         rows += [("warning", warning) for warning in history.warnings]
     rows += [("note", note) for note in notes]
     return Section("Hammer", tuple(rows))
+
+
+def _damping_text(system: System) -> str:
+    """The law of damping in words; in SI with the drag of one that brakes the bar as a whole."""
+    words = system.body.damping.words
+    if system.bar is None or not system.bar.rigid_drag:
+        return words
+    return f"{words}; c = {number(system.bar.rigid_drag)} N·s/m"
 
 
 def _load_text(system: System) -> str:
@@ -99,7 +110,7 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
     if states.exists:
         text = f"{counted(count, 'steady motion')}: {compared}"
         return Section(heading, (("exists", text), *((("note", states.note),) if states.note else ())))
-    rows = [("exists", f"no: the level is above what the load can reach ({compared})")]
+    rows = [("exists", f"no: {Reason.NO_MOTION.words} ({compared})")]
     nearest = states.nearest
     if nearest is not None and nearest.load_factor is not None:
         now, then = system.load.load_factor, nearest.load_factor

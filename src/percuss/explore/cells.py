@@ -10,18 +10,17 @@ import numpy as np
 
 from percuss.errors import ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.jobs.job import Columns
-from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, REASONS, columns_of, needs
+from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, columns_of, needs
 from percuss.model import System
+from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
+from percuss.steady.reason import VERDICTS
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
     from percuss.stability import Stability
 
 __all__ = ["Asked", "cell_columns", "failure", "label_text"]
-
-NEUTRAL = 1e-10
-"""Margins this small are neither stable nor unstable: rounding would decide."""
 
 _NOTHING = 1e-12  # of the blow's energy: with R = 1 and no damping nothing is put in but rounding
 
@@ -157,7 +156,7 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
             if name in out:
                 value = getattr(verdicts[best], name)
                 found[name] = np.nan if value is None else value
-        found["reason"] = _reason(orbits[best], verdicts[best])
+        found["reason"] = VERDICTS.index(verdicts[best].kind)
     for name, value in found.items():
         if name in out:
             out[name][i] = value
@@ -191,22 +190,6 @@ def _of_orbit(out: Columns, i: int, orbit: Orbit, si: bool) -> None:
         out["delivered"][i] = orbit.delivered_energy * (system.energy_scale if si else 1.0)
     if "efficiency" in out and orbit.energy.input > _NOTHING * orbit.blow_energy:
         out["efficiency"][i] = orbit.delivered_energy / orbit.energy.input
-
-
-def _reason(orbit: Orbit, verdict: Stability) -> int:
-    """Why, as one of `REASONS`."""
-    first = complex(verdict.multipliers.values[0])
-    if orbit.fold:
-        return REASONS.index("fold")
-    if verdict.stable:
-        return REASONS.index("stable")
-    if abs(verdict.margin) <= NEUTRAL:
-        return REASONS.index("neutral")
-    if verdict.multipliers.dominant_mode != 0:
-        return REASONS.index("elastic")
-    if abs(first.imag) > 1e-6 * abs(first):
-        return REASONS.index("spiral")
-    return REASONS.index("fold" if first.real > 0.0 else "flip")
 
 
 # -- simulation -------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.cells import NEUTRAL, Asked, cell_columns, empty_columns, failure
+from percuss.explore.cells import Asked, cell_columns, empty_columns, failure
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns
 from percuss.explore.parameters import PERIODS
@@ -16,6 +16,7 @@ from percuss.explore.quantities import BRANCHES, QUANTITIES, needs
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.stability import stability_plane
+from percuss.stability.multipliers import NEUTRAL
 from percuss.steady.phases import Arcs, forced_response
 
 __all__ = ["AXES", "fits_plane", "plane_columns"]

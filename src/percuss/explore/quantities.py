@@ -9,6 +9,7 @@ from typing import Literal
 from percuss.errors import ParameterError
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
+from percuss.steady.reason import VERDICTS
 
 __all__ = [
     "BRANCHES",
@@ -37,7 +38,7 @@ motion that does not exist there. From ``resonance`` on, what could not be compu
 CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
 """What a periodic motion has in it, by number."""
 
-REASONS = ("stable", "fold", "flip", "spiral", "elastic", "neutral")
+REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 
 Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov"]

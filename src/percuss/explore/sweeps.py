@@ -100,7 +100,7 @@ class Sweep(Shown):
         """The map with named coordinates and units, labels in words."""
         from percuss.explore.dataset import map_dataset
 
-        return map_dataset(self)
+        return map_dataset(self.axes, self.quantities, self.arrays, self.columns, self.words)
 
 
 def _asked(ask: Mapping[str, Any]) -> tuple[str, ...]:

@@ -6,14 +6,15 @@ import json
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from percuss._version import __version__
 from percuss.errors import Interrupted, PercussError
 from percuss.model.checks import count
-from percuss.paper.claim_beyond import Finding, beyond
+from percuss.paper.audit import Audit
+from percuss.paper.claim_beyond import beyond
 from percuss.paper.claim_common import HOLDS, NOT, PARTLY, Claim, ClaimsProgress, Size, Table, Trial, Verdict
 from percuss.paper.claim_ends import End, claim_a, ends_of
 from percuss.paper.claim_hydraulic import Scatter, claim_d, scatters_of
@@ -32,39 +33,6 @@ PART = "claims.part.json"
 """The finished claims of an audit that is not."""
 
 LOST = "the claim in progress is lost, finished ones are kept: ask for the same again to continue"
-
-
-@dataclass(frozen=True)
-class Audit:
-    """All claims tried, and what was found besides.
-
-    Parameters
-    ----------
-    size, seed
-        How much was tried for each claim, and the seed of all starts.
-    claims
-        a to f.
-    findings
-        What B77 does not tell.
-    """
-
-    size: Size
-    seed: int
-    claims: tuple[Claim, ...]
-    findings: tuple[Finding, ...]
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """What ``claims.json`` holds."""
-        return {
-            "percuss": __version__,
-            "starts_per_claim": self.size.starts,
-            "impacts": self.size.impacts,
-            "seed": self.seed,
-            "claims": {claim.letter: claim.to_json_dict() for claim in self.claims},
-            "beyond": [
-                {"title": found.title, "text": found.text, "rows": found.table.records()} for found in self.findings
-            ],
-        }
 
 
 def audit(size: Size = DEFAULT, seed: int = 1, progress: Callable[[ClaimsProgress], object] | None = None) -> Audit:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from percuss.paper.claim_ends import starts_each
 
 if TYPE_CHECKING:
+    from percuss.paper.audit import Audit
     from percuss.paper.claim_common import Claim, Table
-    from percuss.paper.claims import Audit
 
 __all__ = ["report", "table_text"]
 

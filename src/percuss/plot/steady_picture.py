@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,18 +11,12 @@ from percuss import palette
 from percuss.model.checks import having
 from percuss.plot.axes import Units, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
-from percuss.stability import stability_of
-from percuss.steady import SteadyStates, si_report
+from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, judged_states
+from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
 
-    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
-    from percuss.model import System
-    from percuss.stability import Stability
-    from percuss.steady import Orbit, SIReport
 
 __all__ = ["steady"]
 
@@ -34,7 +27,7 @@ EDGE = 1.7
 """How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
 
 
-def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
+def steady(answer: JudgedMotions | SteadyStates) -> Figure:
     """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
@@ -59,7 +52,7 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
     True
     """
     if isinstance(answer, SteadyStates):
-        shown: SteadyAnswer | _Answer = _judged(answer)
+        shown: JudgedMotions = judged_states(answer)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
         shown = answer
@@ -73,55 +66,23 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
         _multipliers(figure.add_subplot(grid[1, 0]), shown)
         _waves(figure, figure.add_subplot(grid[1, 1:]), shown, units)
         titled(figure, shown.title)
+        _laws(figure, shown)
     return figure
 
 
-@dataclass(frozen=True)
-class _Judged:
-    """An orbit with what is drawn of it."""
-
-    orbit: Orbit
-    stability: Stability
-    si: SIReport | None
-
-    @property
-    def runs(self) -> bool:
-        return self.orbit.admissible and self.stability.stable
+def _laws(figure: Figure, answer: JudgedMotions) -> None:
+    """What the motions rest on, in small print: the law of the contact and that of the damping."""
+    system = answer.system
+    text = f"{system.contact.sentence}; damping: {system.body.damping.words}"
+    figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)
 
 
-@dataclass(frozen=True)
-class _Period:
-    states: SteadyStates
-    orbits: tuple[_Judged, ...]
-
-
-@dataclass(frozen=True)
-class _Answer:
-    """Steady states that no case stands behind, as an answer has them."""
-
-    title: str
-    system: System
-    periods: tuple[_Period, ...]
-
-    @property
-    def chosen(self) -> _Judged | None:
-        found = self.periods[0].orbits
-        return min(found, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
-
-
-def _judged(states: SteadyStates) -> _Answer:
-    si = states.system.is_si
-    orbits = tuple(_Judged(one, stability_of(one), si_report(one) if si else None) for one in states.orbits)
-    return _Answer(str(states.system), states.system, (_Period(states, orbits),))
-
-
-def _all_orbits(answer: SteadyAnswer | _Answer) -> list[tuple[str, OrbitAnswer | _Judged]]:
+def _all_orbits(answer: JudgedMotions) -> list[tuple[str, JudgedOrbit]]:
     """Every orbit with the colour of its m."""
-    periods: Sequence[PeriodAnswer | _Period] = answer.periods
-    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(periods) for found in period.orbits]
+    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(answer.periods) for found in period.orbits]
 
 
-def _marker(found: OrbitAnswer | _Judged, colour: str) -> dict[str, Any]:
+def _marker(found: JudgedOrbit, colour: str) -> dict[str, Any]:
     """Solid: stable; open: unstable; cross: cannot happen."""
     if not found.orbit.admissible:
         return {"marker": "x", "markersize": 7, "color": colour, "markeredgewidth": 1.8}
@@ -136,20 +97,19 @@ def _phase_axis(axes: Any) -> None:
     axes.set_xlabel("phase of the load")
 
 
-def _phases(axes: Any, answer: SteadyAnswer | _Answer) -> None:
+def _phases(axes: Any, answer: JudgedMotions) -> None:
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
-    periods: Sequence[PeriodAnswer | _Period] = answer.periods
-    curve = periods[0].states.rigid_velocity(phases)
+    curve = answer.periods[0].states.rigid_velocity(phases)
     axes.plot(phases, curve, color=INK)
-    low, high = _limits(curve, [period.states.level for period in periods])
+    low, high = _limits(curve, [period.states.level for period in answer.periods])
     beyond = []
-    for i, period in enumerate(periods):
+    for i, period in enumerate(answer.periods):
         colour = COLOURS[i % len(COLOURS)]
         level = period.states.level
         if not low < level < high:
             beyond.append(str(period.states.periods))
             continue
-        label = f"level, m = {period.states.periods}" if len(periods) <= 6 else None
+        label = f"level, m = {period.states.periods}" if len(answer.periods) <= 6 else None
         axes.axhline(level, color=colour, linestyle="--", linewidth=1.1, label=label)
         for found in period.orbits:
             axes.plot([found.orbit.phase], [level], clip_on=False, zorder=3, **_marker(found, colour))
@@ -175,7 +135,7 @@ def _limits(curve: Any, levels: list[float]) -> tuple[float, float]:
     return low - 0.1 * span, high + 0.1 * span
 
 
-def _load(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
+def _load(axes: Any, answer: JudgedMotions, units: Units) -> None:
     load = answer.system.load
     phases, values = _load_curve(answer)
     axes.plot(phases, values * units.force, color=INK)
@@ -195,7 +155,7 @@ def _load(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
         axes.legend(loc="best")
 
 
-def _load_curve(answer: SteadyAnswer | _Answer) -> tuple[Any, Any]:
+def _load_curve(answer: JudgedMotions) -> tuple[Any, Any]:
     """The load over one period; both values where it jumps."""
     load = answer.system.load
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
@@ -210,7 +170,7 @@ def _load_curve(answer: SteadyAnswer | _Answer) -> tuple[Any, Any]:
     return phases, values
 
 
-def _gap(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
+def _gap(axes: Any, answer: JudgedMotions, units: Units) -> None:
     axes.set_title("(c) the striking end between two blows")
     axes.set_xlabel(units.time_label)
     axes.set_ylabel(units.length_label)
@@ -235,7 +195,7 @@ def _gap(axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
         axes.legend(loc="lower center", ncols=2)
 
 
-def _multipliers(axes: Any, answer: SteadyAnswer | _Answer) -> None:
+def _multipliers(axes: Any, answer: JudgedMotions) -> None:
     circle = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
     axes.fill(circle.real, circle.imag, color=COLOURS[2], alpha=0.12, linewidth=0)
     axes.plot(circle.real, circle.imag, color=INK, linewidth=0.9)
@@ -273,7 +233,7 @@ def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
         axes.annotate(text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow)
 
 
-def _waves(figure: Figure, axes: Any, answer: SteadyAnswer | _Answer, units: Units) -> None:
+def _waves(figure: Figure, axes: Any, answer: JudgedMotions, units: Units) -> None:
     chosen = answer.chosen
     if chosen is None:
         axes.set_title("(e) waves in the bar")

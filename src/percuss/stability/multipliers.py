@@ -1,5 +1,9 @@
 """Exact Floquet multipliers of an orbit with N elastic modes (not in B77; theory §5), and which motion each belongs to.
 
+They are exact for the modes and the contact law of the system. What they say of the elastic modes is said by the law:
+where an impact keeps the strain (B77) some of these may grow, where it turns the strain over, as waves in a uniform bar
+do, their multipliers have a modulus of about R e^{−d_n T/2}.
+
 A multiplier belongs to a mode by its participation factor l_n·r_n, the product of the mode's parts of its left and
 right eigenvectors with l·r = 1 (Pérez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101 (1982) 3117–3125). No scale of
 the states enters. Over the modes the factors of one multiplier sum to 1, over the multipliers those of one mode to 2.
@@ -20,7 +24,13 @@ from percuss.stability.linear_map import MAX_MODES, LinearMap, linear_map
 from percuss.stability.secular import secular_roots
 from percuss.steady import Orbit
 
-__all__ = ["Multipliers", "floquet_multipliers"]
+__all__ = ["NEUTRAL", "TURNING", "Multipliers", "floquet_multipliers"]
+
+NEUTRAL = 1e-10
+"""Moduli this close to 1 are neither stable nor unstable: rounding would decide."""
+
+TURNING = 1e-6
+"""Part of its modulus from which on the imaginary part of a multiplier makes it one of a pair that turns."""
 
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
 _TRACE = 1e-11  # relative error of the sums of the roots and of their squares
@@ -58,7 +68,7 @@ class Multipliers(Shown):
     @property
     def largest(self) -> float:
         """Largest modulus: less than 1 when the orbit is stable."""
-        return float(np.abs(self.values[0]))
+        return float(np.abs(self.values).max())  # of equal ones the first in `values` may be an ulp off
 
     @cached_property
     def rigid(self) -> tuple[int, int]:

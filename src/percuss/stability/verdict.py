@@ -8,16 +8,14 @@ import numpy as np
 
 from percuss.model.checks import instance
 from percuss.shown import Shown
-from percuss.stability.multipliers import Multipliers, floquet_multipliers
+from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
 from percuss.stability.reduced import Reduced, reduced_criterion
 from percuss.stability.waveform import Waveform, waveform_criterion
-from percuss.steady import Orbit
+from percuss.steady import Orbit, Reason
 
 __all__ = ["DEFAULT_MODES", "Stability", "stability_of"]
 
 DEFAULT_MODES = 32
-_NEUTRAL = 1e-10  # moduli this close to 1 are neither stable nor unstable in double precision
-_FOLD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -28,6 +26,8 @@ class Stability(Shown):
     ----------
     stable
         By the exact multipliers.
+    kind
+        What decides, one of `percuss.steady.Reason`.
     reason
         In words: what grows, or what dies out last.
     margin
@@ -40,6 +40,7 @@ class Stability(Shown):
     """
 
     stable: bool
+    kind: Reason
     reason: str
     margin: float
     reduced: Reduced
@@ -67,6 +68,9 @@ class Stability(Shown):
 def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
+    The multipliers are exact for the contact law of the system. Under the law that keeps the strain (B77) an elastic
+    mode may grow where the rigid motion is stable; that is a property of the law, not of bars, as the reason says then.
+
     Parameters
     ----------
     orbit
@@ -90,26 +94,42 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     if reduced.other_side is not None:  # the load jumps at the impact: the worse side decides
         multipliers = max(multipliers, floquet_multipliers(orbit, n, side="left"), key=lambda m: m.largest)
     margin = 1.0 - multipliers.largest
-    stable = margin > _NEUTRAL and not orbit.fold
+    stable = margin > NEUTRAL and not orbit.fold
     disagreement = None
-    if stable != reduced.stable and abs(margin) > _NEUTRAL:
+    if stable != reduced.stable and abs(margin) > NEUTRAL:
         words = {True: "stable", False: "unstable"}
         disagreement = (
             f"B77's reduced criterion says {words[reduced.stable]} (largest modulus {max(reduced.moduli):.6f}), the "
             f"exact multipliers (modes up to {n}) say {words[stable]} (largest modulus {multipliers.largest:.6f})"
         )
-    reason = _reason(orbit, multipliers, reduced, stable)
-    return Stability(stable, reason, margin, reduced, multipliers, waveform_criterion(orbit), disagreement)
+    kind = _kind(orbit, multipliers, reduced, stable)
+    reason = _in_words(kind, orbit, multipliers, reduced)
+    return Stability(stable, kind, reason, margin, reduced, multipliers, waveform_criterion(orbit), disagreement)
 
 
-def _reason(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bool) -> str:
+def _kind(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bool) -> Reason:
+    first = complex(multipliers.values[0])
+    if orbit.fold:
+        return Reason.FOLD
+    if stable:
+        return Reason.STABLE
+    if abs(1.0 - multipliers.largest) <= NEUTRAL:
+        return Reason.NEUTRAL
+    if multipliers.dominant_mode != 0 and reduced.stable:  # what B77's criterion cannot see
+        return Reason.ELASTIC
+    if abs(first.imag) > TURNING * multipliers.largest:
+        return Reason.SPIRAL
+    return Reason.FOLD if first.real > 0.0 else Reason.FLIP
+
+
+def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Reduced) -> str:
     first = complex(multipliers.values[0])
     modulus, mode = multipliers.largest, multipliers.dominant_mode
     what = "the rigid motion" if mode == 0 else f"elastic mode {mode}"
     if orbit.continuum is not None:
         start, stop = orbit.continuum
         grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"
-        also = "" if modulus <= 1.0 + _NEUTRAL else grows
+        also = "" if modulus <= 1.0 + NEUTRAL else grows
         return (
             f"one of a continuum: every impact phase from {start:.6g} to {stop:.6g} rad is steady (multiplier 1){also}"
         )
@@ -121,16 +141,17 @@ def _reason(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bo
         )
     if orbit.fold:
         return "fold: two motions meet here, the multiplier is 1"
-    if stable:
+    if kind is Reason.STABLE:
         return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per impact"
-    if abs(1.0 - modulus) <= _NEUTRAL:
+    if kind is Reason.NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
-    if mode != 0 and reduced.stable:  # what B77's criterion cannot see
-        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact"
-    if abs(first.imag) > _FOLD * modulus:
+    if kind is Reason.ELASTIC:  # what B77's criterion cannot see
+        note = orbit.system.contact.elastic_growth
+        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
+    if kind is Reason.SPIRAL:
         turn = abs(float(np.angle(first)))
         grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"
         return f"unstable, a spiral: {grows}"
-    if first.real > 0.0:
+    if kind is Reason.FOLD:
         return f"unstable, beyond the fold: multiplier {first.real:.3f}"
     return f"flip (period doubling): multiplier {first.real:.3f}"

@@ -7,6 +7,7 @@ from percuss.steady.full_rebound import grows
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
+from percuss.steady.reason import Reason
 from percuss.steady.response import Field
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.si import SIReport, si_report
@@ -19,6 +20,7 @@ __all__ = [
     "ModalState",
     "Nearest",
     "Orbit",
+    "Reason",
     "Rest",
     "SIReport",
     "SteadyStates",

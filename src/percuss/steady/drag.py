@@ -9,22 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from percuss.errors import ResonanceError
 from percuss.model import External, System
 from percuss.model.checks import count, instance
 from percuss.steady.level import level
+from percuss.steady.orbit import Orbit
 from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.states import MAX_PERIODS, check_pushes
 
-if TYPE_CHECKING:
-    from percuss.steady.motion import Motion
-    from percuss.steady.orbit import Orbit
-
-__all__ = ["NOTICEABLE", "Drag", "drag_of", "drag_warnings", "greatest_drag"]
-
-NOTICEABLE = 0.2
-"""Part of the mean push from which on the drag at the striking speed is warned of."""
+__all__ = ["Drag", "drag_of", "greatest_drag"]
 
 _HALVINGS = 30
 
@@ -64,23 +58,10 @@ def drag_of(orbit: Orbit) -> Drag:
     >>> print(f"{drag.of_mean:.3f} of the mean push, {drag.of_input:.2f} of the input")
     0.196 of the mean push, 0.32 of the input
     """
-    from percuss.steady.orbit import Orbit  # which has its warnings from here
-
     instance("orbit", orbit, Orbit)
     energy, force = orbit.energy, orbit.system.d * orbit.rigid_velocity
     put_in = energy.input if energy.input > 0.0 else None
     return Drag(force, force / orbit.system.load.mean, None if put_in is None else energy.damping / put_in)
-
-
-def drag_warnings(motion: Motion) -> tuple[str, ...]:
-    """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
-    share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
-    if share <= NOTICEABLE:
-        return ()
-    return (
-        f"at the striking speed the damping drags the whole bar with {100.0 * share:.3g} % of the mean push; unless "
-        "the machine really has such a drag, take less damping",
-    )
 
 
 def greatest_drag(system: System, periods: int) -> float | None:
@@ -93,8 +74,6 @@ def greatest_drag(system: System, periods: int) -> float | None:
     ParameterError
         For anything that is no system, and periods out of range.
     """
-    from percuss.steady.states import MAX_PERIODS, check_pushes
-
     check_pushes(instance("system", system, System))
     period = 2.0 * math.pi * count("periods", periods, most=MAX_PERIODS)
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from percuss.model.checks import Array, count
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.drag import drag_warnings
 from percuss.steady.energy import Energy, energy_balance
 from percuss.steady.motion import Motion
-from percuss.steady.warnings import resonance_warnings
+from percuss.steady.reason import Reason
+from percuss.steady.warnings import drag_warnings, resonance_warnings
 
 __all__ = ["Orbit"]
 
@@ -74,9 +74,16 @@ class Orbit(Motion):
         return self._flight.proven
 
     @property
+    def obstacle(self) -> Reason | None:
+        """Why the motion is not physical: `Reason.NO_BLOW` or `Reason.THROUGH_WALL`; None for one that is."""
+        if not self.impact_velocity > 0.0:
+            return Reason.NO_BLOW
+        return None if self.violation is None else Reason.THROUGH_WALL
+
+    @property
     def admissible(self) -> bool:
         """Whether the motion is physical: it strikes forward, and y(t) < 0 for 0 < t < T."""
-        return self.violation is None and self.impact_velocity > 0.0
+        return self.obstacle is None
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

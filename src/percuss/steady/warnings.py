@@ -1,4 +1,4 @@
-"""Warnings about elastic modes near resonance with the load or with the impacts."""
+"""Warnings about a strong drag, and about elastic modes near resonance with the load or with the impacts."""
 
 from __future__ import annotations
 
@@ -9,12 +9,24 @@ import numpy as np
 if TYPE_CHECKING:
     from percuss.steady.motion import Motion
 
-__all__ = ["resonance_warnings"]
+__all__ = ["drag_warnings", "resonance_warnings"]
 
+_STRONG_DRAG = 0.2  # part of the mean push from which on the drag at the striking speed is warned of
 _AMPLIFIED = 10.0  # a mode that moves this many times its static (or typical) share is near resonance
 _NOTICEABLE = 1e-3  # share of the stroke below which nobody needs to know
 _UNAVOIDABLE = 1e-4  # share of the stroke that nobody is warned of where an impact changes the strain
 _MOST = 5
+
+
+def drag_warnings(motion: Motion) -> tuple[str, ...]:
+    """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
+    share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
+    if share <= _STRONG_DRAG:
+        return ()
+    return (
+        f"at the striking speed the damping drags the whole bar with {100.0 * share:.3g} % of the mean push; unless "
+        "the machine really has such a drag, take less damping",
+    )
 
 
 def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ _FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margi
 async def about(request: Request) -> Response:
     """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait."""
     from percuss.explore import QUANTITIES, REASONS
+    from percuss.steady import Reason
 
     settings = request.app.state.settings
     quantities = [
@@ -58,6 +59,7 @@ async def about(request: Request) -> Response:
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
             "palette": palette_dict(),
+            "reasons": {reason.value: reason.words for reason in Reason},
             "distributions": ["wall", "field", "gentle"],
             "starts": ["rigid", "still", "ringing"],
         }

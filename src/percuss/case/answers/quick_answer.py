@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.json_values import number, numbers, plain
-from percuss.case.answers.steady_json import _WAVEFORM, _reduced
+from percuss.case.answers.json_values import number, numbers
+from percuss.case.answers.steady_json import reduced_dict, waveform_dict
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
 from percuss.steady import steady_states
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.stability import ExactPlane, Waveform
+    from percuss.stability import ExactPlane
     from percuss.steady import Orbit, SteadyStates
 
 __all__ = ["quick_dict"]
@@ -87,8 +87,8 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
                 "margin_rhythm": None,
                 "margin_ringing": None,
                 "reason": None,
-                "reduced": _reduced(reduced_criterion(orbit)),
-                "waveform": _waveform(waveform_criterion(orbit)),
+                "reduced": reduced_dict(reduced_criterion(orbit)),
+                "waveform": waveform_dict(waveform_criterion(orbit)),
                 "multipliers": {
                     "modes": modes,
                     "largest": number(exact.largest[at]),
@@ -128,8 +128,8 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
         "margin_rhythm": number(verdict.margin_rhythm),
         "margin_ringing": number(verdict.margin_ringing),
         "reason": verdict.reason,
-        "reduced": _reduced(verdict.reduced),
-        "waveform": _waveform(verdict.waveform),
+        "reduced": reduced_dict(verdict.reduced),
+        "waveform": waveform_dict(verdict.waveform),
         "multipliers": {
             "modes": int(found.modes),
             "largest": number(found.largest),
@@ -138,10 +138,6 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
             "values": [[number(z.real), number(z.imag)] for z in found.values.tolist()],
         },
     }
-
-
-def _waveform(found: Waveform) -> dict[str, Any]:
-    return plain({name: getattr(found, name) for name in _WAVEFORM})
 
 
 def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:

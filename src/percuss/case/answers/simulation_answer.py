@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.json_values import heading_dict
+from percuss.case.answers.simulation_json import motion_dict, with_an_event_a_line
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import callback, count, positive
@@ -65,9 +67,13 @@ class SimulationAnswer(Shown):
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
         """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
-        from percuss.case.answers.simulation_json import simulation_dict
+        last = None if last is None else count("last", last, least=0)
+        heading = heading_dict(self.name, self.title, self.system, self.notes)
+        return {**heading, **motion_dict(self.motion, self.warnings, last)}
 
-        return simulation_dict(self, None if last is None else count("last", last, least=0))
+    def to_json_text(self, last: int | None = None) -> str:
+        """The same as text, one line for each event."""
+        return with_an_event_a_line(self.to_json_dict(last))
 
 
 def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:

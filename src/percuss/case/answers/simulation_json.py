@@ -1,34 +1,29 @@
-"""A simulation's answer in plain values with the names that other programs read; every number finite or null."""
+"""A simulated motion in plain values with the names that other programs read; every number finite or null."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number, plain, system_dict
+from percuss.case.answers.json_values import number, plain
 
 if TYPE_CHECKING:
-    from percuss.case.answers.simulation_answer import SimulationAnswer
+    from percuss.simulate import Trajectory
 
-__all__ = ["simulation_dict", "simulation_text"]
+__all__ = ["motion_dict", "with_an_event_a_line"]
 
 
-def simulation_dict(answer: SimulationAnswer, last: int | None = None) -> dict[str, Any]:
-    """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None.
+def motion_dict(motion: Trajectory, warnings: Sequence[str], last: int | None = None) -> dict[str, Any]:
+    """The JSON object of a motion: a tree of dict, list, str, bool, int, finite float and None.
 
     Parameters
     ----------
     last
         The number of last events to keep; None keeps all.
     """
-    motion = answer.motion
     return {
-        "case": answer.name,
-        "title": answer.title,
-        "system": system_dict(answer.system),
-        "history": None if answer.history is None else plain(asdict(answer.history)),
-        "notes": list(answer.notes),
         "outcome": motion.outcome,
         "label": motion.label,
         "modes": int(motion.modes),
@@ -36,14 +31,14 @@ def simulation_dict(answer: SimulationAnswer, last: int | None = None) -> dict[s
         "end_time": number(motion.end_time),
         "transient": number(motion.transient),
         "period_unresolved": motion.period_unresolved,
-        "warnings": list(answer.warnings),
-        "events": _events(answer, last),
+        "warnings": list(warnings),
+        "events": _events(motion, last),
         "summary": plain(asdict(motion.summary)),
     }
 
 
-def _events(answer: SimulationAnswer, last: int | None) -> list[dict[str, Any]]:
-    events, system = answer.motion.events, answer.system
+def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
+    events, system = motion.events, motion.system
     part = events if last is None else events[max(len(events) - last, 0) :]
     seconds = system.time_scale if system.is_si else None
     return [
@@ -61,9 +56,8 @@ def _events(answer: SimulationAnswer, last: int | None) -> list[dict[str, Any]]:
     ]
 
 
-def simulation_text(answer: SimulationAnswer, last: int | None = None) -> str:
-    """The JSON object as text, one line for each event."""
-    tree = simulation_dict(answer, last)
+def with_an_event_a_line(tree: dict[str, Any]) -> str:
+    """A JSON object that has ``events`` as text, one line for each of them."""
     rows = [json.dumps(event, allow_nan=False) for event in tree["events"]]
     text = json.dumps({**tree, "events": []}, indent=1, allow_nan=False)
     # a quote inside a text is written \", so this is the list itself

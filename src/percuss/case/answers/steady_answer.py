@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.ends import Ends, ends_of, not_followed
+from percuss.case.answers.json_values import heading_dict, plain
+from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict
 from percuss.case.case import checked_case
 from percuss.model.checks import count, several
 from percuss.shown import Shown
@@ -41,6 +43,10 @@ class OrbitAnswer(Shown):
         """Whether a hammer can sustain this motion: admissible and stable."""
         return self.orbit.admissible and self.stability.stable
 
+    def to_json_dict(self) -> dict[str, Any]:
+        """The motion in plain values."""
+        return orbit_dict(self.orbit, self.stability, self.drag, self.si)
+
 
 @dataclass(frozen=True)
 class PeriodAnswer(Shown):
@@ -52,6 +58,10 @@ class PeriodAnswer(Shown):
     states: SteadyStates
     orbits: tuple[OrbitAnswer, ...]
     greatest_drag: float | None = None
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The motions in plain values."""
+        return period_dict(self.states, [answer.to_json_dict() for answer in self.orbits], self.greatest_drag)
 
 
 @dataclass(frozen=True)
@@ -102,9 +112,12 @@ class SteadyAnswer(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss steady --json` prints it."""
-        from percuss.case.answers.steady_json import answer_dict
-
-        return answer_dict(self)
+        return {
+            **heading_dict(self.name, self.title, self.system, self.notes),
+            "periods": [period.to_json_dict() for period in self.periods],
+            "rest": rest_dict(self.rest),
+            "starts": plain(self.starts.to_json_dict(self.system)),
+        }
 
 
 def steady_answer(

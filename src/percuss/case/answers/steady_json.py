@@ -1,64 +1,54 @@
-"""An answer in plain values with the names that other programs read; every number finite or null."""
+"""Steady motions in plain values with the names that other programs read; every number finite or null."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number, numbers, plain, system_dict
+from percuss.case.answers.json_values import number, numbers, plain
 
 if TYPE_CHECKING:
-    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer
-    from percuss.stability import Reduced
+    from percuss.stability import Reduced, Stability, Waveform
+    from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
 
-__all__ = ["answer_dict"]
+__all__ = ["orbit_dict", "period_dict", "reduced_dict", "rest_dict", "waveform_dict"]
 
 
-def answer_dict(answer: SteadyAnswer) -> dict[str, Any]:
-    """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None."""
-    rest = answer.rest
+def rest_dict(rest: Rest) -> dict[str, Any]:
+    """Whether the bar can lie on the wall for all time."""
     return {
-        "case": answer.name,
-        "title": answer.title,
-        "system": system_dict(answer.system),
-        "history": None if answer.history is None else plain(asdict(answer.history)),
-        "notes": list(answer.notes),
-        "periods": [_period(period) for period in answer.periods],
-        "rest": {
-            "possible": bool(rest.possible),
-            "least_contact_force": number(rest.least_contact_force),
-            "phase": number(rest.phase),
-            "quasi_static": number(rest.quasi_static),
-            "lifted_by_waves": bool(rest.lifted_by_waves),
-            "held_by_waves": bool(rest.held_by_waves),
-        },
-        "starts": plain(answer.starts.to_json_dict(answer.system)),
+        "possible": bool(rest.possible),
+        "least_contact_force": number(rest.least_contact_force),
+        "phase": number(rest.phase),
+        "quasi_static": number(rest.quasi_static),
+        "lifted_by_waves": bool(rest.lifted_by_waves),
+        "held_by_waves": bool(rest.held_by_waves),
     }
 
 
-def _period(period: PeriodAnswer) -> dict[str, Any]:
-    states = period.states
+def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_drag: float | None) -> dict[str, Any]:
+    """What exists with one impact in so many load periods, with the orbits as `orbit_dict` has them."""
     nearest = states.nearest
     return {
         "m": int(states.periods),
         "level": number(states.level),
         "level_max": number(states.level_max),
         "exists": bool(states.exists),
-        "orbits": [_orbit(answer) for answer in period.orbits],
+        "orbits": orbits,
         "nearest": None
         if nearest is None
         else {
             "load_factor": number(nearest.load_factor),
             "restitution": number(nearest.restitution),
-            "d": number(period.greatest_drag),
+            "d": number(greatest_drag),
         },
         "note": states.note,
     }
 
 
-def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
-    orbit, judged = answer.orbit, answer.stability
-    violation, waveform, energy = orbit.violation, judged.waveform, orbit.energy
+def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None) -> dict[str, Any]:
+    """One steady motion: the orbit, its stability, its drag and, for a case in SI, its figures."""
+    violation, energy = orbit.violation, orbit.energy
     return {
         "phase": number(orbit.phase),
         "impact_velocity": number(orbit.impact_velocity),
@@ -73,7 +63,7 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
         "margin": number(judged.margin),
         "margin_rhythm": number(judged.margin_rhythm),
         "margin_ringing": number(judged.margin_ringing),
-        "reduced": _reduced(judged.reduced),
+        "reduced": reduced_dict(judged.reduced),
         "multipliers": {
             "modes": int(judged.multipliers.modes),
             "largest": number(judged.multipliers.largest),
@@ -83,15 +73,15 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
             "ringing_mode": int(judged.multipliers.ringing_mode),
         },
         "disagreement": judged.disagreement,
-        "waveform": plain({name: getattr(waveform, name) for name in _WAVEFORM}),
+        "waveform": waveform_dict(judged.waveform),
         "energy": {
             "input": number(energy.input),
             "damping": number(energy.damping),
             "impact": number(energy.impact),
             "imbalance": number(energy.imbalance),
         },
-        "drag": plain(asdict(answer.drag)),
-        "si": None if answer.si is None else plain(asdict(answer.si)),
+        "drag": plain(asdict(drag)),
+        "si": None if si is None else plain(asdict(si)),
         "warnings": list(orbit.warnings),
     }
 
@@ -99,7 +89,13 @@ def _orbit(answer: OrbitAnswer) -> dict[str, Any]:
 _WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")
 
 
-def _reduced(reduced: Reduced) -> dict[str, Any]:
+def waveform_dict(waveform: Waveform) -> dict[str, Any]:
+    """The waveform criterion (theory §11)."""
+    return plain({name: getattr(waveform, name) for name in _WAVEFORM})
+
+
+def reduced_dict(reduced: Reduced) -> dict[str, Any]:
+    """B77's reduced criterion, with the other side of a jump of the load where there is one."""
     other = reduced.other_side
     found = {
         "sigma": number(reduced.sigma),
@@ -108,4 +104,4 @@ def _reduced(reduced: Reduced) -> dict[str, Any]:
         "moduli": numbers(reduced.moduli),
         "stable": bool(reduced.stable),
     }
-    return found if other is None else {**found, "other_side": _reduced(other)}
+    return found if other is None else {**found, "other_side": reduced_dict(other)}

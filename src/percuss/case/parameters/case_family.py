@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
+from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.file_format.schema import HistoryForce
 from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.case.parameters.case_keys import (

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.file_format.schema import HistoryForce, table_fields
+from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.schema import table_fields
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -15,7 +16,8 @@ __all__ = ["FREQUENCY", "KEYS", "LOAD_AREA", "LOAD_SCALE", "Key", "key_of", "var
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
 _TABLES = ("system", "bar", "contact", "load")
-_NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
+_NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
+_NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times"}
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.clock_note import clock_note
-from percuss.case.answers.json_values import number, plain, system_dict
-from percuss.case.file_format.plain_tables import fourier_table, json_tables
+from percuss.case.answers.json_values import body_dict, contact_dict, number, plain, system_dict
+from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.parameters.parameter_list import parameters
 
 if TYPE_CHECKING:
@@ -33,6 +33,9 @@ def case_dict(case: Case) -> dict[str, Any]:
         "tables": json_tables(case),
         "toml": case.to_toml(),
         "system": system_dict(system),
+        "body": body_dict(system),
+        "contact": contact_dict(system),
+        "laws": {"damping": system.body.damping.words, "contact": system.contact.sentence},
         "plain": plain_tables(case),
         "scales": _scales(system),
         "bar": _bar(system),
@@ -48,8 +51,8 @@ def plain_tables(case: Case) -> dict[str, Any]:
     """The dimensionless form of a case, without start and simulation."""
     system = case.system()
     title = {} if case.tables.title is None else {"title": case.tables.title}
-    numbers = {"s": system.s, "d": system.d, "restitution": system.restitution}
-    return {**title, "system": numbers, "load": _plain_load(case, system.load)}
+    load = _plain_load(case, system.load)
+    return {**title, "system": system_table(system), "load": {**load, "at": system.load.at} if system.load.at else load}
 
 
 def _plain_load(case: Case, load: Load) -> dict[str, Any]:
@@ -62,6 +65,10 @@ def _plain_load(case: Case, load: Load) -> dict[str, Any]:
             "amplitude": pushes,
             "kappa": getattr(case.tables.load, "kappa", 1.0),
             "harmonics": load.coefficients.size - 1,
+        }
+    if kind == "steps":
+        return {"kind": kind, "breaks": list(load.breaks), "values": list(load.values)} | {
+            "harmonics": load.coefficients.size - 1
         }
     k = [int(k) for k in load.harmonics]
     if kind == "harmonic" and len(k) == 1:

@@ -19,7 +19,7 @@ __all__ = ["MOVES", "RELATIVE", "can_move", "scale_load"]
 
 Tables = dict[str, Any]
 
-_LOADS = ("harmonic", "square", "fourier", "history")  # a recording is moved as its harmonics
+_LOADS = ("harmonic", "square", "steps", "fourier", "history")  # a recording is moved as its harmonics
 _OF_LOAD = ("kappa", "amplitude", "mean", "load_factor")
 
 
@@ -35,12 +35,16 @@ def can_move(name: str, case: Case, system: System) -> bool:
     return isinstance(system.bar, Bar) if name == "s" else bool(value)
 
 
+_PARTS = {"harmonic": ("mean", "amplitude"), "square": ("amplitude",), "steps": ("values",)}
+
+
 def scale_load(load: Tables, name: str, factor: float, keys: tuple[str, ...] | None = None) -> None:
     """The numbers of a load times a factor: all of them, or those of some keys."""
-    for key in keys or {"harmonic": ("mean", "amplitude"), "square": ("amplitude",)}.get(
-        load["kind"], ("coefficients",)
-    ):
+    for key in keys or _PARTS.get(load["kind"], ("coefficients",)):
         given = load.get(key)
+        if key == "values" and given is not None:
+            load[key] = [factor * x for x in given]
+            continue
         if key == "coefficients" and given is not None:
             load[key] = [[factor * re, factor * im] for re, im in given]
             continue
@@ -64,6 +68,9 @@ def _load_factor(tables: Tables, value: float, now: System) -> None:
         pairs = load["coefficients"]
         first = next((math.hypot(*pair) for pair in pairs[1:] if any(pair)), 0.0)
         load["coefficients"] = [[value * first, 0.0], *pairs[1:]]
+    elif load["kind"] == "steps":
+        steps = _steps(load)
+        _shift(load, value * abs(complex(steps.coefficients[int(steps.harmonics[0])])))
     elif now.load.mean != 0.0:
         scale_load(load, "load_factor", value / now.load.load_factor, ("mean",))
     else:
@@ -90,6 +97,8 @@ def _mean(tables: Tables, value: float, now: System) -> None:
     ratio = value / now.load.mean
     if load["kind"] == "fourier":
         load["coefficients"] = [[ratio * load["coefficients"][0][0], 0.0], *load["coefficients"][1:]]
+    elif load["kind"] == "steps":
+        _shift(load, ratio * _steps(load).mean)
     else:
         scale_load(load, "mean", ratio, ("mean",))
 
@@ -103,8 +112,21 @@ def _amplitude(tables: Tables, value: float, now: System) -> None:
     if load["kind"] == "fourier":
         rest = [[ratio * re, ratio * im] for re, im in load["coefficients"][1:]]
         load["coefficients"] = [load["coefficients"][0], *rest]
+    elif load["kind"] == "steps":
+        mean = _steps(load).mean
+        load["values"] = [mean + ratio * (x - mean) for x in load["values"]]
     else:
         scale_load(load, "amplitude", ratio, ("amplitude",))
+
+
+def _steps(load: Tables) -> Load:
+    """A load of steps, in the unit of its values."""
+    return Load.steps(load["breaks"], load["values"], load.get("harmonics", 64))
+
+
+def _shift(load: Tables, mean: float) -> None:
+    """The same steps about another mean."""
+    load["values"] = list(_steps(load).with_mean(mean).values)
 
 
 def _kappa(tables: Tables, value: float, now: System) -> None:

@@ -58,6 +58,9 @@ class Contact(ABC):
     kind: ClassVar[str]
     """Its word in case files and JSON, the value of `strain`."""
 
+    law: ClassVar[str] = "b77"
+    """The family of laws that it belongs to, in JSON: B77's impact without duration by a coefficient of restitution."""
+
     sentence: ClassVar[str]
     """What it does to the bar, for a report."""
 

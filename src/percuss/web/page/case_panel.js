@@ -206,6 +206,8 @@ function facts() {
     ["damping d", number(system.d)],
     ["restitution R", number(system.restitution)],
     ["load factor p₀/p₁", number(system.load_factor)],
+    ["damping", info.laws.damping],
+    ["contact", info.laws.contact],
     ["load periods per period of the first mode", number(1 / mode)],
   ];
   const machine = bar && [

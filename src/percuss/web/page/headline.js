@@ -3,7 +3,7 @@
 import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
 import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
-import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
+import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export function startHeadline() {
   on("quick steady problems view info played", unhurried(paint));
@@ -62,15 +62,12 @@ function clock() {
 const badge = (kind, text) => h("span", { class: `badge ${kind}`, id: "verdict" }, text);
 
 function verdict(found) {
-  const { quick, full } = found;
-  const stable = quick.stable;
-  if (full && !full.admissible) {
-    const why = full.violation && quick.impact_velocity > 0
-      ? "between two blows the striking end would have to pass through the wall"
-      : "the end does not strike forward";
+  const { stable } = found.quick;
+  const obstacle = obstacleOf(found);
+  if (obstacle) {
     return [
       badge("bad", "Not possible"),
-      h("p", {}, `This steady motion cannot happen: ${why}. Its stability: ${reasonOf(found)}.`),
+      h("p", {}, `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`),
     ];
   }
   return [

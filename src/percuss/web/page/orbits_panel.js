@@ -5,7 +5,7 @@ import { framed, h, put } from "./dom.js";
 import { angle, number, si } from "./format.js";
 import { wantBranches } from "./orbits_branches.js";
 import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
-import { chosen, data, on, reasonOf, show, unhurried, view } from "./state.js";
+import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export const panel = {
   name: "orbits",
@@ -53,13 +53,7 @@ function table() {
         `${i + 1}`,
       ),
       angle(orbit.phase),
-      full
-        ? full.admissible
-          ? "yes"
-          : full.violation && orbit.impact_velocity > 0
-            ? "no: passes through the wall"
-            : "no: does not strike forward"
-        : "…",
+      full ? (full.admissible ? "yes" : `no: ${obstacleOf({ quick: orbit, full })}`) : "…",
       reasonOf({ quick: orbit, full }),
       margin(full, orbit, "margin_rhythm"),
       margin(full, orbit, "margin_ringing"),
@@ -100,7 +94,7 @@ function table() {
           ),
           h("tbody", {}, rows),
         )
-      : h("p", {}, "There is none: the level lies above the curve."),
+      : h("p", {}, `There is none: ${data.about.reasons["no motion"]}.`),
   );
 }
 

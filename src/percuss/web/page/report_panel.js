@@ -4,7 +4,7 @@ import { postFile } from "./api.js";
 import { fileName } from "./case_files.js";
 import { download, h, put } from "./dom.js";
 import { angle, number, percent, scaleOf } from "./format.js";
-import { chosen, data, on, reasonOf, view } from "./state.js";
+import { chosen, data, obstacleOf, on, reasonOf, view } from "./state.js";
 
 export const panel = {
   name: "report",
@@ -101,13 +101,8 @@ function paint() {
   }
   const { full, quick, number: k } = found;
   const title = `${data.tables.title ?? "The case"}: motion ${k}, one blow ${view.m === 1 ? "every load period" : `in ${view.m} load periods`}`;
-  const possible = full
-    ? full.admissible
-      ? "It is possible."
-      : quick.impact_velocity > 0
-        ? "It is not possible: the striking end would pass through the wall."
-        : "It is not possible: at the blow the striking end would be leaving the wall."
-    : "";
+  const obstacle = obstacleOf(found);
+  const possible = full ? (obstacle ? `It is not possible: the end ${obstacle}.` : "It is possible.") : "";
   put(
     parts.head,
     h("h2", {}, title),
@@ -116,6 +111,7 @@ function paint() {
       {},
       `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}${marginsOf(full)}.`,
     ),
+    data.info && h("p", { class: "small" }, `Contact: ${data.info.laws.contact}. Damping: ${data.info.laws.damping}.`),
   );
   const strikes = quick.impact_velocity > 0;
   put(parts.cards, strikes && (full?.si ? CARDS.map((row) => card(full.si, row)) : plain(found)));

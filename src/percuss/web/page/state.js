@@ -215,6 +215,12 @@ export function reasonOf({ quick, full }) {
   );
 }
 
+/** Why an orbit is not physical, as what the striking end does; "" for one that is, and until that is known. */
+export function obstacleOf({ quick, full }) {
+  if (!full || full.admissible) return "";
+  return data.about.reasons[quick.impact_velocity > 0 ? "through the wall" : "no blow"];
+}
+
 /** The orbit that is looked at: number k from 1, its quick answer and, when it has come, its full answer. */
 export function chosen() {
   const orbits = data.quick?.orbits ?? [];
