@@ -3,8 +3,7 @@
 ``commands``
     Every command with its arguments, from the parsers of the command line.
 ``keys TABLE``
-    The keys of a table of the case file, from its class in `percuss.case.file_format.schema` and the texts below its
-    fields.
+    The keys of a table of the case file, from its class in `percuss.case.file_format` and the texts below its fields.
 ``units``
     The units that are known at once, from `percuss.units`.
 """
@@ -13,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 import types
 import typing
 from typing import Any, Literal
@@ -21,7 +21,7 @@ from unittest import mock
 from pydantic.fields import FieldInfo
 from sphinx.pycode import ModuleAnalyzer
 
-from percuss.case.file_format import schema, values
+from percuss.case.file_format import damping_table, load_tables, schema, section_tables, values
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.parser import Parser
@@ -110,7 +110,11 @@ _VALUES: list[tuple[Any, str]] = [
     (values.Time, "time"),
     (values.Stress, "pressure"),
     (values.Density, "density"),
-    (values.Damping, "damping"),
+    (values.Drag, "damping"),
+    (values.DampingValue, "number, text with a unit, or list of numbers"),
+    (damping_table.BarDamping, "table"),
+    (damping_table.SystemDamping, "table"),
+    (section_tables.SectionTables, "list of tables"),
     (values.Force, "force"),
     (values.ForceOrPressure, "force or pressure"),
     (values.ForceUnit, "unit of force or pressure"),
@@ -133,13 +137,13 @@ def said_of(table: type[values.Table], key: str) -> dict[str, str]:
 
     A key without a text has that of the SI form of its load, or of the nearest class before its own with such a key.
     """
-    said = ModuleAnalyzer.for_module("percuss.case.file_format.schema").find_attr_docs()
-    classes = [name for name, thing in vars(schema).items() if isinstance(thing, type)]
+    said = ModuleAnalyzer.for_module(table.__module__).find_attr_docs()
+    classes = [name for name, thing in vars(sys.modules[table.__module__]).items() if isinstance(thing, type)]
     name = table.__name__
     places = [name, name.replace("Load", "Force"), *classes[classes.index(name) :: -1]]
     text = next((" ".join(said[place, key]).strip() for place in places if (place, key) in said), None)
     if text is None:
-        raise LookupError(f"percuss.case.file_format.schema says nothing below {table.__name__}.{key}")
+        raise LookupError(f"{table.__module__} says nothing below {table.__name__}.{key}")
     meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)
     found = {"meaning": meaning.rstrip(".")}
     for part in rest:
@@ -150,7 +154,7 @@ def said_of(table: type[values.Table], key: str) -> dict[str, str]:
 
 def keys(table_name: str) -> str:
     """The keys that a table declares itself, as a table with their values, what holds without them, and the meaning."""
-    table = getattr(schema, table_name)
+    table = getattr(schema, table_name, None) or getattr(load_tables, table_name)
     hints = typing.get_type_hints(table, include_extras=True)
     rows = [_row(table, key, hints[key], table.model_fields[key]) for key in table.__annotations__]
     return "\n".join(["| key | value | when left out | meaning |", "|---|---|---|---|", *rows])

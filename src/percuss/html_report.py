@@ -57,6 +57,7 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
 
     parts = [f"<h1>{_safe(answer.title)}</h1>", _summary(answer), _cards(answer)]
     parts += [
+        _laws(answer),
         _notes(answer),
         "<h2>Steady motions</h2>",
         _orbits(answer),
@@ -184,6 +185,12 @@ def _simulated(answer: SimulationAnswer) -> str:
             ("mean blow energy [J]", _text(summary.si.blow_energy_J)),
         ]
     return _table(("quantity", "value"), rows) + "".join(f"<p>{_safe(text)}</p>" for text in answer.warnings)
+
+
+def _laws(answer: SteadyAnswer) -> str:
+    """What the figures rest on: the law of the contact and that of the damping."""
+    system = answer.system
+    return f"<p>Contact: {_safe(system.contact.sentence)}. Damping: {_safe(system.body.damping.words)}.</p>"
 
 
 def _notes(answer: SteadyAnswer) -> str:

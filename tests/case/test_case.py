@@ -357,7 +357,7 @@ def test_two_faces_of_a_part_of_a_record(tmp_path: Path) -> None:
     assert abs(load.coefficients[1]) == pytest.approx(140e5 * 6.5e-4 + 2e6 * 4e-4, rel=1e-4)
     again = Case.from_text(case.to_toml(), folder=tmp_path)
     assert again == case and 'from = "100 s"' in case.to_toml()
-    assert not {"load.area", "load.opposing_area", "load.from", "load.to"} & set(CaseFamily(case, {})._keys)
+    assert not {"load.area", "load.opposing_area", "load.from", "load.to"} & set(CaseFamily(case, {}).keys)
 
 
 @pytest.mark.parametrize(

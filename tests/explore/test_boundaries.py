@@ -20,8 +20,9 @@ from percuss.explore.boundary_curves.crossings import exact_crossings
 from percuss.explore.boundary_curves.joined_points import KINDS, Boundaries, Curve
 from percuss.explore.boundary_curves.lines import Line, orbit_on
 from percuss.explore.boundary_curves.roots import bracketed_roots, roots_on
-from percuss.explore.family import SystemFamily, vary
+from percuss.explore.family import SystemFamily
 from percuss.explore.jobs.progress import JobProgress
+from percuss.explore.parameters import vary
 from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
 from percuss.stability.linear_map import linear_map

@@ -126,10 +126,10 @@ def test_files_of_starts(tmp_path):
     columns = {name: ("start", table[:, i]) for i, name in enumerate(("position", "velocity", "time"))}
     xarray.Dataset(columns).to_netcdf(tmp_path / "d.nc", engine="h5netcdf")
     for name in ("a.csv", "c.npz", "d.nc"):
-        starts = own(tmp_path / name)
+        starts = own(PNEUMATIC, tmp_path / name)
         assert np.array_equal(np.column_stack([starts.gap, starts.velocity[:, 0], starts.time]), table), name
-    assert np.array_equal(own(tmp_path / "b.csv").gap, [-1.0, 0.0])
-    modal = own(tmp_path / "m.npz")
+    assert np.array_equal(own(PNEUMATIC, tmp_path / "b.csv").gap, [-1.0, 0.0])
+    modal = own(PNEUMATIC, tmp_path / "m.npz")
     assert modal.displacement.shape == modal.velocity.shape == (2, 3)
     assert np.allclose(modal.gap, [-0.8, -1.0]) and np.array_equal(modal.velocity[:, 1], [0.2, 0.3])
     found = experiment(PNEUMATIC, None, tmp_path / "a.csv", workers=1)
@@ -163,21 +163,21 @@ def test_bad_files(tmp_path, text, word):
     path = tmp_path / "starts.csv"
     path.write_text(text)
     with pytest.raises(ParameterError, match=word):
-        own(path)
+        own(PNEUMATIC, path)
 
 
 def test_no_such_distribution(tmp_path):
     with pytest.raises(ParameterError, match="wall, field, gentle"):
         experiment(PNEUMATIC, 10, "walls", workers=1)
     with pytest.raises(ParameterError, match="regular"):
-        own(tmp_path)
+        own(PNEUMATIC, tmp_path)
     (tmp_path / "x.npz").write_bytes(b"no archive")
     (tmp_path / "x.nc").write_bytes(b"no archive")
     for name in ("x.npz", "x.nc"):
         with pytest.raises(ParameterError, match="file of numbers"):
-            own(tmp_path / name)
+            own(PNEUMATIC, tmp_path / name)
     with pytest.raises(ParameterError, match="Starts"):
-        own(lambda seed: seed)
+        own(PNEUMATIC, lambda seed: seed)
     for wrong in (
         {"starts": 0}, {"seed": -1}, {"modes": -1}, {"stop": 3}, {"distance": "x"}, {"stop": Stop(impacts=0)}
     ):  # fmt: skip

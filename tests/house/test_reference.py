@@ -69,14 +69,18 @@ def test_every_argument_of_a_command_is_in_the_reference(command):
 
 TABLES = {
     "BarTable": ("si", "bar"),
+    "SectionTable": ("si", "bar.sections"),
+    "DampingTable": ("si", "bar.damping"),
     "ContactTable": ("si", "contact"),
     "HarmonicForce": ("si", "load"),
     "SquareForce": ("si", "load"),
+    "StepsForce": ("si", "load"),
     "FourierForce": ("si", "load"),
     "HistoryForce": ("si", "load"),
     "SystemTable": ("plain", "system"),
     "HarmonicLoad": ("plain", "load"),
     "SquareLoad": ("plain", "load"),
+    "StepsLoad": ("plain", "load"),
     "FourierLoad": ("plain", "load"),
     "HistoryLoad": ("plain", "load"),
     "StartTable": ("plain", "start"),
@@ -94,7 +98,11 @@ def rows(table: str) -> dict[str, list[str]]:
 
 @pytest.mark.parametrize(
     ("form", "kind"),
-    [(form, kind) for form in (schema.PhysicalCase, schema.PlainCase) for kind in ("harmonic", "square", "fourier")]
+    [
+        (form, kind)
+        for form in (schema.PhysicalCase, schema.PlainCase)
+        for kind in ("harmonic", "square", "fourier", "steps")
+    ]
     + [(schema.PhysicalCase, "history"), (schema.PlainCase, "history")],
     ids=lambda value: value if isinstance(value, str) else value.__name__,
 )
@@ -105,6 +113,7 @@ def test_the_page_has_every_key_of_a_case(form, kind):
     found = {"": {"title", *(name for _, name in TABLES.values())}}
     for table in shown:
         found.setdefault(TABLES[table][1], set()).update(rows(table))
+    found["system.damping"] = found["bar.damping"]
     for table, keys in schema.table_fields(form, kind).items():
         assert set(keys) <= found[table]
 
@@ -123,15 +132,20 @@ CASES = {
 LOADS = {
     "SquareForce": {"kind": '"square"', "amplitude": '"9 kN"', "kappa": "1.3", "frequency": '"60 Hz"'},
     "FourierForce": {"kind": '"fourier"', "coefficients": "[[4, 0], [9, 0]]", "unit": '"kN"', "frequency": '"60 Hz"'},
+    "StepsForce": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[4, -9]", "unit": '"kN"', "frequency": '"60 Hz"'},
     "SquareLoad": {"kind": '"square"', "amplitude": "1.0", "kappa": "1.3"},
+    "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
     "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
 }
+SECTION = {"length": '"120 mm"', "diameter": '"52 mm"'}
 BESIDE = {
+    ("SectionTable", "area"): {"diameter": None},
     ("BarTable", "area"): {"diameter": None},
     ("ContactTable", "receiving_area"): {"restitution": None},
     ("HarmonicForce", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
     ("SquareForce", "area"): {"amplitude": '"9 bar"'},
     ("FourierForce", "area"): {"unit": '"bar"'},
+    ("StepsForce", "area"): {"unit": '"bar"'},
     ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
     ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},
     ("StartTable", "periods"): {"orbit": "1"},
@@ -155,11 +169,16 @@ def case_with(table: str, key: str, value: str | None) -> Case:
     tables = {part: dict(keys) for part, keys in CASES[form].items()}
     if table in LOADS:
         tables["load"] = dict(LOADS[table])
+    if table == "SectionTable":
+        tables |= {"bar": {}, name: dict(SECTION)}
     keys = tables.setdefault(name, {})
     keys |= {**BESIDE.get((table, key), {}), key: value}
     lines = []
     for part, content in tables.items():
-        lines += [f"[{part}]", *(f"{k} = {v}" for k, v in content.items() if v is not None)]
+        lines += [
+            f"[[{part}]]" if part == "bar.sections" else f"[{part}]",
+            *(f"{k} = {v}" for k, v in content.items() if v is not None),
+        ]
     return Case.from_text("\n".join(lines))
 
 
@@ -305,7 +324,10 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
                 found.setdefault(path, set()).update(keys)
         wanted = described[command]
         if command == "simulate":  # these are the same as in the answer of steady
-            wanted = {**wanted, **{path: described["steady"][path] for path in ("system", "history")}}
+            wanted = {
+                **wanted,
+                **{path: described["steady"][path] for path in ("system", "body", "contact", "history")},
+            }
         assert found == wanted, command
 
 

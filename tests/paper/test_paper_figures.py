@@ -14,7 +14,7 @@ from percuss import Load, System, stability_of, steady_states
 from percuss.cli import main
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.explore.family import vary
+from percuss.explore.parameters import vary
 from percuss.paper import NAMES, figures, write_figures
 from percuss.paper.figure import Figure, segments
 from percuss.paper.limits import DAMPING, RESTITUTIONS, hydraulic, pneumatic

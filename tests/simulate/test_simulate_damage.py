@@ -14,7 +14,7 @@ import pytest
 from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.simulate import Start, Stop, Trajectory, netcdf, run
-from percuss.simulate import kernels as kn
+from percuss.simulate.kernels.layout import COUNT, GRAZED
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -126,22 +126,22 @@ def test_the_arrays_of_the_kernels_damaged(motions, tmp_path):
     assert not tried(files)
 
 
-@pytest.mark.parametrize("row", range(kn.COUNTS))
-def test_whole_numbers_that_are_places(motions, row, tmp_path):
+@pytest.mark.parametrize("name", COUNT.names)
+def test_whole_numbers_that_are_places(motions, name, tmp_path):
     """Far outside, one too many, one too few: refused wherever such a number is used as a place in an array."""
     motion = motions["steps"]
     whole = motion.to_xarray()
     sound = whole["engine_count"].values
-    for value in (-1, len(motion.system.load.values), kn.GRAZED + 1, 2**40, -(2**40)):
-        count = np.where(np.arange(kn.COUNTS) == row, value, sound)
-        changed = whole.assign(engine_count=(whole["engine_count"].dims, count))
+    free = ("period", "anchor_period", "pile", "work", "patience", "rests", "chatters", "release_period", "mark_period")
+    free += ("mark_patience", "mark_releases", "mark_chatters", "cycle_periods")
+    for value in (-1, len(motion.system.load.values), GRAZED + 1, 2**40, -(2**40)):
+        count = np.where(np.arange(len(COUNT.names)) == COUNT.names.index(name), value, sound)
+        changed = whole.assign(engine_count=(whole["engine_count"].dims, count, whole["engine_count"].attrs))
         sealed(changed).to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
-        fits = row in (kn.PERIOD, kn.ANCHOR_PERIOD, kn.PILE, kn.WORK, kn.PATIENCE, kn.RESTS, kn.CHATTERS)
-        fits = fits or row in (kn.RELEASE_PERIOD, kn.MARK_PERIOD, kn.MARK_PATIENCE, kn.MARK_RELEASES, kn.MARK_CHATTERS)
-        fits = fits or row == kn.CYCLE_PERIODS or (0 <= value <= motion.impacts and row not in (kn.PIECE, kn.MODE))
-        if fits and row not in (kn.IMPACTS, kn.EVENTS):
+        fits = name in free or (0 <= value <= motion.impacts and name not in ("piece", "mode"))
+        if fits and name not in ("impacts", "events"):
             continue
-        if row == kn.MODE and 0 <= value <= kn.GRAZED:
+        if name == "mode" and 0 <= value <= GRAZED:
             continue
         with pytest.raises(PercussError, match="damaged"):
             Trajectory.load(tmp_path / "x.nc").continued(Stop(impacts=60, periodic=False))
@@ -263,23 +263,26 @@ def test_every_motion_that_is_left_goes_on(load):
             assert more.impacts >= motion.impacts
 
 
-def changed(motion: Trajectory, name: str, at: tuple[int, ...] | int, value: float, folder: Path) -> Path:
+def changed(motion: Trajectory, name: str, at: tuple[int, ...] | int | str, value: float, folder: Path) -> Path:
     whole = motion.to_xarray()
-    values = whole[name].values.copy()
+    values, about = whole[name].values.copy(), whole[name].attrs
+    if isinstance(at, str):  # a column by its name
+        at = (0, about["fields"].split().index(at))
     values[at] = value
-    sealed(whole.assign({name: (whole[name].dims, values)})).to_netcdf(folder / "x.nc", engine="h5netcdf")
+    sealed(whole.assign({name: (whole[name].dims, values, about)})).to_netcdf(folder / "x.nc", engine="h5netcdf")
     return folder / "x.nc"
 
 
 MADE_UP = [
-    ("engine_z", (0, 0), 1e99), ("engine_z", (1, 2), 0.1), ("engine_now", kn.GAP, -0.5), ("engine_now", kn.GAP, 1.0),
-    ("engine_now", kn.GAP_RATE, -4.1), ("engine_now", kn.RIGID_RATE, -4.1), ("engine_now", kn.HOLD, 50.0),
-    ("engine_now", kn.SUP, 0.0), ("engine_now", kn.SUP2, 1e9), ("engine_now", kn.FREE, 1.0),
-    ("engine_now", kn.SINCE, 1e9),
-    ("engine_now", kn.KINETIC_ENERGY, 1e9), ("engine_sums", kn.ALL, -1.0), ("engine_sums", kn.STRUCK, 1e3),
-    ("engine_sums", kn.MAIN, 0.5), ("engine_sums", kn.SPEEDS, 1e6), ("engine_sums", kn.TAKEN, 1e6),
-    ("engine_sums", kn.LAST_PERIOD, 7.0), ("engine_past", (0, 3), 1.0), ("engine_past", (1, 0), 9.0),
-    ("engine_past", (2, 1), 2.0), ("engine_cycle", 0, 1.0), ("engine_cycle", 2, 4.1), ("engine_cycle", -1, 0.1),
+    ("engine_z", (0, 0), 1e99), ("engine_z", (1, 2), 0.1), ("engine_now", "gap", -0.5), ("engine_now", "gap", 1.0),
+    ("engine_now", "gap_rate", -4.1), ("engine_now", "rigid_rate", -4.1), ("engine_now", "hold", 50.0),
+    ("engine_now", "sup", 0.0), ("engine_now", "sup2", 1e9), ("engine_now", "free", 1.0),
+    ("engine_now", "since", 1e9),
+    ("engine_now", "kinetic_energy", 1e9), ("engine_sums", "all", -1.0), ("engine_sums", "struck", 1e3),
+    ("engine_sums", "main", 0.5), ("engine_sums", "speeds", 1e6), ("engine_sums", "taken", 1e6),
+    ("engine_now", "struck_period", 7.0), ("engine_past", (3, 0), 1.0), ("engine_past", (0, 1), 9.0),
+    ("engine_past", (1, 2), 2.0), ("engine_now", "anchor_phase", 1.0), ("engine_now", "anchor_rigid_rate", 4.1),
+    ("engine_cycle", (-1, -1), 0.1),
     ("state", 0, 0.5), ("state", 1, 4.1), ("state", 5, 3.0), ("state", -1, 3.0), ("impact_velocity", 2, 4.1),
     ("rebound_velocity", 2, -4.1), ("kinetic_energy", 3, 9.0), ("energy_lost", 3, 9.0),
 ]  # fmt: skip

@@ -9,7 +9,6 @@ import pytest
 
 from percuss import Load, System
 from percuss.simulate import Start, Stop, Trajectory, run
-from percuss.simulate import kernels as kn
 
 STEPS = Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0])
 CASES = {
@@ -42,7 +41,8 @@ def same(a, b):
     for name, one in a.snapshot.items():
         other = b.snapshot[name]
         if name == "count":
-            one, other = np.delete(one, kn.WORK), np.delete(other, kn.WORK)  # an interrupted flight is begun anew
+            one, other = one.copy(), other.copy()
+            one["work"] = other["work"] = 0  # an interrupted flight is begun anew
         assert one.tobytes() == other.tobytes(), name
     assert (a.label, a.outcome, a.cycle, a.begin_time, a.end_time) == (
         b.label, b.outcome, b.cycle, b.begin_time, b.end_time,

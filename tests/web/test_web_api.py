@@ -20,8 +20,8 @@ from percuss.case import MACHINES, Case, load_case, simulation_answer
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
-from percuss.case.parameters.description import parameters
 from percuss.case.parameters.moved_case import placed
+from percuss.case.parameters.parameter_list import parameters
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Load

@@ -20,6 +20,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from starlette.requests import Request
 
 pytest.importorskip("fastapi")
 
@@ -34,6 +35,7 @@ from percuss.case.file_format.plain_tables import case_of
 from percuss.cli import main
 from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
+from percuss.web.page_files import Shelf
 
 PANELS = ("case", "map", "orbits", "motion", "report", "experiment", "lessons")
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
@@ -187,10 +189,40 @@ def steady_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str
 def test_the_modules_are_loaded_at_once() -> None:
     """Every module stands in index.html: the browser asks for all of them without reading one after the other."""
     folder = Path(str(resources.files("percuss.web").joinpath("page")))
-    index = (folder / "index.html").read_text(encoding="utf-8")
+    request = Request({"type": "http", "method": "GET", "path": "/", "headers": []})
+    index = bytes(Shelf().answer(request, "index.html").body).decode()
     preloaded = re.findall(r'rel="modulepreload" href="/static/([^"]+)"', index)
     assert preloaded == sorted(path.name for path in folder.glob("*.js"))
     assert not re.search(r"""(?:src|href|from|import)\s*[=(]?\s*["'](?:https?:)?//""", index)
+
+
+NOTES = """
+import { panel as first } from "./case_panel.js";
+import { h, put } from "./dom.js";
+import { on, view } from "./state.js";
+
+const panel = {
+  name: "notes",
+  title: "Notes",
+  defaults: { page: 3 },
+  start: (section) => on("view", () => put(section, h("p", {}, `page ${view.page}`))),
+};
+export const PANELS = [first, panel];
+"""
+
+
+def test_a_panel_is_one_object_in_the_list(desk: Desk, request: pytest.FixtureRequest) -> None:
+    """What a panel exports is all that the page needs of it: its tab, its section, its part of the address."""
+    request.node.expected_words = ("preload",)  # the browser itself remarks on modules that this list leaves out
+    desk.page.route("**/static/panels.js", lambda route: route.fulfill(content_type="text/javascript", body=NOTES))
+    page = desk.open("machine=mini-breaker")
+    assert page.locator("#tabs button").all_inner_texts() == ["Case", "Notes"]
+    page.click("#tab-notes")
+    expect(page.locator("#panel-notes")).to_have_text("page 3")
+    until(page, "location.hash.startsWith('#panel=notes')")
+    assert "page" not in page.evaluate("new URLSearchParams(location.hash.slice(1)).keys().toArray()")
+    page.evaluate("location.hash += '&page=7'")
+    expect(page.locator("#panel-notes")).to_have_text("page 7")
 
 
 # --- case

@@ -56,12 +56,22 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
             f"s = {number(system.s, 6)}, d = {number(system.d, 6)}, restitution R = {number(system.restitution)}",
         )
     )
+    rows.append(("damping", _damping_text(system)))
+    rows.append(("contact", system.contact.sentence))
     rows.append(("load", _load_text(system)))
     if history is not None:
         rows.append(("history", _history_text(history)))
         rows += [("warning", warning) for warning in history.warnings]
     rows += [("note", note) for note in notes]
     return Section("Hammer", tuple(rows))
+
+
+def _damping_text(system: System) -> str:
+    """The law of damping in words; in SI with the drag of one that brakes the bar as a whole."""
+    words = system.body.damping.words
+    if system.bar is None or not system.bar.rigid_drag:
+        return words
+    return f"{words}; c = {number(system.bar.rigid_drag)} N·s/m"
 
 
 def _load_text(system: System) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -22,16 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
-_DESCRIPTION = """\
+_ABOUT = """\
 Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by
 what margin, what a blow delivers, and what motion a simulation finds. A range is FROM:TO:NUMBER, with :log after it
-for equal ratios, or a list A,B,C; a quantity in SI needs a unit with the numbers.
-
-parameters: any number of the case file, bar.length or length for short; load.scale, a factor on the load; restitution,
-load_factor (p_0/p_1), kappa of a square load, s, d, mean, amplitude (dimensionless); m, the load periods per impact.
-quantities: exists, orbits, phase, phases, reduced_stable, reduced_margin, stable, margin, margin_rhythm,
-margin_ringing, reason, admissible, impact_velocity, blow_energy, power, stroke, stress, delivered, efficiency, rest; by
-simulation: label, blow_rate, blow_scatter, main_blow_rate, main_blow_scatter, lyapunov."""
+for equal ratios, or a list A,B,C; a quantity in SI needs a unit with the numbers."""
 
 _EXAMPLES = """\
   percuss sweep hydraulic-drifter --x restitution=0:0.9:90 --y load_factor=0.1:1:90 --plot map.png
@@ -41,7 +36,7 @@ _EXAMPLES = """\
 
 
 def _parser() -> Parser:
-    parser = Parser("sweep", _DESCRIPTION, _EXAMPLES)
+    parser = Parser("sweep", f"{_ABOUT}\n\n{_vocabulary()}", _EXAMPLES)
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--x", metavar="RANGE", required=True, help="a parameter and its values: restitution=0:0.9:200")
@@ -62,6 +57,22 @@ def _parser() -> Parser:
     add("--plot", metavar="FILE", help=f"draw the map: {', '.join(PICTURES)}")
     add_carrying(parser)
     return parser
+
+
+def _vocabulary() -> str:
+    """The parameters and the quantities that there are."""
+    from percuss.explore.parameters import PARAMETERS, PERIODS
+    from percuss.explore.quantities import QUANTITIES
+
+    numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
+    followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
+    steady = [name for name in QUANTITIES if name not in followed]
+    paragraphs = (
+        "parameters: any number of the case file, bar.length or length for short; load.scale, a factor on the load; "
+        f"dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
+        f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}.",
+    )
+    return "\n".join(textwrap.fill(text, 120, break_on_hyphens=False) for text in paragraphs)
 
 
 def _names(text: str) -> tuple[str, ...]:

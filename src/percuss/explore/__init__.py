@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
-    from percuss.explore.family import PARAMETERS as PARAMETERS
     from percuss.explore.family import Family as Family
     from percuss.explore.family import SystemFamily as SystemFamily
-    from percuss.explore.family import vary as vary
     from percuss.explore.jobs.archive import Archive as Archive
     from percuss.explore.jobs.carrying_out import carry_out as carry_out
     from percuss.explore.jobs.carrying_out import estimate as estimate
@@ -32,6 +30,8 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import Lyapunov as Lyapunov
     from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
+    from percuss.explore.parameters import PARAMETERS as PARAMETERS
+    from percuss.explore.parameters import vary as vary
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
@@ -50,7 +50,7 @@ _HOME = {
     "Job": "jobs.job",
     "JobProgress": "jobs.progress",
     "Lyapunov": "lyapunov",
-    "PARAMETERS": "family",
+    "PARAMETERS": "parameters",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
     "Share": "attractors.shares",
@@ -64,7 +64,7 @@ _HOME = {
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "sweep": "sweeps",
-    "vary": "family",
+    "vary": "parameters",
 }
 
 __all__ = sorted(_HOME)

@@ -215,11 +215,11 @@ def simulated_columns(
 
 def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
     """Whether the cell has no bounded motion; its outcome then says so."""
-    from percuss.simulate.tables import tables_of
+    from percuss.simulate.tables import table_of
 
     try:
-        if system.d == 0.0:
-            tables_of(system, modes)
+        if not system.body.modes(modes, system.load.at).is_damped:
+            table_of(system, modes)
     except PercussError as error:
         out["outcome"][i] = failure(error)
         return True

@@ -252,20 +252,18 @@ def _error(growth: Array, weight: Array) -> float:
 
 def _growths(motion: Trajectory, first: int) -> Array:
     """Logarithm of the growth from impact to impact, after event number `first`."""
-    from percuss.explore.tangent import log_growths  # only here is the compiler needed
+    from percuss.explore.tangent import Elastic, Passage, log_growths  # only here is the compiler needed
+    from percuss.simulate.tables import prepared
 
-    e, spectrum, load, n = motion.events[first:], motion.spectrum, motion.system.load, motion.modes
-    z = np.ascontiguousarray(motion.states[first:, 2:]).reshape(len(e), 2, n)
-    slope = np.where(np.arange(n) < spectrum.over, z[:, 1] + 0.5 * spectrum.system.d * z[:, 0], -spectrum.lam * z[:, 1])
+    e, load, n = motion.events[first:], motion.system.load, motion.modes
+    spectrum, table = prepared(motion.system, n)
+    z = motion.states[first:, 2:].reshape(len(e), 2, n)
     steps = np.asarray(load.values)
     mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
-    shape, rate = spectrum.forced(e.phase, mean)
     gone = np.append(0.0, np.diff(e.period) * _TURN + np.diff(e.phase))
+    force = mean if steps.size else load.value(e.phase)
+    events = Passage(e.code, gone, e.phase, e.piece, e.impact_velocity, np.asarray(force))
+    elastic = Elastic(np.ascontiguousarray(z[:, 0]), spectrum.free_rate(z), *spectrum.forced(e.phase, mean))
     growth = np.empty(max(len(e) - 1, 1))
-    found = log_growths(
-        e.code, gone, e.phase, e.piece, e.impact_velocity, mean if steps.size else load.value(e.phase),
-        np.ascontiguousarray(z[:, 0]), np.ascontiguousarray(slope), shape, rate,
-        spectrum.omega, spectrum.square, spectrum.statics, spectrum.sign, np.asarray(load.breaks), steps,
-        motion.system.d, motion.system.restitution, np.empty((2, n)), np.empty((2, n)), growth,
-    )  # fmt: skip
+    found = log_growths(table, events, elastic, np.empty((2, n)), np.empty((2, n)), growth)
     return growth[:found]

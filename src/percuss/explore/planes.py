@@ -11,6 +11,7 @@ from percuss.errors import PercussError
 from percuss.explore.cells import Asked, cell_columns, empty_columns, failure
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns
+from percuss.explore.parameters import PERIODS
 from percuss.explore.quantities import BRANCHES, QUANTITIES, needs
 from percuss.model import System
 from percuss.model.checks import Array
@@ -18,18 +19,20 @@ from percuss.stability import stability_plane
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady.phases import Arcs, forced_response
 
-__all__ = ["fits_plane", "plane_columns"]
+__all__ = ["AXES", "fits_plane", "plane_columns"]
 
 _MOST = 1 << 20
 """Branches × cells handled at once: a load of a thousand harmonics has two thousand branches."""
 
-_AXES = {"restitution", "load_factor", "m"}
+AXES = ("restitution", "load_factor", PERIODS)
+"""What may vary where arrays answer."""
+
 _NAMES = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
 
 
 def fits_plane(family: Family, axes: Sequence[str], quantities: Sequence[str]) -> bool:
     """Whether arrays can answer: only R, p_0/p_1 and m vary, and no quantity needs a cell for itself."""
-    if not set(axes) <= _AXES or not set(quantities) <= _NAMES:
+    if not set(axes) <= set(AXES) or not set(quantities) <= _NAMES:
         return False
     try:
         return not family.system({}).load.is_constant

@@ -8,7 +8,8 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.sweep_job import PERIODS, SweepJob
+from percuss.explore.parameters import PERIODS
+from percuss.explore.sweep_job import SweepJob
 from percuss.explore.sweeps import Sweep
 
 __all__ = ["Range", "true_ranges"]

@@ -17,6 +17,7 @@ from percuss.explore.axis import Axis
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
 from percuss.explore.family import Family, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
+from percuss.explore.parameters import PERIODS
 from percuss.explore.planes import fits_plane, plane_columns
 from percuss.explore.quantities import DEFAULT_QUANTITIES, QUANTITIES, checked, columns_of, needs
 from percuss.explore.rough_time import seconds_of_cell, seconds_of_plane_cell
@@ -32,9 +33,6 @@ __all__ = ["SweepJob", "SystemFunction", "sweep_job"]
 
 SystemFunction = Callable[[System], float]
 """One's own quantity of a map."""
-
-PERIODS = "m"
-"""The axis of the load periods per impact: a parameter of the question, not of the system."""
 
 _MOST_IMPACTS = 10**7
 

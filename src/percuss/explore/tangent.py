@@ -2,104 +2,136 @@
 
 The load does not depend on the state, so a small difference at fixed times moves freely between two impacts, whatever
 the load does, and at an impact goes through the saltation matrix (theory §5; `percuss.stability.linear_map`). All in
-q_n = 2(−1)ⁿ u_n, whose sum with u_0 is the gap.
+q_n, what mode n adds at the striking end.
 """
 
+from __future__ import annotations
+
 import math
+from typing import NamedTuple
 
-from numba import njit
+import numpy as np
+import numpy.typing as npt
 
-IMPACT = 0
-TURN = 2.0 * math.pi
+from percuss.simulate.kernels.compiled import entry, inner
+from percuss.simulate.kernels.creeping import free_motion
+from percuss.simulate.kernels.elementary import drift
+from percuss.simulate.kernels.layout import IMPACT, TURN
+
 LATE = 1e-9  # an event this little after a step of the load was at it, before it
 
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def free_pair(d, omega, square, tau):
-    """C and S of the free motion q = q(0) C + (q'(0) + d q(0)/2) S of a mode with λ² = `square` of either sign."""
-    if square > 0.0:
-        lam, fade = math.sqrt(square), math.exp(-0.5 * d * tau)
-        angle = lam * tau
-        return fade * math.cos(angle), fade * (math.sin(angle) / lam)
-    rate = math.sqrt(-square)
-    fade, spread = math.exp(-omega * omega / (0.5 * d + rate) * tau), 2.0 * rate * tau
-    reach = -math.expm1(-spread) / (2.0 * rate) if spread > 1e-300 else tau
-    return 0.5 * fade * (1.0 + math.exp(-spread)), fade * reach
+Floats = npt.NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def flown(d, omega, square, tau, first, second):
-    """Free oscillations for a time τ, in place: values and (rates + d/2 · values), each of shape (2, N)."""
-    for n in range(omega.shape[0]):
-        c, s = free_pair(d, omega[n], square[n], tau)
+class Passage(NamedTuple):
+    """The events of a motion, rows: the first is an impact, all others impacts or grazes.
+
+    `gone`: time since the one before. `speed`: of the striking end before an impact; `force`: of the load.
+    """
+
+    code: npt.NDArray[np.int8]
+    gone: Floats
+    phase: Floats
+    piece: npt.NDArray[np.int64]
+    speed: Floats
+    force: Floats
+
+
+class Elastic(NamedTuple):
+    """q_n of the free motion after each event and its rate, and those of the forced one; each of shape (events, N)."""
+
+    value: Floats
+    slope: Floats
+    shape: Floats
+    rate: Floats
+
+
+@inner
+def flown(modes, tau, values, rates):
+    """Free motions for a time τ, in place: q_n and q_n' of the motion and of the difference, each of shape (2, N)."""
+    for n in range(modes.omega.shape[0]):
+        square = modes.omega[n] * modes.omega[n]
+        left, h, h_rate = free_motion(modes.damping[n], modes.signed[n], modes.omega[n], tau)
         for row in range(2):
-            q, g = first[row, n], second[row, n]
-            first[row, n] = q * c + g * s
-            second[row, n] = g * c - square[n] * q * s
+            q, w = values[row, n], rates[row, n]
+            values[row, n] = q * left + w * h
+            rates[row, n] = w * h_rate - q * (square * h)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def log_growths(
-    code, gone, phase, piece, speed, force, value, slope, shape, rate,
-    omega, square, statics, sign, breaks, values, d, r, first, second, growth,
-):  # fmt: skip
+@inner
+def flown_on(table, events, i, values, rates):
+    """From event i − 1 to event i, over the steps of the load between them."""
+    modes, breaks, steps = table.modes, table.breaks, table.values
+    left, at, step = events.gone[i], events.phase[i - 1], events.piece[i - 1]
+    while breaks.shape[0]:
+        following = step + 1 if step + 1 < breaks.shape[0] else 0
+        ahead = breaks[following] - at
+        if following == 0 and ahead < 0.0:
+            ahead += TURN
+        ahead = max(ahead, 0.0)
+        if step == events.piece[i] and ahead >= left - LATE:
+            break
+        flown(modes, ahead, values, rates)
+        for n in range(modes.omega.shape[0]):  # the static shape jumps, so the free part jumps back
+            values[0, n] += modes.statics[n] * (steps[step] - steps[following])
+        left, at, step = left - ahead, breaks[following], following
+    flown(modes, left, values, rates)
+
+
+@inner
+def struck(table, events, elastic, i, moved, drifting, values, rates):
+    """The difference just after impact number i: the saltation matrix of a law that multiplies q_n by α, q_n' by −R.
+
+    `moved`, `drifting`: of the rigid motion and its rate. Returns them after the impact, and the size of all of it.
+    """
+    modes, r, strain = table.modes, table.bar.restitution, table.bar.strain
+    total, rigid = moved, events.speed[i]
+    for n in range(modes.omega.shape[0]):
+        total += values[1, n]
+        rigid -= rates[0, n] + elastic.rate[i, n]
+    late = -total / events.speed[i]  # by how much the difference strikes later
+    moved += (1.0 + r) * rigid * late
+    drifting = -r * drifting - (1.0 + r) * events.force[i] * late
+    size = drifting * drifting
+    for n in range(modes.omega.shape[0]):
+        square = modes.omega[n] * modes.omega[n]
+        before, place = rates[0, n] + elastic.rate[i, n], values[0, n] + elastic.shape[i, n]
+        pushed = (1.0 + r) * (square * modes.statics[n]) * events.force[i]
+        u = strain * values[1, n] + (strain + r) * before * late
+        v = -r * rates[1, n] + ((strain + r) * square * place - pushed) * late
+        moved += (1.0 - strain) * (values[1, n] + before * late)  # the striking end stays where it is
+        values[1, n], rates[1, n] = u, v
+        size += square * u * u + v * v
+    return moved, drifting, math.sqrt(size + moved * moved)
+
+
+@entry
+def log_growths(table, events, elastic, values, rates, growth):
     """Logarithm of the growth of a small difference over each flight and impact, into `growth`; returns how many.
 
-    Events are rows: the first is an impact, all others impacts or grazes. `gone`: time since the one before. `value`,
-    `slope`: the free motion after the event; `shape`, `rate`: the forced one, q_n and q_n'. `first`, `second`: room for
-    two rows of N numbers, the motion and the difference.
+    `values`, `rates`: room for two rows of N numbers, the motion and the difference.
     """
-    modes, impacts = omega.shape[0], 0
+    modes, impacts, count = table.modes, 0, table.modes.omega.shape[0]
     moved, drifting = 1.0, 1.0  # of the rigid motion
-    for n in range(modes):
-        first[1, n], second[1, n] = 1.0 / (n + 2.0), omega[n] / (n + 2.0)
-    for i in range(1, code.shape[0]):
-        for n in range(modes):
-            first[0, n], second[0, n] = value[i - 1, n], slope[i - 1, n]
-        ahead = -math.expm1(-d * gone[i]) / d if d > 0.0 else gone[i]
+    for n in range(count):
+        values[1, n], rates[1, n] = 1.0 / (n + 2.0), (modes.omega[n] - 0.5 * modes.damping[n]) / (n + 2.0)
+    for i in range(1, events.code.shape[0]):
+        for n in range(count):
+            values[0, n], rates[0, n] = elastic.value[i - 1, n], elastic.slope[i - 1, n]
+        ahead, _ = drift(table.bar.damping, events.gone[i])
         moved += ahead * drifting
-        drifting *= 1.0 - d * ahead
-        left, at, step = gone[i], phase[i - 1], piece[i - 1]
-        while breaks.shape[0]:
-            following = step + 1 if step + 1 < breaks.shape[0] else 0
-            ahead = breaks[following] - at
-            if following == 0 and ahead < 0.0:
-                ahead += TURN
-            ahead = max(ahead, 0.0)
-            if step == piece[i] and ahead >= left - LATE:
-                break
-            flown(d, omega, square, ahead, first, second)
-            for n in range(modes):  # the static shape jumps, so the free part jumps back
-                jump = statics[n] * (values[step] - values[following])
-                first[0, n] += jump
-                second[0, n] += 0.5 * d * jump
-            left, at, step = left - ahead, breaks[following], following
-        flown(d, omega, square, left, first, second)
-        if code[i] != IMPACT:
+        drifting *= 1.0 - table.bar.damping * ahead
+        flown_on(table, events, i, values, rates)
+        if events.code[i] != IMPACT:
             continue
-        total, rigid = moved, speed[i]
-        for n in range(modes):
-            total += first[1, n]
-            rigid -= second[0, n] - 0.5 * d * first[0, n] + rate[i, n]
-        jump = (1.0 + r) * total / speed[i]
-        moved -= rigid * jump
-        drifting = force[i] * jump - r * drifting
-        size = moved * moved + drifting * drifting
-        for n in range(modes):
-            before = second[0, n] - 0.5 * d * first[0, n] + rate[i, n]
-            turned = -r * (second[1, n] - 0.5 * d * first[1, n])
-            u = first[1, n] - before * jump
-            v = turned + (sign[n] * force[i] - omega[n] * omega[n] * (value[i, n] + shape[i, n])) * jump
-            first[1, n], second[1, n] = u, v + 0.5 * d * u
-            size += omega[n] * omega[n] * u * u + v * v
-        size = math.sqrt(size)
+        moved, drifting, size = struck(table, events, elastic, i, moved, drifting, values, rates)
         growth[impacts] = math.log(size) if size > 0.0 else -math.inf
         impacts += 1
         if not 0.0 < size < math.inf:
             return impacts
         moved /= size
         drifting /= size
-        for n in range(modes):
-            first[1, n] /= size
-            second[1, n] /= size
+        for n in range(count):
+            values[1, n] /= size
+            rates[1, n] /= size
     return impacts

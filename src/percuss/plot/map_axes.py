@@ -8,10 +8,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from percuss.explore.parameters import label_of
+
 __all__ = ["Axis", "Curve", "Map", "answered_cells", "cell_edges", "is_signed", "lay_out", "round_ticks"]
 
 _UNANSWERED = 2  # outcomes from this one on, and −1, leave a cell without a value; see percuss.explore.quantities
-_NAMES = {"restitution": "restitution R", "load_factor": "load factor p₀/p₁", "kappa": "κ", "m": "load periods m"}
 
 
 class Axis(Protocol):
@@ -59,7 +60,7 @@ def is_signed(name: str) -> bool:
 
 
 def _named(axis: Axis) -> str:
-    name = _NAMES.get(axis.name, axis.name)
+    name = label_of(axis.name)
     return f"{name} [{axis.unit}]" if axis.unit else name
 
 

@@ -66,7 +66,15 @@ def steady(answer: JudgedMotions | SteadyStates) -> Figure:
         _multipliers(figure.add_subplot(grid[1, 0]), shown)
         _waves(figure, figure.add_subplot(grid[1, 1:]), shown, units)
         titled(figure, shown.title)
+        _laws(figure, shown)
     return figure
+
+
+def _laws(figure: Figure, answer: JudgedMotions) -> None:
+    """What the motions rest on, in small print: the law of the contact and that of the damping."""
+    system = answer.system
+    text = f"{system.contact.sentence}; damping: {system.body.damping.words}"
+    figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)
 
 
 def _all_orbits(answer: JudgedMotions) -> list[tuple[str, JudgedOrbit]]:

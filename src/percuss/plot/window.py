@@ -82,7 +82,7 @@ class Window:
 
         Of the end of the stretch only: a cycle or two load periods, in which the waves can be told apart.
         """
-        trips = 240.0 / self.motion.system.s  # 120 times to the other end and back
+        trips = 240.0 * self.motion.system.body.transit_time  # 120 times to the other end and back
         first = max(self.first, self.last - min(max(0.5 * (self.last - self.first), 2.0 * _TURN), trips))
         times = np.linspace(first, self.last, min(720, max(MOST_VALUES // (self.motion.modes + 1), 200)))
         return self.motion.strain(np.linspace(0.0, 1.0, 101), times), first, self.last

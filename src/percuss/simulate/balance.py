@@ -30,16 +30,18 @@ def energy_balance(motion: Trajectory, first: float | None = None, last: float |
     times = motion.events.time
     inside = (times > begin) & (times <= end)
     edges = np.unique(np.concatenate([[begin], times[inside], _breaks(motion, begin, end), [end]]))
-    fastest = max(float(motion.spectrum.k.max(initial=1.0)), motion.modes * np.pi * motion.system.s)
+    fastest = max(float(motion.spectrum.k.max(initial=1.0)), float(motion.spectrum.omega.max(initial=0.0)))
     put_in = lost = 0.0
+    at_load = motion.spectrum.elastic.at_load * motion.spectrum.unit
+    damped = motion.spectrum.weight * motion.spectrum.damping
     for a, b in pairwise(edges):
         if b - a <= 1e-14 * max(abs(a), 1.0):
             continue
-        t, w = _rule(a, b, fastest, motion.system.d)
+        t, w = _rule(a, b, fastest, max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0))))
         velocity = motion.modal(t).velocity
-        driven = velocity[0] + 2.0 * velocity[1:].sum(axis=0)
+        driven = velocity[0] + at_load @ velocity[1:]
         put_in += float(w @ (np.asarray(motion.system.load.value(t)) * driven))
-        lost += motion.system.d * float(w @ (velocity[0] ** 2 + 2.0 * (velocity[1:] ** 2).sum(axis=0)))
+        lost += float(w @ (motion.system.d * velocity[0] ** 2 + damped @ velocity[1:] ** 2))
     taken = float(motion.events.energy_lost[inside].sum())
     stored = motion.energy(np.array([begin, end]))
     return EnergyBalance(put_in, lost, taken, float(stored[1] - stored[0]))

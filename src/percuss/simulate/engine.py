@@ -4,17 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
 from percuss.simulate.events import Events
-from percuss.simulate.snapshot import Snapshot, clock
+from percuss.simulate.kernels.layout import (
+    AT_REST,
+    BY_IMPACTS,
+    BY_TIME,
+    BY_WORK,
+    DEPARTED,
+    EVENT,
+    MEMBER,
+    PAST,
+    PERIODIC,
+    STATE_NUMBERS,
+    UNRESOLVED,
+    Log,
+    Rules,
+    Table,
+)
+from percuss.simulate.kernels.many import follow as follow_compiled
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for
 from percuss.simulate.stop import Stop
-from percuss.simulate.tables import Tables
 
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
 
@@ -22,14 +38,18 @@ _STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _TOO_MANY = 64  # such strides without an impact end a simulation
 ENDS = {
-    kn.BY_IMPACTS: "impacts",
-    kn.BY_TIME: "time",
-    kn.AT_REST: "rest",
-    kn.PERIODIC: "periodic",
-    kn.DEPARTED: "departed",
-    kn.UNRESOLVED: "unresolved",
+    BY_IMPACTS: "impacts",
+    BY_TIME: "time",
+    AT_REST: "rest",
+    PERIODIC: "periodic",
+    DEPARTED: "departed",
+    UNRESOLVED: "unresolved",
 }
 """What the kernels' ends are called."""
+
+# of a motion that goes on by itself
+_NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
+_GOES_ON, _NO_TAIL = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST)
 
 
 @dataclass(frozen=True)
@@ -53,65 +73,66 @@ class Progress:
 
 @dataclass(frozen=True)
 class Stretch:
-    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended."""
+    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended.
+
+    `wanders`: whether its last impacts do not come near any of the ones before.
+    """
 
     events: Events
     states: Array
     snapshot: Snapshot
     outcome: str
+    wanders: bool
 
 
 def follow(
-    tables: Tables,
+    table: Table,
     snapshot: Snapshot,
     stop: Stop,
     begin_time: float,
     progress: Callable[[Progress], object] | None = None,
 ) -> Stretch:
     """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
-    state, modes = snapshot.copy(), tables.mode.shape[1]
+    state, modes = snapshot.copy(), table.modes.omega.size
     room = int(np.clip(min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16), 64, 4096))
-    numbers, wholes = np.empty((room, kn.EVENT_NUMBERS)), np.empty((room, kn.EVENT_COUNTS), dtype=np.int64)
-    states = np.empty((room, kn.STATE_NUMBERS + 2 * modes))
-    par, osc, work = tables.par.copy(), np.zeros((2, tables.har.shape[1])), np.zeros((kn.WORK_ROWS, modes))
-    twin, none = state.copy(), (np.empty((0, kn.EVENT_NUMBERS)), np.empty((0, kn.EVENT_COUNTS), dtype=np.int64))
-    if tables.values.size:
-        par[kn.MEAN] = tables.values[state.count[kn.PIECE]]
-    end_period, end_phase = (math.inf, 0.0) if stop.time is None else clock(begin_time + stop.time)
-    stride, row = _STRIDE // (modes + 30), states.itemsize * (states.shape[1] + kn.EVENT_NUMBERS + kn.EVENT_COUNTS)
+    log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
+    own = table._replace(bar=table.bar.copy())
+    motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
+    if table.values.size:
+        own.bar["mean"] = table.values[count["piece"]]
+    found = np.zeros(1, MEMBER)
+    ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
+    stride, row = _STRIDE // (modes + 30), EVENT.itemsize + log.states.itemsize * log.states.shape[1]
     events: list[Events] = []
     after: list[Array] = []
     tired, tired_at, outcome, recorded = 0, -1, "", 0
     while not outcome:
-        state.count[kn.EVENTS] = 0
-        budget = (int(state.count[kn.WORK]) // stride + 1) * stride
-        code = kn.fly(
-            par, tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases, tables.over,
-            state.z, state.now, state.count, state.cycle, state.past, state.sums,
-            float(end_period), end_phase, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget,
-            numbers, wholes, states, osc, work,
-        )  # fmt: skip
-        if code == kn.TO_VERIFY:
-            code = kn.verify(  # type: ignore[call-arg]  # numba's dispatchers take whatever the function takes
-                par, tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases,
-                tables.over, state.now, state.count, state.sums, stop.periodic, stop.tolerance,
-                *(getattr(twin, field.name) for field in fields(twin)), osc, work, *none,
-            )  # fmt: skip
-        n = int(state.count[kn.EVENTS])
+        count["events"] = 0
+        budget = (int(count["work"]) // stride + 1) * stride
+        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
+        code = int(found["ended"][0])
+        n = int(count["events"])
         outcome, recorded = ENDS.get(code, ""), recorded + n * row
         if recorded > _MOST_MEMORY and not outcome:
             outcome = "memory"
-        if code == kn.BY_WORK:
+        if code == BY_WORK:
             tired = tired + 1 if state.impacts == tired_at else 1
             tired_at = state.impacts
             if tired > _TOO_MANY:
                 outcome = "work"
         if progress is not None and progress(_progress(state, stop, begin_time)) and not outcome:
             outcome = "cancelled"
-        events.append(_events(numbers[:n], wholes[:n]))
-        after.append(states[:n] if outcome else states[:n].copy())
-    state.count[kn.EVENTS] = 0
-    return Stretch(Events.of_all(events), after[0] if len(after) == 1 else np.concatenate(after), state, outcome)
+        events.append(_events(log.events[:n]))
+        after.append(log.states[:n] if outcome else log.states[:n].copy())
+    count["events"] = 0
+    return Stretch(
+        Events.of_all(events),
+        after[0] if len(after) == 1 else np.concatenate(after),
+        state,
+        outcome,
+        bool(found["wanders"][0]),
+    )
 
 
 def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:
@@ -122,15 +143,15 @@ def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:
     return Progress(state.impacts, gone, min(fraction, 1.0))
 
 
-def _events(numbers: Array, wholes: npt.NDArray[np.int64]) -> Events:
+def _events(log: npt.NDArray[Any]) -> Events:
     return Events(
-        code=wholes[:, kn.KIND].astype(np.int8),
-        period=wholes[:, kn.AT_PERIOD].copy(),
-        phase=numbers[:, kn.AT_PHASE].copy(),
-        impact_velocity=numbers[:, kn.BEFORE].copy(),
-        rebound_velocity=numbers[:, kn.AFTER].copy(),
-        energy_lost=numbers[:, kn.LOST].copy(),
-        kinetic_energy=numbers[:, kn.KINETIC].copy(),
-        resolved=wholes[:, kn.RESOLVED].copy(),
-        piece=wholes[:, kn.IN_PIECE].copy(),
+        code=log["kind"].astype(np.int8),
+        period=log["period"].copy(),
+        phase=log["phase"].copy(),
+        impact_velocity=log["before"].copy(),
+        rebound_velocity=log["after"].copy(),
+        energy_lost=log["lost"].copy(),
+        kinetic_energy=log["kinetic"].copy(),
+        resolved=log["resolved"].copy(),
+        piece=log["piece"].copy(),
     )

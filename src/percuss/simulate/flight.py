@@ -83,8 +83,8 @@ def _within(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
     steps = turned[:, None] * _turn_less_one(np.outer(k, tau))
     u0 = start[0] + drift * first + mean * second + (spectrum.rigid @ steps).real
     v0 = anchor.rigid_rate + (mean - d * drift) * first + ((1j * k * spectrum.rigid) @ steps).real
-    sign = spectrum.sign[:, None]
-    return Modes(np.vstack([u0, q / sign]), np.vstack([v0, rate / sign]))
+    unit = spectrum.unit[:, None]
+    return Modes(np.vstack([u0, q / unit]), np.vstack([v0, rate / unit]))
 
 
 def _over_step(spectrum: Spectrum, anchor: Anchor, ahead: float, piece: int) -> Anchor:
@@ -93,12 +93,12 @@ def _over_step(spectrum: Spectrum, anchor: Anchor, ahead: float, piece: int) -> 
     u, v = at.displacement[:, 0], at.velocity[:, 0]
     phase = spectrum.system.load.breaks[piece]
     z = spectrum.amplitudes(u, v, phase, spectrum.mean(piece))
-    return Anchor(phase, piece, float(u[0] + spectrum.sign @ u[1:]), float(v[0]), z)
+    return Anchor(phase, piece, float(u[0] + spectrum.unit @ u[1:]), float(v[0]), z)
 
 
 def _free_motion(spectrum: Spectrum, tau: Array) -> tuple[Array, Array, Array]:
     """e, h and h' of the free motion q = q(0) e + q'(0) h, q' = q'(0) h' − q(0) ω² h; each of shape (N, T)."""
-    half, square = 0.5 * spectrum.system.d, spectrum.square[:, None]
+    half, square = 0.5 * spectrum.damping[:, None], spectrum.square[:, None]
     t = tau[None, :]
     fade = np.exp(-half * t)
     lam = spectrum.lam[:, None]
@@ -107,7 +107,7 @@ def _free_motion(spectrum: Spectrum, tau: Array) -> tuple[Array, Array, Array]:
     over = spectrum.square <= 0.0
     if over.any():
         kappa = np.sqrt(-square[over])
-        slow = spectrum.omega[over, None] ** 2 / (half + kappa)  # d/2 − κ
+        slow = spectrum.omega[over, None] ** 2 / (half[over] + kappa)  # d/2 − κ
         fade, safe = np.exp(-slow * t), np.where(kappa > 0.0, kappa, 1.0)
         h[over] = fade * np.where(kappa > 0.0, -np.expm1(-2.0 * kappa * t) / (2.0 * safe), t)
         e[over] = fade + slow * h[over]

@@ -15,15 +15,17 @@ from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, several
 from percuss.notebook import watched
-from percuss.simulate import kernels as kn
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
+from percuss.simulate.kernels.layout import BY_WORK, MEMBER, PAST, TURN, WINDOW, Desk, Motion, Rules, Table
+from percuss.simulate.kernels.many import follow
+from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.running import run
-from percuss.simulate.snapshot import clocks
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import Tables, tables_of
+from percuss.simulate.tables import table_of
 from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["cores", "simulate_many"]
@@ -135,16 +137,17 @@ class _Job:
         listed = isinstance(single, Sequence) and all(isinstance(start, Start) for start in single)
         if not isinstance(single, Starts) and not listed:
             raise ParameterError("starts", starts, "a Start, Starts, or a list of Start")
-        self.starts = single if isinstance(single, Starts) else Starts.of(list(single), self.modes)
+        self.starts = single if isinstance(single, Starts) else Starts.of(list(single), self.modes, self.systems)
         self.members = max(len(self.systems), len(self.starts))
         if {len(self.systems), len(self.starts)} - {1, self.members} or not self.systems:
             given = f"{len(self.systems)} systems and {len(self.starts)} starts"
             raise ParameterError("starts", given, "as many starts as systems, or one of either")
         self._rows()
-        self.wholes = np.zeros((self.members, kn.MEMBER_COUNTS), dtype=np.int64)
-        self.wholes[:, kn.ENDED], self.wholes[:, kn.FIRST] = -1, -1
-        self.numbers = np.full((self.members, kn.MEMBER_NUMBERS), np.nan)
-        self.tail = np.full((self.members, 3, self.last), np.nan)
+        self.found = np.zeros(self.members, MEMBER)
+        for name in MEMBER.names or ():
+            self.found[name] = np.nan if MEMBER[name].kind == "f" else 0
+        self.found["ended"], self.found["first"] = -1, -1
+        self.tail = np.full((self.members, self.last), np.nan, PAST)
         self.motions: list[Trajectory | None] = [None] * (self.members if self.whole else 0)
         self.stopped = np.zeros(1, dtype=np.int64)
         self.local = threading.local()
@@ -159,10 +162,9 @@ class _Job:
         self.gaps, time = np.ascontiguousarray(s.gap[rows]), s.time[rows]
         self.periods, self.phases = clocks(time)
         if self.stop.time is None:
-            self.ends, self.end_phases = np.full(n, np.inf), np.zeros(n)
+            self.ends = np.column_stack([np.full(n, np.inf), np.zeros(n)])
         else:
-            turns, self.end_phases = clocks(time + self.stop.time)
-            self.ends = turns.astype(float)
+            self.ends = np.column_stack([*clocks(time + self.stop.time)])
 
     # -- the work --
 
@@ -177,7 +179,7 @@ class _Job:
     def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
         """All portions on the threads; results go into the arrays, so that no order can show."""
         chunks = self.chunks(workers)
-        self.shared = tables_of(self.systems[0], self.modes) if len(self.systems) == 1 else None
+        self.shared = table_of(self.systems[0], self.modes) if len(self.systems) == 1 else None
         done, following = 0, iter(chunks)
         with ThreadPoolExecutor(max_workers=min(workers, len(chunks)), thread_name_prefix="percuss") as pool:
             running: dict[Future[None], int] = {}
@@ -214,81 +216,74 @@ class _Job:
 
     def _members(self, system: System, first: int, last: int) -> None:
         """Members of one system."""
-        tables = self.shared if self.shared is not None else tables_of(system, self.modes)
-        load = system.load
-        pieces = load.piece(self.phases[first:last]) if load.is_piecewise else np.zeros(last - first)
-        desk = self._desk(tables)
-        window = slice(first, last)
-        kn.fly_many(  # type: ignore[call-arg]  # numba's dispatchers take whatever the function takes
-            tables.par.copy(), tables.mode, tables.har, tables.coupling, tables.breaks, tables.values, tables.releases,
-            tables.over, self.displacement[window], self.velocity[window], self.gaps[window], self.periods[window],
-            self.phases[window], pieces.astype(np.int64), self.ends[window], self.end_phases[window],
-            self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget, 0, last - first,
-            self.stopped, *desk, self.numbers[window], self.wholes[window], self.tail[window],
+        table = self.shared if self.shared is not None else table_of(system, self.modes)
+        load, window = system.load, slice(first, last)
+        pieces = load.piece(self.phases[window]) if load.is_piecewise else np.zeros(last - first)
+        starts = begins(
+            self.displacement[window], self.velocity[window], self.gaps[window], self.phases[window],
+            self.periods[window], pieces.astype(np.int64),
+        )  # fmt: skip
+        rules = Rules(
+            np.inf, 0.0, self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget
+        )
+        motion, twin, desk = self._desk(table)
+        follow(
+            table._replace(bar=table.bar.copy()), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
+            self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
 
-    def _desk(self, tables: Tables) -> tuple[npt.NDArray[np.generic], ...]:
-        """The arrays that a thread works in: made once for each."""
-        n, k = self.modes, tables.har.shape[1]
+    def _desk(self, table: Table) -> tuple[Motion, Motion, Desk]:
+        """What a thread works in: made once for each."""
+        k = table.harmonics.gap_re.size
         if getattr(self.local, "harmonics", None) != k:
             self.local.harmonics = k
-            state: tuple[npt.NDArray[np.generic], ...] = (
-                np.zeros((2, n)),
-                np.zeros(kn.NUMBERS),
-                np.zeros(kn.COUNTS, dtype=np.int64),
-                np.zeros(3 + 2 * n),
-                np.zeros((3, max(kn.WINDOW, 1 << max(self.last - 1, 0).bit_length()))),
-                np.zeros(kn.SUMS_KEPT),
-            )
-            self.local.desk = (
-                *state,
-                np.zeros((2, k)),
-                np.zeros((kn.WORK_ROWS, n)),
-                np.zeros((0, kn.EVENT_NUMBERS)),
-                np.zeros((0, kn.EVENT_COUNTS), dtype=np.int64),
-                *(np.zeros_like(array) for array in state),
-            )
-        desk: tuple[npt.NDArray[np.generic], ...] = self.local.desk
+            self.local.states = [Snapshot.empty(self.modes, self._window()) for _ in range(2)]
+            motion, twin = (state.motion for state in self.local.states)
+            self.local.desk = (motion, twin, desk_for(table))
+        desk: tuple[Motion, Motion, Desk] = self.local.desk
         return desk
+
+    def _window(self) -> int:
+        """Last impacts that are kept."""
+        return max(WINDOW, 1 << max(self.last - 1, 0).bit_length())
 
     def _one(self, system: System, i: int) -> None:
         """A whole motion."""
         start = self.starts[i if len(self.starts) > 1 else 0]
         motion = run(system, start, modes=self.modes, stop=self.stop, progress=lambda _: bool(self.stopped[0]))
         self.motions[i] = motion
-        past, count_, sums = (np.array(motion.snapshot[name]) for name in ("past", "count", "sums"))
-        kn.conclude(motion.snapshot["now"], count_, past, sums, 0, self.numbers[i], self.wholes[i])
-        self.wholes[i, kn.ENDED] = _code(motion.outcome)
+        state = Snapshot(**{name: np.array(values) for name, values in motion.snapshot.items()})
+        conclude(state.motion, _code(motion.outcome), self.found[i])
 
     # -- the result --
 
     def result(self) -> Ensemble:
         """The columns."""
-        w, x = self.wholes, self.numbers
+        found = self.found
         codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
         kept = self.last > 0
         return Ensemble(
             modes=self.modes,
-            code=codes[w[:, kn.ENDED]],  # −1, not begun, is the last one
-            impacts=w[:, kn.STRIKES].copy(),
-            end_time=x[:, kn.ENDED_AT].copy(),
-            first=w[:, kn.FIRST].copy(),
-            cycle_impacts=w[:, kn.PER_CYCLE].copy(),
-            cycle_periods=w[:, kn.PERIODS].copy(),
-            cycle_kind=w[:, kn.SORT].astype(np.int8),
-            wanders=w[:, kn.WANDERING].astype(bool) & self._has_period(),
-            blow_rate=x[:, kn.RATE_OF].copy(),
-            main_blow_rate=x[:, kn.MAIN_RATE].copy(),
-            interval_mean=x[:, kn.MEAN_INTERVAL].copy(),
-            interval_std=x[:, kn.STD_INTERVAL].copy(),
-            main_interval_mean=x[:, kn.MEAN_MAIN].copy(),
-            main_interval_std=x[:, kn.STD_MAIN].copy(),
-            impact_velocity=x[:, kn.MEAN_SPEED].copy(),
-            blow_energy=x[:, kn.MEAN_BLOW].copy(),
-            energy_lost_per_period=x[:, kn.LOST_RATE].copy(),
-            last_time=self.tail[:, 2] * kn.TURN + self.tail[:, 0] if kept else None,
-            last_phase=self.tail[:, 0].copy() if kept else None,
-            last_velocity=self.tail[:, 1].copy() if kept else None,
+            code=codes[found["ended"]],  # −1, not begun, is the last one
+            impacts=found["strikes"].copy(),
+            end_time=found["end_time"].copy(),
+            first=found["first"].copy(),
+            cycle_impacts=found["cycle_impacts"].copy(),
+            cycle_periods=found["cycle_periods"].copy(),
+            cycle_kind=found["cycle_kind"].astype(np.int8),
+            wanders=found["wanders"].astype(bool) & self._has_period(),
+            blow_rate=found["blow_rate"].copy(),
+            main_blow_rate=found["main_blow_rate"].copy(),
+            interval_mean=found["interval_mean"].copy(),
+            interval_std=found["interval_std"].copy(),
+            main_interval_mean=found["main_interval_mean"].copy(),
+            main_interval_std=found["main_interval_std"].copy(),
+            impact_velocity=found["impact_velocity"].copy(),
+            blow_energy=found["blow_energy"].copy(),
+            energy_lost_per_period=found["energy_lost_per_period"].copy(),
+            last_time=self.tail["period"] * TURN + self.tail["phase"] if kept else None,
+            last_phase=self.tail["phase"].copy() if kept else None,
+            last_velocity=self.tail["speed"].copy() if kept else None,
             trajectories=tuple(motion for motion in self.motions if motion is not None),
         )
 
@@ -299,5 +294,5 @@ class _Job:
 
 def _code(outcome: str) -> int:
     """The kernels' number of an outcome; −1 for what they do not know."""
-    known = {name: code for code, name in ENDS.items()} | {"work": kn.BY_WORK, "memory": kn.BY_WORK}
+    known = {name: code for code, name in ENDS.items()} | {"work": BY_WORK, "memory": BY_WORK}
     return known.get(outcome, -1)

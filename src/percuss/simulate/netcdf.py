@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss._version import __version__
 from percuss.errors import HistoryError, MissingExtraError, PercussError
@@ -19,6 +20,7 @@ from percuss.model.described import describe_system, system_from
 from percuss.recordings.untrusted_files import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
+from percuss.simulate.restored import RECORDS
 from percuss.simulate.soundness import sound
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.summary import Cycle
@@ -32,8 +34,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ensemble_dataset", "read", "to_dataset", "write"]
 
-_FORMAT = "percuss trajectory 2"
-_OLDER = ("percuss trajectory 1",)
+_FORMAT = "percuss trajectory 3"
+_OLDER = ("percuss trajectory 1", "percuss trajectory 2")
 _REMEDY = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
 _UNITS = {
     "time": "rad",
@@ -74,7 +76,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
     start = np.concatenate([[motion.start.gap, motion.start.rigid_rate], motion.start.z.reshape(-1)])
     variables["start_state"] = ("state_number", start, {"long_name": "state at the start"})
     for name, array in motion.snapshot.items():
-        variables[f"engine_{name}"] = ([f"engine_{name}_{i}" for i in range(array.ndim)], array)
+        variables[f"engine_{name}"] = _plain(name, array)
     dataset: xarray.Dataset = package.Dataset(
         variables,
         coords={"mode": np.arange(motion.modes + 1)},
@@ -184,7 +186,9 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     system = system_from(json.loads(dataset.attrs["system"]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
     start = dataset["start_state"].values
-    engine = {str(name)[7:]: data.values for name, data in dataset.data_vars.items() if str(name).startswith("engine_")}
+    engine = {
+        name: _records(name, dataset[f"engine_{name}"]) for name in ("z", "now", "count", "cycle", "past", "sums")
+    }
     return Trajectory(
         system=system,
         modes=modes,
@@ -202,6 +206,33 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
         begin_time=about["begin_time"],
         end_time=about["end_time"],
     )
+
+
+def _plain(name: str, array: npt.NDArray[Any]) -> tuple[list[str], npt.NDArray[Any], dict[str, str]]:
+    """Records as rows of plain numbers, with the names of the columns beside them."""
+    names = array.dtype.names
+    about = {} if names is None else {"fields": " ".join(names)}
+    if names is not None:
+        array = array.view(array.dtype[0]).reshape(array.shape[0], -1)
+    return [f"engine_{name}_{i}" for i in range(array.ndim)], array, about
+
+
+def _records(name: str, data: xarray.DataArray) -> npt.NDArray[Any]:
+    """The records again.
+
+    Raises
+    ------
+    ValueError
+        When the columns are not the ones that this version knows.
+    """
+    values = np.ascontiguousarray(data.values)
+    if name not in RECORDS:
+        return values
+    kind, _ = RECORDS[name]
+    names = kind.names or ()
+    if data.attrs.get("fields") != " ".join(names) or values.dtype != kind[0] or values.shape[1:] != (len(names),):
+        raise ValueError(f"engine_{name} has other columns")
+    return values.view(kind).reshape(-1)
 
 
 def _xarray() -> Any:

@@ -12,10 +12,10 @@ def compiled() -> bool:
     """
     from numba.core.registry import cpu_target
 
-    from percuss.simulate import kernels as kn
+    from percuss.simulate.kernels.many import follow
 
     try:  # what numba calls its own; a test sees to it that this still answers
-        index = kn.fly_many._cache._cache_file._load_index()  # type: ignore[attr-defined]
+        index = follow._cache._cache_file._load_index()
         machine = cpu_target.target_context.codegen().magic_tuple()
         return any(key[1] == machine for key in index)
     except Exception:

@@ -9,18 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.simulate import kernels as kn
+from percuss.simulate.kernels.layout import COUNT, GRAZED, LOST_CYCLE, NOW, PAST, SUMS, WINDOW
 from percuss.simulate.remembered import remembered
 from percuss.simulate.snapshot import Snapshot
 from percuss.simulate.soundness import MOST_PERIODS, TURN, numbers, shaped, true, within
 from percuss.simulate.trajectory import Trajectory
 
-__all__ = ["restored"]
+__all__ = ["RECORDS", "restored"]
 
 _MOST_WORK = 2**62
 
-_ENDLESS = (kn.HOLD, kn.LAST_FLIGHT, kn.SINCE, kn.PUSHES)
+_ENDLESS = ("hold", "last_flight", "since", "pushes")
 """Times among the numbers of the anchor: infinite when nothing bounds them."""
+
+RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums": (SUMS, 2)}
+"""Type and number of the records of a snapshot."""
 
 
 def restored(motion: Trajectory) -> Snapshot:
@@ -45,39 +48,42 @@ def _check(motion: Trajectory) -> None:
     for name in ("z", "now", "count", "cycle", "past", "sums"):
         if name not in snapshot:
             raise ValueError(f"there is no engine_{name}")
-    numbers("engine_z", snapshot["z"], (2, modes))
-    numbers("engine_cycle", snapshot["cycle"], (3 + 2 * modes,))
-    numbers("engine_past", snapshot["past"], (3, kn.WINDOW))
-    numbers("engine_sums", snapshot["sums"], (kn.SUMS_KEPT,))
+    for name in ("z", "cycle"):
+        numbers(f"engine_{name}", snapshot[name], (2, modes))
+    for name, (kind, size) in RECORDS.items():
+        shaped(f"engine_{name}", snapshot[name], kind, (size,))
+    for name in ("past", "sums"):
+        values = snapshot[name].view(np.float64)
+        numbers(f"engine_{name}", values, values.shape)
     _now(snapshot["now"])
     _counts(snapshot["count"], max(len(system.load.values), 1), motion.impacts, len(motion.events))
     remembered(motion)
 
 
 def _now(now: npt.NDArray[Any]) -> None:
-    shaped("engine_now", now, np.float64, (kn.NUMBERS,))
     bounded = now.copy()
-    bounded[list(_ENDLESS)] = np.where(np.isposinf(now[list(_ENDLESS)]), 0.0, now[list(_ENDLESS)])
-    numbers("engine_now", bounded, (kn.NUMBERS,))
-    phase = float(now[kn.PHASE])
+    for name in _ENDLESS:
+        bounded[name] = np.where(np.isposinf(now[name]), 0.0, now[name])
+    values = bounded.view(np.float64)
+    numbers("engine_now", values, values.shape)
+    phase = float(now["phase"][0])
     within("engine_now", phase, 0.0, TURN)
     # else the load that the kernels see is another one than the phase says
-    for row, exact in ((kn.COSINE, math.cos(phase)), (kn.SINE, math.sin(phase))):
-        within("engine_now", now[row], exact - 1e-9, exact + 1e-9)
+    for name, exact in (("cosine", math.cos(phase)), ("sine", math.sin(phase))):
+        within("engine_now", now[name], exact - 1e-9, exact + 1e-9)
 
 
 def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> None:
-    shaped("engine_count", whole, np.int64, (kn.COUNTS,))
-    low, high = np.zeros(kn.COUNTS), np.full(kn.COUNTS, _MOST_WORK, dtype=np.int64)
-    periods = [kn.PERIOD, kn.ANCHOR_PERIOD, kn.RELEASE_PERIOD, kn.MARK_PERIOD]
-    low[periods] = -MOST_PERIODS
-    high[[*periods, kn.CYCLE_PERIODS]] = MOST_PERIODS
-    high[kn.PIECE], high[kn.MODE], high[kn.CYCLE_KIND] = pieces - 1, kn.GRAZED, 2
-    low[kn.IMPACTS] = high[kn.IMPACTS] = impacts  # as many as are recorded
-    high[[kn.RUN, kn.ANCHOR, kn.CYCLE_IMPACTS, kn.CONFIRMED, kn.FOUND_AT, kn.MARK]] = impacts
-    high[[kn.RESTS, kn.CHATTERS, kn.MARK_RELEASES, kn.MARK_CHATTERS]] = events
-    high[[kn.PATIENCE, kn.MARK_PATIENCE]] = 2 * events + 1  # doubled when so many have gone by
-    high[kn.VERDICT] = kn.LOST_CYCLE
-    high[kn.EVENTS] = 0
-    bad = np.flatnonzero((whole < low) | (whole > high))
-    true(not bad.size, f"number {bad[:1]} of engine_count")
+    most = dict.fromkeys(COUNT.names or (), _MOST_WORK)
+    least = dict.fromkeys(most, 0)
+    for name in ("period", "anchor_period", "release_period", "mark_period", "cycle_periods"):
+        least[name], most[name] = -MOST_PERIODS, MOST_PERIODS
+    least["cycle_periods"] = 0
+    most["piece"], most["mode"], most["cycle_kind"] = pieces - 1, GRAZED, 2
+    least["impacts"] = most["impacts"] = impacts  # as many as are recorded
+    most |= dict.fromkeys(("run", "anchor", "cycle_impacts", "confirmed", "found_at", "mark"), impacts)
+    most |= dict.fromkeys(("rests", "chatters", "mark_releases", "mark_chatters"), events)
+    most |= dict.fromkeys(("patience", "mark_patience"), 2 * events + 1)  # doubled when so many have gone by
+    most["verdict"], most["events"] = LOST_CYCLE, 0
+    for name in most:
+        true(least[name] <= whole[name][0] <= most[name], f"{name} of engine_count")

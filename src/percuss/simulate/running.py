@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,10 +11,10 @@ import numpy.typing as npt
 from percuss.model import System
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
-from percuss.simulate import kernels as kn
 from percuss.simulate.engine import Progress, Stretch, follow
 from percuss.simulate.events import Events
 from percuss.simulate.flight import Anchor
+from percuss.simulate.kernels.layout import LOST_CYCLE, RESTING
 from percuss.simulate.restored import restored
 from percuss.simulate.snapshot import begin
 from percuss.simulate.start import Start
@@ -69,20 +70,19 @@ def run(
     start = Start.rigid() if start is None else instance("start", start, Start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     callback("progress", progress)
-    spectrum, tables = prepared(system, count("modes", modes, least=0, most=MAX_MODES))
-    snapshot = begin(spectrum, tables, start)
+    spectrum, table = prepared(system, count("modes", modes, least=0, most=MAX_MODES))
+    snapshot = begin(spectrum, table, start)
+    now, count_ = snapshot.now[0], snapshot.count[0]
     anchor = Anchor(
-        float(snapshot.now[kn.PHASE]),
-        int(snapshot.count[kn.PIECE]),
-        float(snapshot.now[kn.GAP]),
-        float(snapshot.now[kn.RIGID_RATE]),
+        float(now["phase"]),
+        int(count_["piece"]),
+        float(now["gap"]),
+        float(now["rigid_rate"]),
         snapshot.z.copy(),
     )
     with watched(progress) as watch:
-        stretch = follow(tables, snapshot, stop, start.time, watch)
-    return _trajectory(
-        system, spectrum.modes, stretch, anchor, int(snapshot.count[kn.MODE]) == kn.RESTING, stop, start.time
-    )
+        stretch = follow(table, snapshot, stop, start.time, watch)
+    return _trajectory(system, spectrum.modes, stretch, anchor, int(count_["mode"]) == RESTING, stop, start.time)
 
 
 def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
@@ -95,22 +95,23 @@ def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object]
         np.concatenate([motion.states, stretch.states]),
         stretch.snapshot,
         stretch.outcome,
+        stretch.wanders,
     )
     return _trajectory(motion.system, motion.modes, whole, motion.start, motion.resting, stop, motion.begin_time)
 
 
-def cycle_of(count: npt.NDArray[np.int64]) -> Cycle | None:
+def cycle_of(count: npt.NDArray[Any]) -> Cycle | None:
     """The confirmed cycle that the engine's whole numbers tell of."""
-    if count[kn.CONFIRMED] < 2:
+    if count["confirmed"][0] < 2:
         return None
-    numbers = (kn.FOUND_AT, kn.CYCLE_IMPACTS, kn.CYCLE_PERIODS, kn.CYCLE_KIND)
-    first, impacts, periods, kind = (int(count[i]) for i in numbers)
+    names = ("found_at", "cycle_impacts", "cycle_periods", "cycle_kind")
+    first, impacts, periods, kind = (int(count[name][0]) for name in names)
     return Cycle(first - 1, impacts, periods, kind)
 
 
-def unresolved(count: npt.NDArray[np.generic]) -> bool:
+def unresolved(count: npt.NDArray[Any]) -> bool:
     """Whether the engine's whole numbers tell of equal releases with a number of load periods that is lost."""
-    return bool(count[kn.VERDICT] == kn.LOST_CYCLE)
+    return bool(count["verdict"][0] == LOST_CYCLE)
 
 
 def _trajectory(
@@ -118,7 +119,7 @@ def _trajectory(
 ) -> Trajectory:
     state = stretch.snapshot
     cycle = cycle_of(state.count)
-    wanders = not system.load.is_constant and bool(kn.wanders(state.past, state.impacts))
+    wanders = not system.load.is_constant and stretch.wanders
     end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
     return Trajectory(
         system=system,

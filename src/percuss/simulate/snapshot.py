@@ -1,63 +1,124 @@
-"""The whole state of a simulation between two events, as the arrays that the kernels change."""
+"""The whole state of a simulation between two events, as the records that the kernels change."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
+from percuss.simulate.kernels.layout import (
+    COUNT,
+    EVENT,
+    NOW,
+    PAST,
+    SUMS,
+    TURN,
+    TURN_LOW,
+    WINDOW,
+    Desk,
+    Log,
+    Motion,
+    Starts,
+    Table,
+)
+from percuss.simulate.kernels.place import place
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
-from percuss.simulate.tables import Tables
 
-__all__ = ["Snapshot", "begin", "clock", "clocks"]
+__all__ = ["NO_LOG", "Snapshot", "begin", "begins", "clock", "clocks", "desk_for"]
+
+Records = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that the next event depends on; the names of the numbers stand in `percuss.simulate.kernels`.
+    """Everything that the next event depends on; the records are described in `percuss.simulate.kernels.layout`.
 
     Attributes
     ----------
     z
         Amplitudes of the free motion, shape (2, N).
     now, count
-        Numbers and whole numbers of the anchor.
-    cycle, past, sums
-        The state that later ones are compared with, the last impacts, and the running statistics.
+        Numbers and whole numbers of the anchor: one NOW and one COUNT, each of shape (1,).
+    cycle
+        Amplitudes of the state that later ones are compared with, shape (2, N).
+    past
+        The last impacts, PASTs.
+    sums
+        The running statistics, two SUMS.
     """
 
     z: Array
-    now: Array
-    count: npt.NDArray[np.int64]
+    now: Records
+    count: Records
     cycle: Array
-    past: Array
-    sums: Array
+    past: Records
+    sums: Records
+
+    @classmethod
+    def empty(cls, modes: int, window: int = WINDOW) -> Snapshot:
+        """All numbers 0, with room for the last `window` impacts, a power of 2."""
+        z, past = np.zeros((2, modes)), np.zeros(window, PAST)
+        return cls(z, np.zeros(1, NOW), np.zeros(1, COUNT), z.copy(), past, np.zeros(2, SUMS))
 
     def copy(self) -> Snapshot:
         """Arrays of its own, to be changed."""
         return Snapshot(*(getattr(self, field.name).copy() for field in fields(self)))
 
     @property
+    def motion(self) -> Motion:
+        """What the kernels change: the same memory."""
+        return Motion(
+            self.z, self.now[0], self.count[0], self.cycle, self.past, self.sums,
+            self.now.view(np.float64), self.count.view(np.int64), self.sums.view(np.float64).reshape(2, -1),
+        )  # fmt: skip
+
+    @property
     def impacts(self) -> int:
         """Impacts from the start."""
-        return int(self.count[kn.IMPACTS])
+        return int(self.count["impacts"][0])
 
     @property
     def time(self) -> float:
         """Of the anchor, in radians."""
-        return float(self.count[kn.PERIOD]) * kn.TURN + float(self.now[kn.PHASE])
+        return float(self.count["period"][0]) * TURN + float(self.now["phase"][0])
+
+
+NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))
+"""For motions of which nothing is recorded."""
+
+
+def begins(
+    displacement: Array,
+    velocity: Array,
+    gap: Array,
+    phase: Array,
+    period: npt.NDArray[np.int64],
+    piece: npt.NDArray[np.int64],
+) -> Starts:
+    """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
+    columns = Starts(displacement, velocity, gap, phase, period, piece)
+    found = [np.ascontiguousarray(values).view() for values in columns]
+    for values in found:
+        values.setflags(write=False)
+    return Starts(*found)  # type: ignore[arg-type]  # of the types that they had
+
+
+def desk_for(table: Table) -> Desk:
+    """Room to work in."""
+    n = table.modes.omega.size
+    return Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
 
 
 def clocks(time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:
     """Load periods gone by at some times, and the phases in [0, 2π)."""
     times = np.asarray(time, dtype=float)
-    turns = np.floor(times / kn.TURN)
-    phase = np.maximum((times - turns * kn.TURN) - turns * kn.TURN_LOW, 0.0)
-    over = phase >= kn.TURN
+    turns = np.floor(times / TURN)
+    phase = np.maximum((times - turns * TURN) - turns * TURN_LOW, 0.0)
+    over = phase >= TURN
     return np.asarray(turns + over, dtype=np.int64), np.where(over, 0.0, phase)
 
 
@@ -67,23 +128,13 @@ def clock(time: float) -> tuple[int, float]:
     return int(turns), float(phase)
 
 
-def begin(spectrum: Spectrum, tables: Tables, start: Start) -> Snapshot:
+def begin(spectrum: Spectrum, table: Table, start: Start) -> Snapshot:
     """The state at the start."""
-    displacement, velocity, gap = start.state(spectrum.modes)
-    n = spectrum.modes
-    state = Snapshot(
-        np.zeros((2, n)),
-        np.zeros(kn.NUMBERS),
-        np.zeros(kn.COUNTS, dtype=np.int64),
-        np.zeros(3 + 2 * n),
-        np.zeros((3, kn.WINDOW)),
-        np.zeros(kn.SUMS_KEPT),
-    )
+    u, v, gap = start.state(spectrum.modes, spectrum.system)
+    state = Snapshot.empty(spectrum.modes)
     period, phase = clock(start.time)
     load = spectrum.system.load
     piece = int(load.piece(phase)) if load.is_piecewise else 0
-    kn.place(
-        tables.par.copy(), tables.mode, tables.coupling, tables.values, state.z, state.now, state.count,
-        np.zeros((kn.WORK_ROWS, n)), tables.over, displacement, velocity, gap, phase, period, piece,
-    )  # fmt: skip
+    starts = begins(u[None], v[None], np.array([gap]), np.array([phase]), np.array([period]), np.array([piece]))
+    place(table._replace(bar=table.bar.copy()), state.motion, desk_for(table), starts)
     return state

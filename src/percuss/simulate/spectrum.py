@@ -1,4 +1,4 @@
-"""The bar cut at mode N under its load, as plain arrays: frequencies, forced response, and the state in two forms."""
+"""The body cut at mode N under its load, as plain arrays: frequencies, forced response, and the state in two forms."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ import numpy.typing as npt
 
 from percuss.errors import ResonanceError
 from percuss.model import System
+from percuss.model.body import Modes
 from percuss.model.checks import Array, ComplexArray
 
-__all__ = ["Spectrum"]
+__all__ = ["Spectrum", "units"]
 
-# A mode with d/2 beyond this part of nπs is treated as if overdamped: its amplitude and phase lose their meaning
+# A mode with d_n/2 beyond this part of ω_n is treated as if overdamped: its amplitude and phase lose their meaning
 _NEARLY_OVERDAMPED = 0.95
+# Where a load at a node of a mode does not move it, B77's u_n would be of no use
+_NODE = 1e-12
 # Forced amplitudes this much larger than off resonance would leave no digit of an impact's time
 _RESONANT = 1e10
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Modes 1 … N of a system as q_n = 2(−1)ⁿ u_n, whose sum with u_0 is the gap function.
+    """Modes 1 … N of a system as q_n = γ_n u_n, which is what mode n adds to u_0 at the striking end: the gap function.
 
     Parameters
     ----------
@@ -49,15 +52,25 @@ class Spectrum:
     # -- the modes --
 
     @cached_property
+    def elastic(self) -> Modes:
+        """The body's modes 1 … N under the load."""
+        return self.system.body.modes(self.modes, self.system.load.at)
+
+    @property
     def omega(self) -> Array:
-        """nπs, shape (N,)."""
-        return np.asarray(np.arange(1, self.modes + 1) * np.pi * self.system.s)
+        """ω_n, shape (N,)."""
+        return self.elastic.omega
+
+    @property
+    def damping(self) -> Array:
+        """d_n, shape (N,)."""
+        return self.elastic.damping
 
     @cached_property
     def square(self) -> Array:
-        """λ_n² = (nπs)² − d²/4, negative where overdamped; shape (N,)."""
-        half = 0.5 * self.system.d
-        return (self.omega - half) * (self.omega + half)
+        """λ_n² = ω_n² − d_n²/4, negative where overdamped; shape (N,)."""
+        half = 0.5 * self.damping
+        return np.asarray((self.omega - half) * (self.omega + half))
 
     @cached_property
     def lam(self) -> Array:
@@ -65,19 +78,24 @@ class Spectrum:
         return np.sqrt(np.where(self.square > 0.0, self.square, 1.0))
 
     @cached_property
-    def over(self) -> int:
-        """Number of the lowest modes that are overdamped or nearly so; their state is kept in another form."""
-        return int(np.count_nonzero(0.5 * self.system.d > _NEARLY_OVERDAMPED * self.omega))
+    def creeps(self) -> npt.NDArray[np.bool_]:
+        """Which modes are overdamped or nearly so: their state is kept in another form; shape (N,)."""
+        return np.asarray(0.5 * self.damping > _NEARLY_OVERDAMPED * self.omega)
 
     @cached_property
-    def sign(self) -> Array:
-        """2(−1)ⁿ, shape (N,)."""
-        return np.where(np.arange(1, self.modes + 1) % 2, -2.0, 2.0)
+    def unit(self) -> Array:
+        """q_n of u_n = 1; shape (N,)."""
+        return units(self.elastic)
+
+    @property
+    def weight(self) -> Array:
+        """What half u_n'² is multiplied by to be the kinetic energy of mode n; shape (N,)."""
+        return np.asarray(self.elastic.inertia * self.unit**2)
 
     @cached_property
     def statics(self) -> Array:
         """q_n under a constant unit load; shape (N,)."""
-        return self.sign / self.omega**2
+        return np.asarray(self.elastic.gamma / self.omega**2)
 
     # -- the load --
 
@@ -97,14 +115,14 @@ class Spectrum:
 
     @cached_property
     def stiffness(self) -> ComplexArray:
-        """(nπs)² + ikd − k², shape (K, N)."""
-        return np.asarray(self.omega[None, :] ** 2 + (1j * self.k * self.system.d - self.k**2)[:, None])
+        """ω_n² + ikd_n − k², shape (K, N)."""
+        return np.asarray(self.elastic.stiffness(self.k).T)
 
     @cached_property
     def response(self) -> ComplexArray:
         """Complex amplitude of q_n under harmonic k; shape (K, N)."""
         pk = self.pk[:, None]
-        return np.asarray(self.sign[None, :] * pk / np.where(pk == 0.0, 1.0, self.stiffness))
+        return np.asarray(self.elastic.gamma[None, :] * pk / np.where(pk == 0.0, 1.0, self.stiffness))
 
     @cached_property
     def rigid(self) -> ComplexArray:
@@ -138,15 +156,12 @@ class Spectrum:
         mean
             The constant part of the load, shape (len(phase),).
         """
-        s2, n = self.system.s**2, np.arange(1, self.modes + 1)
-        shapes = -2.0 * np.pi * n * np.sin(np.pi * np.outer(x, n)) / self.sign
-        static = (x - 1.0) / s2 - shapes @ self.statics
-        q = np.sqrt(self.k**2 - 1j * self.k * self.system.d) / self.system.s
-        below = 1.0 - np.exp(-2j * q)
-        clear = np.abs(below) > 1e-9  # else a mode above N is in resonance, and there is no closed form
-        places = np.exp(-1j * np.outer(x, q)) - np.exp(-1j * np.outer(2.0 - x, q))
-        whole = -places / (s2 * np.where(clear, below, 1.0)) * self.pk  # −sin q(1 − x)/(s² sin q)
-        beyond = np.where(clear, whole - shapes @ self.response.T, 0.0)
+        body, at = self.system.body, self.system.load.at
+        static = body.static(x, at).strain - body.static(x, at, self.modes).strain
+        with np.errstate(all="ignore"):
+            whole = body.receptance(self.k, x, at).strain - body.receptance(self.k, x, at, self.modes).strain
+        clear = np.isfinite(whole) & (np.abs(whole) < _RESONANT)  # else a mode above N is in resonance
+        beyond = np.where(clear, whole, 0.0).T * self.pk
         return np.asarray(static[:, None] * mean + (beyond @ np.exp(1j * np.outer(self.k, phase))).real)
 
     # -- the state in two forms: B77's u_n, u_n', and the kernels' amplitudes of the free motion --
@@ -154,15 +169,14 @@ class Spectrum:
     def amplitudes(self, displacement: Array, velocity: Array, phase: float, mean: float) -> Array:
         """Amplitudes z of the free motion, shape (2, N), from u_n and u_n', n = 0 … N, each of shape (N+1,)."""
         shape, rate = self.forced(phase, mean)
-        q = self.sign * displacement[1:] - shape
-        w = self.sign * velocity[1:] - rate
-        oscillates = np.arange(self.modes) >= self.over
-        return np.stack([q, np.where(oscillates, -(w + 0.5 * self.system.d * q) / self.lam, w)])
+        q = self.unit * displacement[1:] - shape
+        w = self.unit * velocity[1:] - rate
+        return np.stack([q, np.where(self.creeps, w, -(w + 0.5 * self.damping * q) / self.lam)])
 
     def free_rate(self, z: Array) -> Array:
-        """q_n'(0) of the free motion from its amplitudes z, shape (…, 2, N): the overdamped modes keep it as it is."""
-        oscillating = -self.lam * z[..., 1, :] - 0.5 * self.system.d * z[..., 0, :]
-        return np.asarray(np.where(np.arange(self.modes) < self.over, z[..., 1, :], oscillating))
+        """q_n'(0) of the free motion from its amplitudes z, shape (…, 2, N): creeping modes keep it as it is."""
+        oscillating = -self.lam * z[..., 1, :] - 0.5 * self.damping * z[..., 0, :]
+        return np.asarray(np.where(self.creeps, z[..., 1, :], oscillating))
 
     def modal(
         self, z: Array, gap: npt.ArrayLike, rigid_rate: npt.ArrayLike, phase: npt.ArrayLike, mean: npt.ArrayLike
@@ -179,5 +193,10 @@ class Spectrum:
         shape, rate = self.forced(phase, mean)
         q, w = z[..., 0, :] + shape, self.free_rate(z) + rate
         first = np.asarray(gap) - q.sum(axis=-1)
-        displacement = np.concatenate([first[..., None], q / self.sign], axis=-1)
-        return displacement, np.concatenate([np.asarray(rigid_rate)[..., None], w / self.sign], axis=-1)
+        displacement = np.concatenate([first[..., None], q / self.unit], axis=-1)
+        return displacement, np.concatenate([np.asarray(rigid_rate)[..., None], w / self.unit], axis=-1)
+
+
+def units(modes: Modes) -> Array:
+    """q_n of u_n = 1, γ_n, shape (N,); for a load at a node of a mode, as if it were at the striking end."""
+    return np.where(np.abs(modes.at_load) > _NODE, modes.gamma, 1.0 / modes.inertia)

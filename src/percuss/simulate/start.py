@@ -12,7 +12,9 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
+from percuss.model.body import Body, UniformBar
 from percuss.model.checks import Array, count, finite, having, numbers
+from percuss.simulate.spectrum import units
 
 __all__ = ["Start"]
 
@@ -166,8 +168,15 @@ class Start:
         """The same state at another phase of the load."""
         return replace(self, time=time)
 
-    def state(self, modes: int) -> tuple[Array, Array, float]:
+    def state(self, modes: int, system: System | None = None) -> tuple[Array, Array, float]:
         """u_n and u_n', n = 0 … `modes`, each of shape (modes+1,), and the gap y = u(1) ≤ 0.
+
+        Parameters
+        ----------
+        modes
+            N.
+        system
+            Whose modes they are; those of a uniform bar, driven at its end, by default.
 
         Raises
         ------
@@ -182,20 +191,21 @@ class Start:
                     f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "use more modes"
                 )
             into[: min(len(given), size)] = given[:size]
-        sign = np.where(np.arange(1, size) % 2, -2.0, 2.0)
+        body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
+        unit = units(body.modes(modes, place))
         if self.profile is not None:
-            u, v = _cosines(self.profile[0], size), _cosines(self.profile[1], size)
+            u, v = (_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
             at = self.source.modal_state(size - 1)
             v[1:] += at.z_velocity + at.forced_velocity
             v[0] -= self._restitution() * self.source.rigid_velocity
-            moved = float(u[0] + sign @ u[1:])
+            moved = float(u[0] + unit @ u[1:])
             u[1:] += at.displacement
-            u[0] = moved - float(sign @ u[1:])
+            u[0] = moved - float(unit @ u[1:])
             return u, v, _on_wall(moved, float(np.abs(u).max()))
-        gap = float(u[0] + sign @ u[1:]) if self.gap is None else self.gap
+        gap = float(u[0] + unit @ u[1:]) if self.gap is None else self.gap
         gap = _on_wall(gap, float(np.abs(u).max()))
-        u[0] = gap - float(sign @ u[1:])
+        u[0] = gap - float(unit @ u[1:])
         return u, v, gap
 
     def _restitution(self) -> float:
@@ -255,6 +265,21 @@ def _values(profile: Profile, x: Array) -> Array:
         return np.broadcast_to(found, x.shape)
     samples = np.asarray(profile, dtype=float)
     return np.asarray(np.interp(x, np.linspace(0.0, 1.0, samples.size), samples))
+
+
+def _parts(profile: Profile, body: Body, unit: Array) -> Array:
+    """u_n of a profile, n = 0 … N; of other bodies than the uniform bar those that fit it best along the bar."""
+    size = unit.size + 1
+    if isinstance(body, UniformBar):
+        alternating = 2.0 * np.where(np.arange(1, size) % 2, -1.0, 1.0)
+        return np.asarray(_cosines(profile, size) * np.append(1.0, alternating / unit))
+    x, w = _gauss(max(16, 2 * size))
+    shapes = np.column_stack([np.ones(x.size), body.shapes(x, unit.size).displacement * unit])
+    values = np.asarray(_values(profile, x), dtype=float)
+    if not np.all(np.isfinite(values)):
+        raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
+    root = np.sqrt(w)
+    return np.asarray(np.linalg.lstsq(shapes * root[:, None], values * root)[0], dtype=float)
 
 
 def _cosines(profile: Profile, size: int) -> Array:

@@ -12,6 +12,7 @@ from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, choice, count, instance, numbers, several
 from percuss.shown import Shown
+from percuss.simulate.spectrum import units
 from percuss.simulate.start import DEFAULT_RANDOM_MODES, MOST, Start
 from percuss.simulate.stop import MAX_MODES
 
@@ -83,14 +84,19 @@ class Starts(Shown):
         return cls(u[:, None], v[:, None], u, t)
 
     @classmethod
-    def of(cls, starts: Sequence[Start], modes: int) -> Starts:
-        """Single starts joined, for simulations with `modes` modes."""
+    def of(cls, starts: Sequence[Start], modes: int, systems: Sequence[System] = ()) -> Starts:
+        """Single starts joined, for simulations with `modes` modes of one system, or of as many as starts."""
         listed = several("starts", starts, "one or more starts")
-        states = [instance("starts", start, Start).state(modes) for start in listed]
+        checked = [instance("starts", start, Start) for start in listed]
+        apart = len({(system.body, system.load.at) for system in systems}) > 1
+        if apart and len(checked) == 1:
+            checked *= len(systems)
+        whose = systems if apart and len(systems) == len(checked) else [*systems, None][:1] * len(checked)
+        states = [start.state(modes, system) for start, system in zip(checked, whose, strict=True)]
         if not states:
             raise ParameterError("starts", starts, "one or more starts")
         u, v, gap = (np.array([state[i] for state in states]) for i in range(3))
-        return cls(u, v, gap, np.array([start.time for start in listed]))
+        return cls(u, v, gap, np.array([start.time for start in checked]))
 
     @classmethod
     def random(
@@ -136,9 +142,10 @@ class Starts(Shown):
         k = np.arange(1, n + 1)
         size_of = draw.normal(0.0, 1.0, (number, n)) * scale / (3.0 * k)
         turn = draw.uniform(0.0, _TURN, (number, n))
-        u = size_of * np.cos(turn) / (np.pi * system.s * k)
+        elastic = system.body.modes(n, system.load.at)
+        u = size_of * np.cos(turn) / elastic.omega
         v = size_of * np.sin(turn)
-        first = gap - u @ np.where(k % 2, -2.0, 2.0)
+        first = gap - u @ units(elastic)
         return cls(np.column_stack([first, u]), np.column_stack([mean, v]), gap, time)
 
     # -- as a sequence --

@@ -2,63 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from percuss.model import Load, System
+from percuss.model import Kept, Load, System
+from percuss.model.body import Body
 from percuss.model.checks import Array
-from percuss.simulate import kernels as kn
-from percuss.simulate.spectrum import Spectrum
+from percuss.simulate.kernels.layout import BAR, POWERS, RATIO, SINGLY, Harmonics, Modes, Table
+from percuss.simulate.kernels.load import release_phases
+from percuss.simulate.spectrum import Spectrum, units
 
-__all__ = ["Tables", "prepared", "tables_of"]
+__all__ = ["prepared", "table_of"]
 
-
-@dataclass(frozen=True)
-class Tables:
-    """Arrays for the kernels; rows and columns are named there.
-
-    Attributes
-    ----------
-    par, mode, har
-        Numbers of the system, of its elastic modes, shape (rows, N), and of the harmonics, shape (rows, K).
-    coupling
-        Displacement of q_n = 2(−1)ⁿ u_n under harmonic k, real and imaginary part; shape (K, 2, N).
-    breaks, values
-        Steps of a piecewise constant load, otherwise empty.
-    releases
-        Phases at which the load begins to pull.
-    over
-        Number of the lowest modes that are overdamped or nearly so.
-    """
-
-    par: Array
-    mode: Array
-    har: Array
-    coupling: Array
-    breaks: Array
-    values: Array
-    releases: Array
-    over: int
+_EQUAL = 4.0 * np.finfo(float).eps
 
 
 @lru_cache(maxsize=16)
-def prepared(system: System, modes: int) -> tuple[Spectrum, Tables]:
-    """Spectrum and tables of a system, kept for the next motion of it.
+def prepared(system: System, modes: int) -> tuple[Spectrum, Table]:
+    """Spectrum and table of a system, kept for the next motion of it.
 
     Raises
     ------
     ResonanceError
         When a harmonic of the load meets an undamped elastic mode (B77 16).
     """
-    return Spectrum(system, modes), tables_of(system, modes)
+    return Spectrum(system, modes), table_of(system, modes)
 
 
-def tables_of(system: System, modes: int) -> Tables:
-    """The kernels' tables of a system cut at mode N.
+def table_of(system: System, modes: int) -> Table:
+    """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change.
 
-    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of them.
+    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it.
 
     Raises
     ------
@@ -67,48 +43,100 @@ def tables_of(system: System, modes: int) -> Tables:
     """
     load = system.load
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
-    shared = _without_mean(system.s, system.d, harmonics, modes)
-    par = shared.par.copy()
-    par[kn.R], par[kn.MEAN], par[kn.PUSHING] = system.restitution, load.mean, _longest_push(load)
+    shared = _without_mean(system.body, load.at, harmonics, modes)
+    bar = shared.bar.copy()
+    bar["restitution"], bar["strain"] = system.restitution, system.contact.strain_factor
+    bar["mean"], bar["pushing"] = load.mean, _longest_push(load)
     if load.is_piecewise:
         steps = np.array(load.values)
-        par[kn.FORCE] = float(np.abs(load.values).max())
+        bar["force"] = float(np.abs(load.values).max())
         releases = np.array(load.breaks)[(steps < 0.0) & (np.roll(steps, 1) >= 0.0)]
-        return replace(shared, par=par, breaks=np.array(load.breaks), values=steps, releases=releases)
-    par[kn.FORCE] = abs(load.mean) + shared.par[kn.FORCE]
-    return replace(shared, par=par, releases=_releases(system.s, system.d, harmonics, modes, load.mean))
+        return shared._replace(bar=bar, breaks=np.array(load.breaks), values=steps, releases=releases)
+    bar["force"] = abs(load.mean) + shared.bar["force"]
+    return shared._replace(bar=bar, releases=_releases(system.body, load.at, harmonics, modes, load.mean))
 
 
 @lru_cache(maxsize=16)
-def _without_mean(s: float, d: float, harmonics: tuple[complex, ...], modes: int) -> Tables:
-    """The tables but for the restitution, the mean load, and what follows from them; none for a load of steps."""
-    spectrum = Spectrum(System(s, d, 0.0, Load(np.array([0.0, *harmonics]))), modes)
-    k, pk = spectrum.k, spectrum.pk
-    mode = np.empty((kn.MODE_ROWS, modes))
-    half = 0.5 * d
-    oscillates = np.arange(modes) >= spectrum.over
-    mode[kn.OMEGA], mode[kn.SIGNED], mode[kn.STATICS] = spectrum.omega, spectrum.square, spectrum.statics
-    mode[kn.OSCILLATES], mode[kn.LAMBDA] = oscillates, oscillates * spectrum.lam
-    mode[kn.INVERSE], mode[kn.SQUARE] = oscillates / spectrum.lam, oscillates * spectrum.square
-    mode[kn.DELTA] = oscillates * half * half / (spectrum.omega + spectrum.lam)
-
-    har = np.empty((kn.HARMONIC_ROWS, k.size))
-    for row, values in ((kn.GAP_RE, spectrum.gap), (kn.RIGID_RE, spectrum.rigid), (kn.LOAD_RE, pk)):
-        har[row], har[row + 1] = values.real, values.imag
-    par = np.zeros(kn.PARAMETERS)
-    par[kn.D], par[kn.BASE] = d, np.pi * s
-    for order, row in enumerate((kn.REACH, kn.RATE, kn.CURVE, kn.JERK)):
-        par[row] = float(np.sum(k**order * np.abs(spectrum.gap))) * (1.0 + 1e-12)
-    par[kn.FORCE] = float(np.abs(pk).sum())
-    par[kn.BEND] = float(np.sum(k**2 * np.abs(pk))) * (1.0 + 1e-12)
-    par[kn.RIPPLE] = 1e-3
+def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: int) -> Table:
+    """The table but for the contact, the mean load, and what follows from them; none for a load of steps."""
+    load = Load(np.array([0.0, *harmonics]), at=at)
+    spectrum = Spectrum(System(body, load, Kept(0.0)), modes)
+    k, pk, response = spectrum.k, spectrum.pk, spectrum.response
+    bar = np.zeros(1, BAR)[0]
+    bar["damping"] = body.damping.rigid
+    for order, name in enumerate(("reach", "rate", "curve", "jerk")):
+        bar[name] = float(np.sum(k**order * np.abs(spectrum.gap))) * (1.0 + 1e-12)
+    bar["force"] = float(np.abs(pk).sum())
+    bar["bend"] = float(np.sum(k**2 * np.abs(pk))) * (1.0 + 1e-12)
+    bar["ripple"] = 1e-3
     if modes:
-        par[kn.WAVE], par[kn.RIPPLE] = (1.0 + 0.5 / modes) / s, 0.5 / (modes * s)
-    response = spectrum.response
-    par[kn.SWAY] = float(np.sum(k * np.abs(spectrum.rigid)))
-    par[kn.SWING] = par[kn.SWAY] + float(np.sum(k[:, None] * np.abs(response)))
+        bar["wave"], bar["ripple"] = (1.0 + 0.5 / modes) * body.transit_time, 0.5 * np.pi / spectrum.omega[-1]
+    bar["contact"] = 2.0 * body.transit_time
+    bar["sway"] = float(np.sum(k * np.abs(spectrum.rigid)))
+    bar["swing"] = bar["sway"] + float(np.sum(k[:, None] * np.abs(response)))
+    parts = (part for values in (spectrum.gap, spectrum.rigid, pk) for part in (values.real, values.imag))
     coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
-    return Tables(par, mode, har, coupling, np.empty(0), np.empty(0), np.empty(0), spectrum.over)
+    none = np.empty(0)
+    return Table(
+        bar,
+        _modes(spectrum, bar),
+        Harmonics(*(np.array(part, order="C") for part in parts)),
+        coupling,
+        none,
+        none,
+        none,
+    )
+
+
+def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
+    """The elastic modes, and what `bar` says of all of them."""
+    omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
+    oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
+    lam = spectrum.lam
+    delta = np.zeros(omega.size)
+    bar["law"] = law = _law(omega, damping, creeps)
+    own = half[~creeps]
+    if omega.size:
+        bar["quickest"], bar["base"] = omega.max(), omega[0] if law == POWERS else lam[0]
+        rates = half.copy()
+        rates[creeps] = np.minimum(half, omega * omega / np.where(creeps, damping, 1.0))[creeps]  # d/2 − κ ≥ ω²/d
+        bar["linger"] = rates.min()
+    if law == POWERS and omega.size:
+        bar["half"] = half[0]
+        delta = oscillates * half * half / (omega + lam)
+        bar["delta"] = delta.max()
+    elif law == RATIO:
+        bar["base_half"] = half[0]
+    bar["wane"], slowest = (2.0 * own.max(), 2.0 * own.min()) if own.size else (0.0, np.inf)
+    bar["lasting"] = 2.0 / slowest if slowest > 0.0 else np.inf
+    return Modes(
+        omega=omega,
+        lam=oscillates * lam,
+        inverse=oscillates / lam,
+        square=oscillates * spectrum.square,
+        signed=np.array(spectrum.square),
+        damping=damping,
+        half=oscillates * half,
+        delta=delta,
+        oscillates=oscillates,
+        statics=spectrum.statics,
+        unit=units(spectrum.elastic),
+        inertia=0.5 * spectrum.elastic.inertia,
+        creeping=np.flatnonzero(creeps),
+    )
+
+
+def _law(omega: Array, damping: Array, creeps: npt.NDArray[np.bool_]) -> int:
+    """How the phasors of the modes are computed best, see `percuss.simulate.kernels.layout`."""
+    if not omega.size:
+        return POWERS
+    number = np.arange(1.0, omega.size + 1.0)
+    if np.any(np.abs(omega - number * omega[0]) > _EQUAL * omega):
+        return SINGLY
+    if np.all(damping == damping[0]):
+        return POWERS
+    ratio = np.all(np.abs(damping - number * damping[0]) <= _EQUAL * damping)
+    return RATIO if ratio and not creeps.any() else SINGLY
 
 
 _SAMPLES = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
@@ -124,9 +152,9 @@ def _longest_push(load: Load) -> float:
 
 
 @lru_cache(maxsize=1024)
-def _releases(s: float, d: float, harmonics: tuple[complex, ...], modes: int, mean: float) -> Array:
+def _releases(body: Body, at: int, harmonics: tuple[complex, ...], modes: int, mean: float) -> Array:
     """Phases at which a Fourier series begins to pull."""
-    shared = _without_mean(s, d, harmonics, modes)
-    found = np.empty(shared.har.shape[1])
-    force = abs(mean) + shared.par[kn.FORCE]
-    return np.unique(found[: kn.release_phases(shared.har, mean, shared.par[kn.BEND], force, found)])
+    shared = _without_mean(body, at, harmonics, modes)
+    found = np.empty(shared.harmonics.gap_re.size)
+    force = abs(mean) + float(shared.bar["force"])
+    return np.unique(found[: release_phases(shared.harmonics, mean, float(shared.bar["bend"]), force, found)])

@@ -226,8 +226,8 @@ class Trajectory(Shown):
         The free motion has N modes; the forced one is summed over all of them, so that −s² u_x(0, t) = p(t).
         """
         places, times = array("x", x, 0.0, 1.0), array("t", t, -np.inf, np.inf)
-        n = np.arange(self.modes + 1)
-        found = (-2.0 * np.pi * n * np.sin(np.pi * np.outer(places, n))) @ self.modal(times).displacement
+        slopes = self.system.body.shapes(places, self.modes).strain * self.spectrum.unit
+        found = slopes @ self.modal(times).displacement[1:]
         load, flies = self.system.load, ~self._rests(times)
         steps = np.asarray(load.values)
         mean = steps[load.piece(times[flies])] if steps.size else np.full(int(flies.sum()), load.mean)
@@ -245,9 +245,9 @@ class Trajectory(Shown):
     def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
         """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),)."""
         at = self.modal(t, side)
-        weight = np.where(np.arange(self.modes + 1) == 0, 0.5, 1.0)
-        stiffness = (np.pi * self.system.s * np.arange(self.modes + 1)) ** 2
-        return np.asarray(weight @ at.velocity**2 + stiffness @ at.displacement**2)
+        weight = np.append(0.5, 0.5 * self.spectrum.weight)
+        stiffness = 0.5 * self.spectrum.weight * self.spectrum.omega**2
+        return np.asarray(weight @ at.velocity**2 + stiffness @ at.displacement[1:] ** 2)
 
     def contact_force(self, t: npt.ArrayLike) -> Array:
         """Force p(t) with which a bar that rests presses on the wall, quasi-static; 0 elsewhere. Shape (len(t),)."""
@@ -260,8 +260,9 @@ class Trajectory(Shown):
         return np.asarray(codes[last] == REST)
 
     def _shapes(self, x: npt.ArrayLike) -> Array:
-        places, n = array("x", x, 0.0, 1.0), np.arange(self.modes + 1)
-        return np.asarray(np.where(n == 0, 1.0, 2.0) * np.cos(np.pi * np.outer(places, n)))
+        places = array("x", x, 0.0, 1.0)
+        shapes = self.system.body.shapes(places, self.modes).displacement * self.spectrum.unit
+        return np.column_stack([np.ones(places.size), shapes])
 
     def energy_balance(self, first: float | None = None, last: float | None = None) -> EnergyBalance:
         """The energy that the load put in and where it went, between two times (default: the whole motion).

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, non_negative, numbers, positive
 
-__all__ = ["langevin", "level", "level_at", "level_factor"]
+__all__ = ["langevin", "level", "level_at", "level_factor", "restitution_at"]
 
 _SERIES = (1 / 3, -1 / 45, 2 / 945, -1 / 4725, 2 / 93555, -1382 / 638512875, 4 / 18243225, -3617 / 162820783125)
 _SMALL = 0.2  # the series with 8 terms is right to 1e-17 relative below this
@@ -51,3 +51,16 @@ def level(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: flo
 def level_at(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: float) -> Array:
     """`level` of numbers that have been looked at."""
     return np.asarray(mean, dtype=float) * period * level_factor(d * period, restitution)  # B77 (14)
+
+
+def restitution_at(mean: float, d: float, height: Array, period: float) -> Array:
+    """R at which the level has this height, `level_at` backwards; shape of `height`. Outside 0 to 1 there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> restitution_at(0.9, 0.0, np.array([float(level_at(0.9, 0.0, 0.6, 6.28))]), 6.28).round(12)
+    array([0.6])
+    """
+    quotient = 2.0 * height / (mean * period) - float(langevin(np.array(0.5 * d * period)))  # (1 − R)/(1 + R)
+    return np.asarray((1.0 - quotient) / (1.0 + quotient))

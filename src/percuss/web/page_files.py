@@ -72,6 +72,7 @@ class Shelf:
         page = resources.files("percuss.web").joinpath("page")
         if page.is_dir():
             self._take(page, "")
+            self._name_modules()
         self._files["plotly.min.js"] = _File.of(_plotly().read_bytes(), ".js")
 
     def _take(self, folder: Traversable, prefix: str) -> None:
@@ -81,6 +82,12 @@ class Shelf:
                 self._take(entry, f"{prefix}{entry.name}/")
             elif entry.is_file() and suffix in _KINDS:
                 self._files[f"{prefix}{entry.name}"] = _File.of(entry.read_bytes(), suffix)
+
+    def _name_modules(self) -> None:
+        """Every module named in index.html: the browser asks for all of them without reading one after the other."""
+        links = [f'<link rel="modulepreload" href="/static/{name}">' for name in self.names if name.endswith(".js")]
+        page = self._files["index.html"].data.replace(b"<!-- modules -->", "\n".join(links).encode())
+        self._files["index.html"] = _File.of(page, ".html")
 
     @property
     def names(self) -> tuple[str, ...]:

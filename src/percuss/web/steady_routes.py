@@ -164,12 +164,13 @@ def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Ha
 
 
 def _check_size(job: SweepJob, limits: Limits) -> None:
-    from percuss.explore.planes import fits_plane
+    from percuss.explore.planes import AXES, fits_plane
 
     fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
     most = limits.cells if fast else limits.slow_cells
     if job.size > most:
-        why = "" if fast else "; only maps over restitution, load_factor and m, of what arrays can tell, may be larger"
+        over = f"{', '.join(AXES[:-1])} and {AXES[-1]}"
+        why = "" if fast else f"; only maps over {over}, of what arrays can tell, may be larger"
         remedy = "use percuss sweep for more"
         raise refused(422, f"expected at most {most} cells in one request{why}", remedy, "x.count", job.size)
     if job.stop.most_impacts > limits.impacts:

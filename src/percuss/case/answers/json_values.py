@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from percuss.model import System
 
-__all__ = ["heading_dict", "number", "numbers", "plain", "system_dict"]
+__all__ = ["body_dict", "contact_dict", "heading_dict", "number", "numbers", "plain", "system_dict"]
 
 
 def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) -> dict[str, Any]:
@@ -22,6 +22,8 @@ def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) ->
         "case": name,
         "title": title,
         "system": system_dict(system),
+        "body": body_dict(system),
+        "contact": contact_dict(system),
         "history": None if history is None else plain(asdict(history)),
         "notes": list(notes),
     }
@@ -36,6 +38,29 @@ def system_dict(system: System) -> dict[str, Any]:
         "coefficients": [[number(p.real), number(p.imag)] for p in system.load.coefficients.tolist()],
         "load_factor": number(system.load.load_factor),
     }
+
+
+SHOWN_MODES = 8
+"""Elastic modes that are told of a body."""
+
+
+def body_dict(system: System) -> dict[str, Any]:
+    """The body in plain values: its first elastic modes under the load, per radian of it, and in SI in Hz, too."""
+    modes = system.body.modes(SHOWN_MODES, system.load.at)
+    found: dict[str, Any] = {
+        "kind": system.body.kind,
+        "frequencies": numbers(modes.omega),
+        "gamma": numbers(modes.gamma),
+        "damping": numbers(modes.damping),
+    }
+    if system.frequency is not None:
+        found["frequencies_Hz"] = numbers(modes.omega * system.frequency)
+    return found
+
+
+def contact_dict(system: System) -> dict[str, str]:
+    """The contact law in plain values."""
+    return {"law": system.contact.law, "strain": system.contact.kind}
 
 
 def number(value: Any) -> float | int | None:

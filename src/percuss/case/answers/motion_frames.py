@@ -196,18 +196,18 @@ def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
 
 
 def _header(system: System, modes: int, begin: float, end: float, period: float | None) -> dict[str, Any]:
-    si, bar = system.is_si, system.bar
+    si, first = system.is_si, float(system.body.frequencies(1)[0])
     return {
         "begin": number(begin),
         "end": number(end),
         "period": number(period),
         "load_phase": number(math.fmod(begin, _TURN)),
         "modes": int(modes),
-        "first_mode": number(math.pi * system.s),
-        "first_mode_Hz": number(bar.wave_speed / (2.0 * bar.length)) if bar is not None else None,
+        "first_mode": number(first),
+        "first_mode_Hz": number(first * system.frequency) if system.frequency is not None else None,
         "time_scale_s": number(system.time_scale) if si else None,
         "length_scale_m": number(system.length_scale) if si else None,
-        "stress_scale_Pa": number(bar.pieces[-1].youngs_modulus) if bar is not None else None,
+        "stress_scale_Pa": number(system.stress_scale) if si else None,
     }
 
 

@@ -124,5 +124,5 @@ def write_history(path: str | os.PathLike[str]) -> None:
     """
     from percuss.case.catalogue.sample_history import write_sample_history
 
-    shape = (rect(1.0, 0.0), rect(3.3, 0.0), rect(0.5, 0.8), rect(0.25, 2.6))
+    shape = (rect(1.0, 0.0), rect(2.6, 0.0), rect(0.5, 1.2), rect(0.25, -1.0))
     write_sample_history(path, pressure_coefficients=[6.197e6 * p for p in shape], frequency=60.0)

@@ -7,32 +7,21 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from percuss.case.file_format.body_building import contact_of, plain_body, plain_contact, sized_body
+from percuss.case.file_format.load_building import load_of
+from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.problems import from_parameter, raise_all
-from percuss.case.file_format.recorded_load import history_load, positive_area, positive_frequency
-from percuss.case.file_format.schema import (
-    BarTable,
-    ContactTable,
-    FourierForce,
-    FourierLoad,
-    HarmonicForce,
-    HarmonicLoad,
-    HistoryForce,
-    PhysicalCase,
-    PlainCase,
-    SquareForce,
-    SquareLoad,
-)
+from percuss.case.file_format.recorded_load import history_load
+from percuss.case.file_format.schema import PhysicalCase, PlainCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.errors import CaseError, ParameterError
-from percuss.model import Bar, Contact, Kept, Load, System
-from percuss.units import si
+from percuss.model import Contact, Load, SizedBody, System
+from percuss.model.body import Body
 
 __all__ = ["Parts", "Recording", "recording_of", "system_of"]
 
 Recording = tuple[Load, tuple[str, ...]]
 """The load of a recording, and what was assumed in reading it."""
-
-AnyLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | HarmonicLoad | SquareLoad | FourierLoad
 
 
 class Parts:
@@ -45,24 +34,48 @@ class Parts:
     """
 
     def __init__(self, tables: PhysicalCase | PlainCase, file: str) -> None:
-        self.bar: Bar | None = None
+        self.bar: SizedBody | None = None
+        self.body: Body | None = None
         self.contact: Contact | None = None
         self.load: Load | None = None
         self._problems: list[CaseError] = []
         self._file = file
         if isinstance(tables, PhysicalCase):
-            self.bar = self._try("bar", tables.bar, _bar)
-            self.contact = self._try("contact", tables.contact, lambda table: _contact(table, self.bar))
+            if tables.bar.length is None and tables.bar.sections is None:
+                remedy = 'give it with its unit, for example length = "341 mm", or give sections'
+                self._problems.append(CaseError(file, "bar.length", None, "missing", remedy))
+            else:
+                self.bar = self._try("bar", tables.bar, sized_body)
+            self.contact = self._try("contact", tables.contact, lambda table: contact_of(table, self.bar))
+        elif tables.system.d is None and tables.system.damping is None:
+            remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
+            self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
-            self._try("system", tables.system, _check_system)
+            self.body = self._try("system", tables.system, plain_body)
+            self.contact = self._try("system", tables.system, plain_contact)
         if not isinstance(tables.load, HistoryForce):
-            self.load = self._try("load", tables.load, _load)
+            self.load = self._try("load", tables.load, load_of)
+        self._check_fit(tables)
         if tables.start is not None:
             self._try("start", tables.start, checked_start)
         if tables.simulation is not None:
             self._try("simulation", tables.simulation, checked_simulation)
         if self._problems:
             raise_all(self._problems)
+
+    def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
+        """Whether the body takes the law of the contact, and the load at its place."""
+        body = self.body
+        if self.bar is not None:  # the load, and so the time that counts as 1, may be unknown yet
+            body = _some_body(self.bar)
+        if body is None:
+            return
+        contact = self.contact
+        if contact is not None:
+            name = "contact" if isinstance(tables, PhysicalCase) else "system"
+            self._try(name, getattr(tables, name), lambda _: contact.check(body))
+        if self.load is not None or isinstance(tables.load, HistoryForce):
+            self._try("load", tables.load, lambda table: body.place(table.at))
 
     def _try(self, name: str, table: BaseModel, make: Any) -> Any:
         try:
@@ -71,6 +84,14 @@ class Parts:
             self._problems.append(from_parameter(error, self._file, name, table.model_dump(by_alias=True)))
         except ArithmeticError:
             self._problems.append(_extreme(self._file, name))
+        return None
+
+
+def _some_body(bar: SizedBody) -> Body | None:
+    """The body under a load that takes as long as a wave from end to end; None when that is out of scale."""
+    try:
+        return bar.body(1.0 / bar.transit_time)
+    except (ParameterError, ArithmeticError):
         return None
 
 
@@ -95,13 +116,13 @@ def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: 
     """
     try:
         if isinstance(tables, PlainCase):
-            table = tables.system
-            system = System(s=table.s, d=table.d, restitution=table.restitution, load=load)
+            assert parts.body is not None and parts.contact is not None
+            system = System(parts.body, load, parts.contact)
         else:
             assert parts.bar is not None and parts.contact is not None
             system = System.from_si(parts.bar, load, parts.contact)
     except ParameterError as error:
-        if error.name in ("s", "d", "load"):
+        if error.name in _MEANING:
             raise _out_of_scale(error, tables, file) from None
         raise from_parameter(error, file, "load", {}) from None
     except ArithmeticError:
@@ -109,97 +130,23 @@ def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: 
     return system
 
 
+_MEANING = {
+    "s": "the wave speed C/(LΩ) is s",
+    "d": "the damping D/(MΩ) is d",
+    "eta": "the damping ηΩ",
+    "load": "the load P/(M L² Ω²)",
+}
+"""What of a system may be out of scale, by the name that the model has for it."""
+
+
 def _out_of_scale(error: ParameterError, tables: PhysicalCase | PlainCase, file: str) -> CaseError:
     """A dimensionless number that no hammer has, told in the words of the case."""
     if isinstance(tables, PlainCase):
         key = "load" if error.name == "load" else f"system.{error.name}"
         return CaseError(file, key, error.value, f"expected {error.accepted}", "check the scales")
-    meaning = {"s": "the wave speed C/(LΩ) is s", "d": "the damping D/(MΩ) is d", "load": "the load P/(M L² Ω²)"}
     remedy = "check the units of length, frequency, damping and force"
-    return CaseError(file, meaning[error.name], error.value, f"expected {error.accepted}", remedy)
+    return CaseError(file, _MEANING[error.name], error.value, f"expected {error.accepted}", remedy)
 
 
 def _extreme(file: str, key: str) -> CaseError:
     return CaseError(file, key, None, "sizes so large or small that numbers overflow", "check the units")
-
-
-# -- the parts ------------------------------------------------------------------------------------------------------
-
-
-def _bar(table: BarTable) -> Bar:
-    sizes: dict[str, Any] = {}
-    for name, dimension in _BAR_UNITS.items():
-        text = getattr(table, name)
-        if text is not None:
-            sizes[name] = si(text, dimension, name)
-            if sizes[name] <= 0.0 and name != "damping":  # 0 means "not given" to Bar
-                raise ParameterError(name, text, f"a {dimension} greater than 0")
-    if table.damping is not None and table.damping_ratio is not None:
-        raise ParameterError("damping_ratio", table.damping_ratio, "either damping or damping_ratio, not both")
-    if (table.area is None) == (table.diameter is None):
-        raise ParameterError("diameter", table.diameter, "either a diameter or an area")
-    drag = sizes.pop("damping", None)
-    return Bar(**sizes, damping_ratio=table.damping_ratio, drag=drag)
-
-
-_BAR_UNITS = {
-    "length": "length",
-    "area": "area",
-    "diameter": "length",
-    "youngs_modulus": "pressure",
-    "density": "density",
-    "damping": "damping",
-}
-
-
-def _contact(table: ContactTable, bar: Bar | None) -> Contact | None:
-    if table.receiving_area is None:
-        if table.restitution is None:
-            raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area")
-        return Kept(table.restitution)
-    if table.restitution is not None:
-        raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
-    receiving = si(table.receiving_area, "area", "receiving_area")
-    return None if bar is None else Kept(receiving_area=receiving, area=bar.area)
-
-
-def _check_system(table: Any) -> None:
-    System(s=table.s, d=table.d, restitution=table.restitution, load=Load.harmonic(1.0, 1.0))
-
-
-def _load(table: AnyLoad) -> Load:
-    if isinstance(table, HarmonicForce | SquareForce | FourierForce):
-        return _force(table)
-    if isinstance(table, HarmonicLoad):
-        return Load.harmonic(table.mean, table.amplitude, table.harmonic)
-    if isinstance(table, SquareLoad):
-        return Load.square(table.amplitude, table.kappa, table.harmonics)
-    assert isinstance(table, FourierLoad)
-    return Load.fourier(_complex(table.coefficients))
-
-
-def _force(table: HarmonicForce | SquareForce | FourierForce) -> Load:
-    frequency = positive_frequency(table.frequency, "frequency")
-    area = None if table.area is None else positive_area(table.area)
-
-    def newtons(text: str, name: str) -> float:
-        if area is not None:
-            return si(text, "pressure", name) * area
-        try:
-            return si(text, "force", name)
-        except ParameterError as error:
-            remedy = 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'
-            raise ParameterError(name, text, error.accepted, remedy) from None
-
-    if isinstance(table, HarmonicForce):
-        mean, amplitude = newtons(table.mean, "mean"), newtons(table.amplitude, "amplitude")
-        return Load.harmonic(mean, amplitude, table.harmonic, frequency=frequency)
-    if isinstance(table, SquareForce):
-        amplitude = newtons(table.amplitude, "amplitude")
-        return Load.square(amplitude, table.kappa, table.harmonics, frequency=frequency)
-    unit = newtons(f"1 {table.unit}", "unit")
-    return Load.fourier([unit * p for p in _complex(table.coefficients)], frequency=frequency)
-
-
-def _complex(pairs: tuple[tuple[float, float], ...]) -> list[complex]:
-    return [complex(re, im) for re, im in pairs]

@@ -8,13 +8,25 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case, _tables
-from percuss.case.file_format.schema import HistoryForce, HistoryLoad, PhysicalCase, PlainCase
+from percuss.case.file_format.body_building import body_table
+from percuss.case.file_format.damping_table import damping_table
+from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
+from percuss.case.file_format.schema import PhysicalCase, PlainCase
 from percuss.errors import CaseError
+from percuss.model import External, Kept
 
 if TYPE_CHECKING:
-    from percuss.model import Load
+    from percuss.model import Load, System
 
-__all__ = ["MAX_HARMONICS", "case_of", "check_harmonics", "fourier_table", "json_tables", "without_recording"]
+__all__ = [
+    "MAX_HARMONICS",
+    "case_of",
+    "check_harmonics",
+    "fourier_table",
+    "json_tables",
+    "system_table",
+    "without_recording",
+]
 
 MAX_HARMONICS = 1024
 """The highest harmonic of a case that is taken from tables, unless the caller knows better."""
@@ -43,11 +55,7 @@ def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_
     >>> case_of({"system": {"s": 20, "d": 0.0048, "restitution": 0.6}, "load": load}).is_si
     False
     """
-    given = {
-        name: {key: value for key, value in table.items() if value is not None} if isinstance(table, dict) else table
-        for name, table in tables.items()
-        if table is not None
-    }
+    given = _given(tables)
     load = given.get("load")
     if isinstance(load, dict):
         if load.get("kind") == "history":
@@ -55,6 +63,15 @@ def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_
             raise CaseError(file, "load.kind", "history", "a case cannot name a recording here", remedy)
         check_harmonics(load, file, harmonics)
     return Case(_checked(given, file), file)
+
+
+def _given(table: Mapping[str, Any], deep: int = 2) -> dict[str, Any]:
+    """The keys with a value; of a case, of its tables, and of those in them."""
+    return {
+        key: _given(value, deep - 1) if deep and isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
 
 
 def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
@@ -74,13 +91,15 @@ def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:
     CaseError
         With the key.
     """
-    pairs = load.get("coefficients")
+    pairs, breaks = load.get("coefficients"), load.get("breaks")
     number = len(pairs) - 1 if isinstance(pairs, list) else 0
     for key, value in (("harmonic", load.get("harmonic")), ("harmonics", load.get("harmonics"))):
         if isinstance(value, int) and value > most:
             raise CaseError(file, f"load.{key}", value, f"expected at most {most}")
     if number > most:
         raise CaseError(file, "load.coefficients", f"{number + 1} pairs", f"expected at most {most + 1} pairs")
+    if isinstance(breaks, list) and len(breaks) > most:
+        raise CaseError(file, "load.breaks", f"{len(breaks)} phases", f"expected at most {most} phases")
 
 
 def json_tables(case: Case) -> dict[str, Any]:
@@ -99,8 +118,27 @@ def fourier_table(load: Load) -> dict[str, Any]:
     table: dict[str, Any] = {
         "kind": "fourier",
         "coefficients": [[p.real, p.imag] for p in load.coefficients.tolist()],
+        **({"at": load.at} if load.at else {}),
     }
     return table if load.frequency is None else {**table, "unit": "N", "frequency": f"{load.frequency!r} Hz"}
+
+
+def system_table(system: System) -> dict[str, Any]:
+    """The table [system] of a system.
+
+    Examples
+    --------
+    >>> from percuss.model import Kept, Load, Ratio, System, UniformBar
+    >>> system_table(System(UniformBar(20.0, Ratio(0.001)), Load.harmonic(0.9, 1.0), Kept(0.6)))
+    {'s': 20.0, 'restitution': 0.6, 'damping': {'kind': 'ratio', 'value': 0.001}}
+    """
+    table: dict[str, Any] = {"s": system.s, "restitution": system.restitution, **body_table(system.body)}
+    law = system.body.damping
+    if isinstance(law, External):
+        table["d"] = system.d
+    else:
+        table["damping"] = damping_table(law)
+    return table if isinstance(system.contact, Kept) else {**table, "strain": system.contact.kind}
 
 
 def without_recording(case: Case) -> Case:
@@ -116,5 +154,5 @@ def without_recording(case: Case) -> Case:
     load = case.load()
     table = fourier_table(load)
     if isinstance(case.tables.load, HistoryLoad):
-        table = {key: table[key] for key in ("kind", "coefficients")}
+        table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
     return case_of({**json_tables(case), "load": table}, case.file)

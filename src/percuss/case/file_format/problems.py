@@ -67,7 +67,7 @@ def from_validation(
     problems: list[CaseError] = []
     for key, item in extra.items():
         table, _, name = key.rpartition(".")
-        known = fields.get(table, ())
+        known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
         hint = did_you_mean(name, known)
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
         what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
@@ -141,13 +141,15 @@ def _near(value: object, words: str) -> str:
     return did_you_mean(value, re.findall(r"'([^']*)'", words))
 
 
-_KINDS = "harmonic, square, fourier, history"
+_KINDS = "harmonic, square, fourier, history, steps"
 
 _EXAMPLES = {
-    "bar": "a table [bar] with length and diameter (or area)",
+    "bar": "a table [bar] with length and diameter (or area), or with sections",
     "load": f"a table [load] with its kind: {_KINDS}",
     "contact": "a table [contact] with restitution (0 to 1) or receiving_area",
     "system": "a table [system] with s, d and restitution",
+    **{f"{table}.damping.kind": "name the law: ratio, kelvin_voigt, external, table" for table in ("bar", "system")},
+    **{f"{table}.damping.value": "give the number of the law, or a list for a table" for table in ("bar", "system")},
     "bar.length": 'give it with its unit, for example length = "341 mm"',
     "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',
     "load.file": 'name the file of the recording, for example file = "pressure.csv"',
@@ -155,6 +157,8 @@ _EXAMPLES = {
     "load.coefficients": "give pairs [re, im] from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]",
     "load.mean": "the mean of the load, in SI with its unit",
     "load.amplitude": "the amplitude of the load, in SI with its unit",
+    "load.breaks": "give the phases of the jumps in radians, for example [0.0, 2.0]",
+    "load.values": "give the load from each phase to the next, for example [1.0, -0.5]",
     "load.kappa": "a number between 0 and 2: the load pushes for the phases 0 to kappa times pi",
 }
 

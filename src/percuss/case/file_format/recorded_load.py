@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.problems import from_parameter
-from percuss.case.file_format.schema import HistoryForce, HistoryLoad
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, HistoryError, ParameterError
 from percuss.model import Load
@@ -72,7 +72,7 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
             if not scale > 0.0:
                 raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
             load = load.scaled(1.0 / scale)
-        return load, recording.notes
+        return load.acting_at(table.at), recording.notes
     except ParameterError as error:
         raise from_parameter(error, file, "load", table.model_dump(by_alias=True)) from None
     except HistoryError as error:

@@ -1,27 +1,23 @@
 """What a case file may say: one pydantic model for every table, in the SI form and in the dimensionless form.
 
 The models keep what the file says (SI quantities as text with their units), so that a case can be written back as it
-was read; `percuss.case.file_format.building` makes the objects. A new load is a new class in one of the two unions at
-the end; a new table is a new optional field of both cases. The text below a key is what the reference prints; what
-stands there for a key of one load holds for its dimensionless form, and for the loads after it that say nothing.
+was read; `percuss.case.file_format.building` makes the objects. The loads have a file of their own, and so has the law
+of damping; a new table is a new optional field of both cases. The text below a key is what the reference prints.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
+from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
+from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
+from percuss.case.file_format.section_tables import SectionTable, SectionTables
 from percuss.case.file_format.values import (
     Area,
-    Coefficients,
-    Column,
-    Damping,
     Density,
-    Force,
-    ForceOrPressure,
-    ForceUnit,
-    Frequency,
+    Drag,
     Length,
     NumberOrLength,
     NumberOrTime,
@@ -30,48 +26,49 @@ from percuss.case.file_format.values import (
     PlainNumber,
     Stress,
     Table,
-    Time,
 )
 
 __all__ = [
     "BarTable",
     "ContactTable",
-    "FourierForce",
-    "FourierLoad",
-    "HarmonicForce",
-    "HarmonicLoad",
-    "HistoryForce",
-    "HistoryLoad",
+    "DampingTable",
     "PhysicalCase",
     "PlainCase",
     "PlainSimulation",
     "PlainStart",
     "SimulationTable",
-    "SquareForce",
-    "SquareLoad",
     "StartTable",
     "SystemTable",
     "keys_of",
     "table_fields",
 ]
 
+Strain = Literal["kept", "reversed"]
+"""The contact laws by what they do to the strain."""
+
 
 class BarTable(Table):
-    length: Length
-    """Length from the driven to the striking end. Allowed: greater than 0."""
+    length: Length | None = None
+    """Length from the driven to the striking end. Allowed: greater than 0. When left out: `sections` are needed."""
     area: Area | None = None
     """Area of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
     diameter: Length | None = None
     """Diameter of a solid round bar. Allowed: greater than 0. When left out: `area` is needed."""
+    sections: SectionTables | None = None
+    """Sections from the driven to the striking end, instead of `length`, `area` and `diameter`, see below. Allowed: up
+    to 200 of them. When left out: the bar is uniform."""
     youngs_modulus: Stress | None = None
     """Young's modulus of the material. Allowed: greater than 0. When left out: steel, `"210 GPa"`."""
     density: Density | None = None
     """Density of the material. Allowed: greater than 0. When left out: steel, `"7850 kg/m^3"`."""
-    damping: Damping | None = None
-    """Force per velocity and per metre of bar. Allowed: 0 or greater. When left out: as `damping_ratio` gives."""
     damping_ratio: float | None = None
-    """The same as a fraction of the critical damping of the first elastic mode. Allowed: 0 or greater. When left out:
-    none."""
+    """The damping as a share of the critical damping, the same for every elastic mode; the bar as a whole moves freely.
+    Allowed: 0 to 1. When left out: 0.001, unless `damping` or `drag` says otherwise."""
+    damping: BarDamping | None = None
+    """The damping by another law, `{kind = "…", value = …}`, see below. When left out: `damping_ratio` holds."""
+    drag: Drag | None = None
+    """The damping as a force per velocity and per metre of bar, which brakes the bar as a whole, too. Allowed: 0 or
+    greater. When left out: `damping_ratio` holds."""
 
 
 class ContactTable(Table):
@@ -80,108 +77,31 @@ class ContactTable(Table):
     receiving_area: Area | None = None
     """Cross-section of a long rod of the same material that is struck. Allowed: at least that of the bar. When left
     out: `restitution` is needed."""
+    strain: Strain | None = None
+    """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
+    in a uniform bar do. When left out: `"reversed"` for a uniform bar."""
 
 
 class SystemTable(Table):
     s: float
     r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0."""
-    d: float
-    r"""Damping $D/(M\Omega)$. Allowed: 0 or greater."""
+    d: float | None = None
+    r"""External damping $D/(M\Omega)$, which brakes the bar as a whole, too. Allowed: 0 or greater. When left out:
+    `damping` is needed."""
     restitution: float
     """Coefficient of restitution. Allowed: 0 to 1."""
-
-
-class HarmonicForce(Table):
-    kind: Literal["harmonic"]
-    """The kind of load, which decides the other keys."""
-    mean: ForceOrPressure
-    """Mean of the load, positive toward the wall."""
-    amplitude: ForceOrPressure
-    """Amplitude of the alternating part."""
-    harmonic: int = 1
-    """The multiple of the fundamental. Allowed: 1 to 4096."""
-    area: Area | None = None
-    """The area that a pressure acts on. Allowed: greater than 0. When left out: the load is a force."""
-    frequency: Frequency
-    """Frequency of the fundamental. Allowed: greater than 0."""
-
-
-class SquareForce(Table):
-    kind: Literal["square"]
-    amplitude: ForceOrPressure
-    """The load alternates between plus and minus this value. Allowed: greater than 0."""
-    kappa: float
-    """The load is positive for a fraction κ/2 of each period. Allowed: between 0 and 2."""
-    harmonics: int = 64
-    """How many Fourier coefficients are kept beside the exact steps. Allowed: 1 to 4096."""
-    area: Area | None = None
-    frequency: Frequency
-
-
-class FourierForce(Table):
-    kind: Literal["fourier"]
-    coefficients: Coefficients
-    """Fourier coefficients from $p_0$ (the mean, imaginary part 0) up. Allowed: 1 to 4097 pairs."""
-    unit: ForceUnit
-    """Unit of the coefficients."""
-    area: Area | None = None
-    frequency: Frequency
-
-
-class HistoryForce(Table):
-    kind: Literal["history"]
-    file: str
-    """Path relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
-    area: Area | None = None
-    frequency: Frequency | None = None
-    """Frequency of the fundamental. Allowed: greater than 0. When left out: found from the record."""
-    harmonics: Annotated[int, Field(ge=1)] | None = None
-    """How many harmonics to keep. When left out: those that stand out from the scatter of the cycles."""
-    column: Column | None = None
-    """Which column or channel holds the values. When left out: the header tells."""
-    unit: str | None = None
-    """Unit of the values, of force or pressure. When left out: the header tells."""
-    time_column: Column | None = None
-    """Which column or channel holds the times. When left out: the header tells."""
-    sample_rate: Frequency | None = None
-    """Sample rate, for a file that holds no times, or wrong ones. Allowed: greater than 0. When left out: the file
-    tells."""
-    opposing_column: Column | None = None
-    """Which column or channel holds the pressure (or force) on the opposing face, which pushes back: the load is
-    pressure × `area` − opposing pressure × `opposing_area`. When left out: there is none."""
-    opposing_area: Area | None = None
-    """The area that the opposing pressure acts on. Allowed: greater than 0."""
-    start: Time | None = Field(None, alias="from")
-    """Where the part of the record that is used begins, on the clock of the record; dates and times of day count from
-    the first sample. When left out: at the first sample."""
-    end: Time | None = Field(None, alias="to")
-    """Where that part ends. When left out: at the last sample."""
-
-
-class HarmonicLoad(Table):
-    kind: Literal["harmonic"]
-    mean: float
-    amplitude: float
-    harmonic: int = 1
-
-
-class SquareLoad(Table):
-    kind: Literal["square"]
-    amplitude: float
-    kappa: float
-    harmonics: int = 64
-
-
-class FourierLoad(Table):
-    kind: Literal["fourier"]
-    coefficients: Coefficients
-
-
-class HistoryLoad(HistoryForce):
-    """A recording beside a dimensionless system: `force_scale` is the force that counts as p = 1."""
-
-    force_scale: Force
-    """The force that counts as $p = 1$. Allowed: greater than 0."""
+    damping: SystemDamping | None = None
+    """The damping by another law, `{kind = "…", value = …}`, see below; `d` is 0 or left out beside it. When left
+    out: `d` is needed."""
+    impedances: Numbers | None = None
+    """Impedances of the sections of a stepped bar from the driven to the striking end, in any one unit. Allowed:
+    positive, up to 200 of them. When left out: the bar is uniform."""
+    transit_times: Numbers | None = None
+    """Times that a wave takes through these sections, in any one unit: together they count as 1/s. Allowed: positive,
+    as many as `impedances`. When left out: the bar is uniform."""
+    strain: Strain | None = None
+    """What the impact does to the strain in the bar: keep it (B77), or turn it over together with the velocity, as the
+    waves in a uniform bar do. When left out: `"kept"`."""
 
 
 class StartTable(Table):
@@ -244,7 +164,7 @@ class PhysicalCase(Table):
     title: str | None = None
     """Free text."""
     bar: BarTable
-    load: Annotated[HarmonicForce | SquareForce | FourierForce | HistoryForce, Field(discriminator="kind")]
+    load: Annotated[PhysicalLoad, Field(discriminator="kind")]
     contact: ContactTable
     start: StartTable | None = None
     simulation: SimulationTable | None = None
@@ -255,24 +175,14 @@ class PlainCase(Table):
 
     title: str | None = None
     system: SystemTable
-    load: Annotated[HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad, Field(discriminator="kind")]
+    load: Annotated[PlainLoad, Field(discriminator="kind")]
     start: PlainStart | None = None
     simulation: PlainSimulation | None = None
 
 
 _LOADS: dict[type[Table], dict[str, type[Table]]] = {
-    PhysicalCase: {
-        "harmonic": HarmonicForce,
-        "square": SquareForce,
-        "fourier": FourierForce,
-        "history": HistoryForce,
-    },
-    PlainCase: {
-        "harmonic": HarmonicLoad,
-        "square": SquareLoad,
-        "fourier": FourierLoad,
-        "history": HistoryLoad,
-    },
+    form: {get_args(load.model_fields["kind"].annotation)[0]: load for load in get_args(loads)}
+    for form, loads in ((PhysicalCase, PhysicalLoad), (PlainCase, PlainLoad))
 }
 _TABLES: dict[str, type[Table]] = {
     "bar": BarTable,
@@ -287,6 +197,9 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
     """The keys that every table of a form takes, for a load of the given kind; '' is the top of the file."""
     fields = {"": keys_of(form)}
     fields |= {name: keys_of(table) for name, table in _TABLES.items() if name in form.model_fields}
+    fields |= {f"{name}.damping": keys_of(DampingTable) for name in ("bar", "system") if name in fields}
+    if "bar" in fields:
+        fields["bar.sections"] = keys_of(SectionTable)
     load = _LOADS[form].get(kind) if isinstance(kind, str) else None
     fields["load"] = keys_of(load) if load else ["kind"]
     return fields

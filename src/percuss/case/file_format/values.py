@@ -15,8 +15,9 @@ __all__ = [
     "Area",
     "Coefficients",
     "Column",
-    "Damping",
+    "DampingValue",
     "Density",
+    "Drag",
     "Force",
     "ForceOrPressure",
     "ForceUnit",
@@ -72,7 +73,7 @@ def _pairs(value: Any) -> Any:
         raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
     for i, pair in enumerate(value):
         good = isinstance(pair, list | tuple) and len(pair) == 2
-        if not good or any(isinstance(x, bool) or not isinstance(x, int | float) for x in pair):
+        if not good or not all(map(_is_number, pair)):
             raise ValueError(f"pairs [re, im] of numbers; number {i} of the list is {str(pair)[:40]}")
     return tuple(tuple(float(x) for x in pair) for pair in value)
 
@@ -84,7 +85,7 @@ def _number_or(dimension: str) -> Callable[[Any, ValidationInfo], Any]:
     def check(value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, str):
             return quantity(value, info)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not _is_number(value) or not math.isfinite(value):
             accepted = f"a finite number (dimensionless), or text with a unit of {dimension}"
             raise UnitError(info.field_name or "value", value, accepted)
         return value
@@ -94,7 +95,7 @@ def _number_or(dimension: str) -> Callable[[Any, ValidationInfo], Any]:
 
 def _plain_number(value: Any, info: ValidationInfo) -> Any:
     """A check that a value is a plain number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not _is_number(value) or not math.isfinite(value):
         remedy = "only a case in SI takes units" if isinstance(value, str) else ""
         raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
     return value
@@ -105,11 +106,24 @@ def _numbers(value: Any) -> Any:
     if not isinstance(value, list | tuple) or not value:
         raise ValueError("a list of numbers, for example [-1.0, 0.01]")
     for i, number in enumerate(value):
-        if isinstance(number, bool) or not isinstance(number, int | float):
+        if not _is_number(number):
             raise ValueError(f"a list of numbers; number {i} of the list is {str(number)[:40]}")
         if not math.isfinite(number):
             raise ValueError(f"a list of finite numbers; number {i} of the list is {number}")
     return tuple(float(number) for number in value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _damping_value(value: Any, info: ValidationInfo) -> Any:
+    """A number, text (whose unit the law decides), or a list of numbers."""
+    if isinstance(value, list | tuple):
+        return _numbers(value)
+    if isinstance(value, str) or (_is_number(value) and math.isfinite(value)):
+        return value
+    raise UnitError(info.field_name or "value", value, "a finite number, text with a unit, or a list of numbers")
 
 
 Length = Annotated[str, BeforeValidator(_quantity("length"))]
@@ -118,7 +132,7 @@ Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
 Time = Annotated[str, BeforeValidator(_quantity("time"))]
 Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
 Density = Annotated[str, BeforeValidator(_quantity("density"))]
-Damping = Annotated[str, BeforeValidator(_quantity("damping"))]
+Drag = Annotated[str, BeforeValidator(_quantity("damping"))]
 Force = Annotated[str, BeforeValidator(_quantity("force"))]
 ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
 ForceUnit = Annotated[str, BeforeValidator(_unit)]
@@ -126,6 +140,7 @@ Coefficients = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs
 Column = str | int
 PlainNumber = Annotated[float, BeforeValidator(_plain_number)]
 Numbers = Annotated[tuple[float, ...], BeforeValidator(_numbers)]
+DampingValue = Annotated[float | str | tuple[float, ...], BeforeValidator(_damping_value)]
 NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
 NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
 NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]

@@ -13,7 +13,7 @@ __all__ = ["toml_text"]
 def toml_text(tables: Mapping[str, Any]) -> str:
     """TOML text that parses back to the same tables (numbers to the last bit).
 
-    Plain values come first, then one ``[table]`` for every mapping; deeper mappings do not occur in a case.
+    Plain values come first, then one ``[table]`` for every mapping; mappings in them stand in one line.
 
     Examples
     --------
@@ -49,4 +49,6 @@ def _value(value: Any) -> str:
         return _text(value)
     if isinstance(value, list | tuple):
         return "[" + ", ".join(_value(item) for item in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + "}"
     return repr(value)

@@ -8,11 +8,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.schema import HistoryForce, table_fields
+from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
 from percuss.case.file_format.suggest import did_you_mean
+from percuss.case.parameters.case_keys import (
+    FREQUENCY,
+    LOAD_AREA,
+    LOAD_SCALE,
+    key_of,
+    varied_keys,
+    with_held,
+)
 from percuss.errors import ParameterError
-from percuss.explore.family import PARAMETERS, refuse_twice, vary
+from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
 from percuss.model import System
 from percuss.model.checks import count, finite, mapping, text
 from percuss.model.described import describe_system
@@ -22,31 +31,6 @@ if TYPE_CHECKING:
     from percuss.simulate import Start
 
 __all__ = ["CaseFamily"]
-
-_SCALE = "load.scale"
-_FREQUENCY = "load.frequency"
-_AREA = "load.area"
-_EITHER = (
-    ("bar.area", "bar.diameter"),
-    ("bar.damping", "bar.damping_ratio"),
-    ("contact.restitution", "contact.receiving_area"),
-)
-_SETS = {
-    "contact.restitution": "restitution",
-    "contact.receiving_area": "restitution",
-    "system.restitution": "restitution",
-    "system.s": "s",
-    "system.d": "d",
-    "bar.diameter": "bar.area",
-    "bar.damping_ratio": "bar.damping",
-    "load.mean": "mean",
-    "load.amplitude": "amplitude",
-    "load.kappa": "kappa",
-}
-"""What the keys set that something else sets, too."""
-
-_WHOLE = ("load.harmonics", "load.harmonic")
-_TABLES = ("system", "bar", "contact", "load")
 
 
 @dataclass(frozen=True)
@@ -89,9 +73,9 @@ class CaseFamily:
             For a name that the case does not have, with those it has.
         """
         text("parameter", name, "the name of a parameter or a key")
-        if name in PARAMETERS and not self.units.get(name):
-            return ""
-        known = self._keys
+        known = self.keys
+        if name in PARAMETERS and not self.units.get(name) and f"bar.{name}" not in known:
+            return ""  # a size of the bar keeps the scales to SI, which its dimensionless namesake cannot
         if name in known:
             return name
         found = [key for key in known if key.partition(".")[2] == name]
@@ -104,16 +88,9 @@ class CaseFamily:
         raise ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
 
     @cached_property
-    def _keys(self) -> list[str]:
+    def keys(self) -> list[str]:
         """Keys of the case that hold one number."""
-        fields = table_fields(type(self.case.tables), self.case.tables.load.kind)
-        table = self.case.tables.load
-        none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
-        if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
-            none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
-        none |= {"kind", "file", "column", "unit", "time_column", "coefficients", "title"}
-        keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
-        return [*keys, _SCALE]
+        return varied_keys(self.case)
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""
@@ -123,10 +100,14 @@ class CaseFamily:
             key = self.key(name)
             if not key:
                 PARAMETERS[name].check(self.case.system())
-            elif key == _SCALE and unit:
+            elif key == LOAD_SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
-        keys = {name: self.key(name) or name for name in names}
-        refuse_twice({name: _SETS.get(key, key) for name, key in keys.items()})
+        refuse_twice({name: self._thing(name) for name in names})
+
+    def _thing(self, name: str) -> str:
+        """The word of what a parameter sets."""
+        key = self.key(name)
+        return (key_of(key).sets or key) if key else PARAMETERS[name].thing
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system of the case with these values.
@@ -145,13 +126,13 @@ class CaseFamily:
         keys = {self.key(name): (value, self.units.get(name, "")) for name, value in given.items() if self.key(name)}
         if not keys:
             return self.case.system()
-        scale, _ = keys.pop(_SCALE, (1.0, ""))
+        scale, _ = keys.pop(LOAD_SCALE, (1.0, ""))
         table = self.case.tables.load
         frequency = None
         if isinstance(table, HistoryForce):  # analysed once, and kept by all
-            frequency = keys.pop(_FREQUENCY, None)
-            if _AREA in keys and table.area is not None:
-                scale *= si(_text(*keys.pop(_AREA)), "area", "area") / si(table.area, "area", "area")
+            frequency = keys.pop(FREQUENCY, None)
+            if LOAD_AREA in keys and table.area is not None:
+                scale *= si(_text(*keys.pop(LOAD_AREA)), "area", "area") / si(table.area, "area", "area")
         case = self._varied(keys)
         if scale == 1.0 and frequency is None:
             return case.system()
@@ -166,14 +147,23 @@ class CaseFamily:
         if isinstance(self.case.tables.load, HistoryForce):
             self.case.load()  # read once, and kept by all
         values: dict[str, Any] = {
-            key: _text(value, unit) if unit else _whole(key, value) if key in _WHOLE else value
+            key: self._held(key, _text(value, unit) if unit else _whole(key, value) if key_of(key).whole else value)
             for key, (value, unit) in keys.items()
         }
-        for pair in _EITHER:
-            for given, other in (pair, pair[::-1]):
-                if given in values:
+        for key in keys:
+            for other in key_of(key).instead_of:
+                if other != key and other in self.keys:
                     values.setdefault(other, None)
         return self.case.varied(values)
+
+    def _held(self, key: str, value: Any) -> Any:
+        """A value as it stands under a key; of a table such as {kind, value} only the number is another."""
+        table, _, name = key.partition(".")
+        return with_held(self._tables.get(table, {}).get(name), value)
+
+    @cached_property
+    def _tables(self) -> dict[str, Any]:
+        return json_tables(self.case)
 
     def start(self, values: Mapping[str, float], modes: int) -> Start:
         """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""

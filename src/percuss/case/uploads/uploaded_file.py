@@ -11,10 +11,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from percuss.case.answers.json_values import plain
+from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table
 from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.recorded_load import history_load
-from percuss.case.file_format.schema import HistoryForce, HistoryLoad, keys_of
+from percuss.case.file_format.schema import keys_of
 from percuss.errors import CaseError, HistoryError
 from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
 

@@ -67,7 +67,7 @@ class BasinsJob:
         grid = {name: np.full(rows.size, value) for name, value in values.items()}
         grid[self.x[0]] = over[rows % over.size]
         grid[self.y[0]] = up[rows // over.size]
-        return _starts(grid)
+        return _starts(self.system, grid)
 
     @property
     def size(self) -> int:
@@ -111,8 +111,8 @@ def _mode_of(name: str) -> int:
     return int(found[1]) if found else 0
 
 
-def _starts(grid: dict[str, Array]) -> Starts:
-    """Starts from columns by name, position, velocity and time among them."""
+def _starts(system: System, grid: dict[str, Array]) -> Starts:
+    """Starts of the striking end from columns by name, position, velocity and time among them."""
     from percuss.simulate import Starts
 
     most = max(map(_mode_of, grid))
@@ -120,8 +120,7 @@ def _starts(grid: dict[str, Array]) -> Starts:
     for name, column in grid.items():
         if _mode_of(name):
             (u if name[0] == "u" else v)[:, _mode_of(name)] = column
-    n = np.arange(1, most + 1)
-    u[:, 0] = grid["position"] - u[:, 1:] @ np.where(n % 2, -2.0, 2.0)
+    u[:, 0] = grid["position"] - u[:, 1:] @ system.body.modes(most, system.load.at).gamma
     v[:, 0] = grid["velocity"]
     return Starts(u, v, grid["position"], grid["time"])
 

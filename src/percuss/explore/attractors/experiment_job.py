@@ -123,7 +123,7 @@ def experiment_job(
         job = ExperimentJob(system, number or DEFAULT_STARTS, distribution, seed, kept, stop, None, threads)
         named(system, distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
         return job
-    rows = own(distribution, seed)
+    rows = own(system, distribution, seed)
     if rows.displacement[:, kept + 1 :].any() or rows.velocity[:, kept + 1 :].any():
         most = max(rows.displacement.shape[1], rows.velocity.shape[1]) - 1
         raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")

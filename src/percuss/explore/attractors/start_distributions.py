@@ -77,7 +77,7 @@ def named(system: System, distribution: str, number: int, seed: int = 0, first: 
         raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
-    speed = _TURN * system.load.mean / (1.0 + system.restitution)
+    speed = _TURN * system.load.mean / (1.0 - system.contact.velocity_factor)
     if distribution == "wall" and speed <= 0.0:
         raise ParameterError(
             "distribution", "wall", "a load that pushes (mean greater than 0)", "use 'field' or 'gentle', or a file"
@@ -131,8 +131,10 @@ def _chosen(rows: int, block: int, seed: int) -> npt.NDArray[np.int64]:
 # -- one's own ------------------------------------------------------------------------------------------------------
 
 
-def own(source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed: int = 0) -> Starts:
+def own(system: System, source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed: int = 0) -> Starts:
     """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
+
+    The system is the one whose modes the amplitudes of a file belong to.
 
     A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
     ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``, ``u_1``,
@@ -157,10 +159,10 @@ def own(source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed:
         why = "" if not path.exists() else "it is not a regular file"
         raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
     columns = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower(), _text)(path)
-    return _starts(str(path), columns)
+    return _starts(system, str(path), columns)
 
 
-def _starts(file: str, columns: dict[str, Array]) -> Starts:
+def _starts(system: System, file: str, columns: dict[str, Array]) -> Starts:
     from percuss.simulate import Starts
 
     modal = sorted(
@@ -189,13 +191,13 @@ def _starts(file: str, columns: dict[str, Array]) -> Starts:
         return Starts.rigid(position, columns.get("velocity", zero), columns.get("time", zero))
     most = max(int(name[2:]) for name in modal)
     u, v = (np.column_stack([columns.get(f"{kind}_{n}", zero) for n in range(most + 1)]) for kind in "uv")
-    return Starts(u, v, _not_beyond(file, gap_of(u), 1e-12 * float(np.abs(u).max())), columns.get("time", zero))
+    return Starts(u, v, _not_beyond(file, gap_of(system, u), 1e-12 * float(np.abs(u).max())), columns.get("time", zero))
 
 
-def gap_of(displacement: Array) -> Array:
-    """u(1) = u_0 + 2 Σ (−1)ⁿ u_n of each row."""
-    n = np.arange(displacement.shape[1])
-    return np.asarray(displacement @ np.where(n == 0, 1.0, np.where(n % 2, -2.0, 2.0)))
+def gap_of(system: System, displacement: Array) -> Array:
+    """u(1) = u_0 + Σ γ_n u_n of each row (of a uniform bar driven at its end: γ_n = 2(−1)ⁿ)."""
+    elastic = system.body.modes(displacement.shape[1] - 1, system.load.at)
+    return np.asarray(displacement[:, 0] + displacement[:, 1:] @ elastic.gamma)
 
 
 def _not_beyond(file: str, gap: Array, noise: float) -> Array:

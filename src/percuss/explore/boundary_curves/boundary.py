@@ -21,9 +21,11 @@ from percuss.explore.boundary_curves.joined_points import FOLD, KINDS, Boundarie
 from percuss.explore.boundary_curves.lines import Halted
 from percuss.explore.family import Family, family_of
 from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, numbers, several
+from percuss.model.contact import Result
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -31,9 +33,6 @@ from percuss.steady.states import MAX_MODES, MAX_PERIODS
 __all__ = ["KINDS", "Boundaries", "Curve", "boundaries", "checked_boundaries"]
 
 CRITERIA = ("reduced", "exact")
-
-PERIODS = "m"
-"""The name of the load periods per impact, which x may be."""
 
 
 def boundaries(
@@ -163,7 +162,8 @@ def checked_boundaries(
     name, low, high = y[0], finite(y[0], y[1]), finite(y[0], y[2])
     if not low < high:
         raise ParameterError(name, (low, high), "a range from a lower to a higher value")
-    if name == axis.name or {name, axis.name} == {"mean", "load_factor"}:
+    things = [PARAMETERS[own].thing if own in PARAMETERS else own for own in (name, axis.name)]
+    if things[0] == things[1]:
         raise ParameterError("y", name, f"a parameter that can be moved beside {axis.name}")
     units: Mapping[str, str] = getattr(family, "units", {})  # of a case's keys; plain numbers have none
     names = {axis.name: axis.unit or units.get(axis.name, ""), name: units.get(name, "")}
@@ -190,7 +190,16 @@ def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
 
 
 def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[tuple[int, Crossing]]:
-    """Everything that happens at one value of x, with the number of its branch."""
+    """Everything that happens at one value of x, with the number of its branch.
+
+    Raises
+    ------
+    ParameterError
+        When what is asked for does not hold for the contact law.
+    """
+    line.middle.contact.need(Result.LEVEL)
+    if criterion == "reduced" and {FLIP, SPIRAL} & set(kinds):
+        line.middle.contact.need(Result.REDUCED)
     alone = set(kinds) == {FOLD}
     folds, stretches = folds_and_stretches(line, samples or (17 if alone else 33), alone)
     found = []

@@ -169,7 +169,8 @@ def _beyond(motion: Orbit) -> tuple[float, float]:
 def _fine(motion: Orbit, modes: int) -> float:
     """A step of time that shows every maximum of so many modes, and of the load."""
     load = motion.system.load
-    fastest = max(math.pi * motion.system.s * modes, float(load.harmonics.max(initial=1)), 16.0)
+    ringing = float(motion.system.body.modes(modes, load.at).omega[-1]) if modes else 0.0
+    fastest = max(ringing, float(load.harmonics.max(initial=1)), 16.0)
     return 2.0 * math.pi / (6.0 * fastest)
 
 

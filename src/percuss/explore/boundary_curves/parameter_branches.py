@@ -76,14 +76,11 @@ class ParameterStretch:
 
 
 def _near_resonances(line: Line) -> Array:
-    """Wave speeds on both sides of s = k/(nπ), where σ has a narrow peak (B77 16)."""
-    harmonics = line.middle.load.harmonics
-    found = [
-        k / (n * math.pi)
-        for k in harmonics.tolist()
-        for n in range(max(1, math.ceil(k / (math.pi * line.high))), min(_MODES, int(k / (math.pi * line.low))) + 1)
-    ]
-    places = np.sort(np.array(found, dtype=float))[-_PEAKS:]
+    """Wave speeds on both sides of those at which ω_n = k, where σ has a narrow peak (B77 16): k/(nπ), uniform bar."""
+    body = line.middle.body
+    per_speed = body.frequencies(_MODES) / body.s  # ω_n goes with s
+    found = (line.middle.load.harmonics[:, None] / per_speed).reshape(-1)
+    places = np.sort(found[(found >= line.low) & (found <= line.high)])[-_PEAKS:]
     return np.asarray(np.concatenate([places * (1.0 + sign * 10.0**-j) for j in range(1, 6) for sign in (-1.0, 1.0)]))
 
 

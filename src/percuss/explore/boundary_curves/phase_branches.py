@@ -12,7 +12,7 @@ from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import langevin, level_at, level_factor
+from percuss.steady.level import level_at, level_factor, restitution_at
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 
@@ -51,13 +51,13 @@ def heights_of(line: Line) -> Heights | None:
         return lambda y: np.full_like(y, value)
 
     if line.name == "restitution":
-        loss = float(langevin(np.array(0.5 * d * period)))
-
-        def restitution(height: Array) -> Array:
-            quotient = 2.0 * height / (mean * period) - loss  # (1 − R)/(1 + R)
-            return (1.0 - quotient) / (1.0 + quotient)
-
-        return Heights(lambda y: level_at(mean, d, y, period), restitution, constant(mean), lambda y: y, constant(1.0))
+        return Heights(
+            lambda y: level_at(mean, d, y, period),
+            lambda height: restitution_at(mean, d, height, period),
+            constant(mean),
+            lambda y: y,
+            constant(1.0),
+        )
     if line.name == "amplitude":
         c = mean * factor
         return Heights(lambda y: c * unit / y, lambda h: c * unit / h, constant(mean), constant(r), lambda y: y / unit)

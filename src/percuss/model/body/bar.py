@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from percuss.errors import ParameterError
-from percuss.model.body.damping import UNDAMPED, Damping, External
+from percuss.model.body.damping import UNDAMPED, Damping, External, Ratio, share_of_critical
 from percuss.model.body.sized import Piece, SizedBody
 from percuss.model.body.uniform import UniformBar
 from percuss.model.checks import instance, non_negative, positive
@@ -34,8 +34,7 @@ class Bar(SizedBody):
     diameter
         Diameter in m of a solid round bar, instead of `area`.
     damping_ratio
-        Fraction of critical damping of the first elastic mode (dimensionless), instead of `damping`:
-        D = 2 ζ π C M / L.
+        ζ, the share of critical damping of every elastic mode (dimensionless), instead of `damping`: `Ratio(ζ)`.
     drag
         D, the force per metre of bar and per velocity, in N·s/m², instead of `damping`: `External(D/M)`.
 
@@ -95,8 +94,7 @@ class Bar(SizedBody):
         if len(several) > 1:
             raise ParameterError(several[1], given[several[1]], f"either {several[0]} or {several[1]}, not both")
         if ratio is not None:
-            drag = 2.0 * non_negative("damping_ratio", ratio) * math.pi * self.wave_speed * self.mass_per_length
-            return External(drag / self.length / self.mass_per_length)
+            return Ratio(share_of_critical("damping_ratio", ratio))
         if drag is not None:
             return External(non_negative("drag", drag) / self.mass_per_length)
         return UNDAMPED if damping is None else instance("damping", damping, Damping)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model.body.damping import Damping
 from percuss.model.checks import Array, ComplexArray, count
+from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["Body", "Modes", "Shape"]
 
@@ -114,8 +115,9 @@ class Body(ABC):
     - `frequency_floor(n)` and `coupling_bound`: bounds of all modes that nobody computes.
 
     Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
-    be written for speed and digits: `lossless_receptance` and `held_transfer`, where all modes together have a closed
-    form, and `places`, where a load may act elsewhere than at the driven end.
+    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
+    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, the numbers
+    that maps may vary.
 
     Examples
     --------
@@ -127,6 +129,11 @@ class Body(ABC):
 
     kind: ClassVar[str]
     """Its word in JSON."""
+
+    parameters: ClassVar[tuple[Parameter[Any], ...]] = (
+        of_field("s", "wave speed s", "one over the time of a wave from end to end, C/(LΩ) of a uniform bar"),
+    )
+    """Its own numbers that maps and sliders may vary, beside that of its damping: s, where that is a field."""
 
     s: float
     """Wave speed: 1/(time of a wave from one end to the other), in bar lengths per radian of the load."""

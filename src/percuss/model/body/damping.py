@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, ComplexArray, non_negative, numbers
+from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["UNDAMPED", "Damping", "External", "KelvinVoigt", "Lossless", "Ratio", "Table"]
 
@@ -41,12 +42,19 @@ class Lossless(NamedTuple):
 class Damping(ABC):
     """A law of damping: d_n in u_n'' + d_n u_n' + ω_n² u_n = p for every elastic mode, and d_0 of the rigid motion.
 
-    To write a law, write `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where the law
-    drags the whole bar. Everything else follows: bodies ask for nothing more.
+    To write a law, write its words, `of` and `lossless`, `per_radian` where its numbers have units, and `rigid` where
+    the law drags the whole bar. A number of it that maps and sliders may vary is named in `parameter`. Everything else
+    follows: bodies ask for nothing more.
     """
 
     kind: ClassVar[str]
     """Its word in case files and JSON."""
+
+    sentence: ClassVar[str]
+    """What it does to the bar, for a report."""
+
+    parameter: ClassVar[Parameter[Any] | None] = None
+    """The one number that says how strong it is; None for a law that has no such number."""
 
     @abstractmethod
     def of(self, omega: Array) -> Array:
@@ -70,11 +78,24 @@ class Damping(ABC):
     def is_zero(self) -> bool:
         """Whether no mode loses anything."""
 
+    @property
+    def words(self) -> str:
+        """What it is, and what it does to the bar, for a report."""
+        return "none" if self.is_zero else f"{self}: {self.sentence}"
+
 
 def _limited(name: str, value: object) -> float:
     found = non_negative(name, value)
     if found > MOST_DAMPING:
         raise ParameterError(name, found, f"a damping of at most {MOST_DAMPING:g}")
+    return found
+
+
+def share_of_critical(name: str, value: object) -> float:
+    """`value` as a share of critical damping."""
+    found = non_negative(name, value)
+    if found > 1.0:
+        raise ParameterError(name, found, "a share of critical damping, 0 to 1 (steel: about 0.001)")
     return found
 
 
@@ -89,6 +110,8 @@ class External(Damping):
     """
 
     kind: ClassVar[str] = "external"
+    sentence: ClassVar[str] = "every motion is braked alike, that of the bar as a whole, too (B77)"
+    parameter: ClassVar[Parameter[Any]] = of_field("d", "damping d", "damping d = D/(MΩ)", (0.0, 0.1))
     d: float = 0.0
 
     def __post_init__(self) -> None:
@@ -130,13 +153,16 @@ class Ratio(Damping):
     """
 
     kind: ClassVar[str] = "ratio"
+    sentence: ClassVar[str] = (
+        "the same share of critical damping in every elastic mode; the bar as a whole moves freely"
+    )
+    parameter: ClassVar[Parameter[Any]] = of_field(
+        "damping_ratio", "damping ratio ζ", "share ζ of critical damping of every elastic mode", (0.0, 0.01), "ratio"
+    )
     ratio: float = 0.0
 
     def __post_init__(self) -> None:
-        found = non_negative("ratio", self.ratio)
-        if found > 1.0:
-            raise ParameterError("ratio", found, "a share of critical damping, 0 to 1 (steel: about 0.001)")
-        object.__setattr__(self, "ratio", found)
+        object.__setattr__(self, "ratio", share_of_critical("ratio", self.ratio))
 
     def of(self, omega: Array) -> Array:
         return np.asarray(2.0 * self.ratio * omega)
@@ -167,6 +193,10 @@ class KelvinVoigt(Damping):
     """
 
     kind: ClassVar[str] = "kelvin_voigt"
+    sentence: ClassVar[str] = "of the material, as the square of the frequency; the bar as a whole moves freely"
+    parameter: ClassVar[Parameter[Any]] = of_field(
+        "eta", "material damping η", "η of a Kelvin–Voigt material, d_n = ηω_n²", (0.0, 1e-4)
+    )
     eta: float = 0.0
 
     def __post_init__(self) -> None:
@@ -201,6 +231,7 @@ class Table(Damping):
     """
 
     kind: ClassVar[str] = "table"
+    sentence: ClassVar[str] = "given mode by mode; the bar as a whole moves freely"
     values: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:

@@ -8,10 +8,16 @@ import { BAR, CONTACT, KINDS, START, SYSTEM, TITLE, loadFields, otherLoad, typed
 import { valueAt } from "./moves.js";
 import { data, on, setKey, setTables, view } from "./state.js";
 
+export const panel = {
+  name: "case",
+  title: "Case",
+  start: startCase,
+};
+
 let shape = "";
 const parts = {};
 
-export function startCase(panel) {
+function startCase(panel) {
   parts.form = h("form", {
     class: "grid",
     id: "case-form",
@@ -200,6 +206,8 @@ function facts() {
     ["damping d", number(system.d)],
     ["restitution R", number(system.restitution)],
     ["load factor p₀/p₁", number(system.load_factor)],
+    ["damping", info.laws.damping],
+    ["contact", info.laws.contact],
     ["load periods per period of the first mode", number(1 / mode)],
   ];
   const machine = bar && [

@@ -6,13 +6,20 @@ import { $, download, h, put, select } from "./dom.js";
 import { counted, number, percent } from "./format.js";
 import { data, on, show, view } from "./state.js";
 
+export const panel = {
+  name: "experiment",
+  title: "Experiment",
+  defaults: { starts: 300, distribution: "wall", seed: 1, emodes: 0 },
+  start: startExperiment,
+};
+
 const DISTRIBUTIONS = { wall: "near the wall", field: "all over, ringing", gentle: "gentle" };
 const parts = {};
 let running = null; // the abort controller of the experiment under way
 let finished = null; // the question that the shown result answers; of one that was cancelled with `first`, its starts
 let followed = { done: 0, size: 0 }; // how far the one under way is
 
-export function startExperiment(panel) {
+function startExperiment(panel) {
   parts.form = h("form", { class: "row", id: "experiment-form", onsubmit: (event) => (event.preventDefault(), run()) });
   parts.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress", id: "experiment-progress" });
   parts.status = h(

@@ -6,19 +6,21 @@ export const BAR = [
   ["bar.area", "Cross-section", "as 18.9 cm^2; or give the diameter"],
   ["bar.youngs_modulus", "Young's modulus", "steel, 210 GPa, when empty"],
   ["bar.density", "Density", "steel, 7850 kg/m^3, when empty"],
-  ["bar.damping_ratio", "Damping ratio", "of the first elastic mode; none when empty"],
-  ["bar.damping", "Damping", "instead: force per velocity and length, N*s/m^2"],
+  ["bar.damping_ratio", "Damping ratio", "share of critical damping of every elastic mode; 0.001 when empty"],
+  ["bar.drag", "Drag", "instead: force per velocity and length, N*s/m^2"],
 ];
 
 export const CONTACT = [
   ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
   ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
+  ["contact.strain", "Strain at the impact", "kept or reversed; reversed when empty"],
 ];
 
 export const SYSTEM = [
   ["system.s", "Wave speed s", "C/(LΩ)"],
   ["system.d", "Damping d", "D/(MΩ)"],
   ["system.restitution", "Restitution R", "0 to 1"],
+  ["system.strain", "Strain at the impact", "kept or reversed; kept when empty"],
 ];
 
 const SI_ONLY = [

@@ -4,9 +4,19 @@ import { $, h, put } from "./dom.js";
 import { LESSONS } from "./lessons.js";
 import { DEFAULTS, data, on, pickMachine, setTables, show, view } from "./state.js";
 
+export const panel = {
+  name: "lessons",
+  title: "Lessons",
+  defaults: {
+    lesson: 0,
+    scene: 0, // of the lesson, from 1
+  },
+  start: startLessons,
+};
+
 const CHOOSE = "Press a scene: it sets the case and the panel, and says what to try.";
 
-export function startLessons(panel) {
+function startLessons(panel) {
   const item = (lesson, i) =>
     h(
       "li",

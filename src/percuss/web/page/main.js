@@ -2,20 +2,14 @@
 
 import { get, takeToken } from "./api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
-import { startCase } from "./case_panel.js";
 import { forPaper, forgetTheme, usePalette } from "./colours.js";
 import { $, $$, flushFrames, h, put } from "./dom.js";
-import { startExperiment } from "./experiment_panel.js";
 import { startHeadline } from "./headline.js";
-import { startLessons } from "./lessons_panel.js";
-import { startMap } from "./map_panel.js";
-import { startMotion } from "./motion_panel.js";
-import { startOrbits } from "./orbits_panel.js";
+import { PANELS } from "./panels.js";
 import { watchPreparing } from "./preparing.js";
-import { startReport } from "./report_panel.js";
 import { startSliders } from "./sliders.js";
 import { setSound, soundOn } from "./sound.js";
-import { data, on, pickMachine, setTables, show, tell, view, wish } from "./state.js";
+import { DEFAULTS, data, know, on, pickMachine, setTables, show, tell, view, wish } from "./state.js";
 
 const FIRST = "mini-breaker";
 const THEMES = ["auto", "light", "dark"];
@@ -61,7 +55,19 @@ function paper(whether) {
   flushFrames();
 }
 
-/* tabs */
+/* panels and their tabs */
+
+function startPanels() {
+  know(PANELS);
+  const tab = ({ name, title }) =>
+    h("button", { role: "tab", type: "button", id: `tab-${name}`, "aria-controls": `panel-${name}` }, title);
+  const section = ({ name }) =>
+    h("section", { role: "tabpanel", id: `panel-${name}`, "aria-labelledby": `tab-${name}`, hidden: true });
+  $("#tabs").append(...PANELS.map(tab));
+  $("#panels").append(...PANELS.map(section));
+  startTabs();
+  for (const { name, start: begin } of PANELS) begin($(`#panel-${name}`));
+}
 
 function startTabs() {
   const tabs = $$("[role=tab]");
@@ -81,7 +87,7 @@ function startTabs() {
 let painted = "";
 
 function paintTabs() {
-  if (!$(`#tab-${CSS.escape(view.panel)}`)) view.panel = "case";
+  if (!$(`#tab-${CSS.escape(view.panel)}`)) view.panel = DEFAULTS.panel;
   for (const tab of $$("[role=tab]")) {
     const here = tab.id === `tab-${view.panel}`;
     tab.setAttribute("aria-selected", String(here));
@@ -163,21 +169,11 @@ function failed(error) {
 async function start() {
   takeToken();
   startTheme();
-  startTabs();
-  const panels = {
-    case: startCase,
-    map: startMap,
-    orbits: startOrbits,
-    motion: startMotion,
-    report: startReport,
-    experiment: startExperiment,
-    lessons: startLessons,
-  };
-  for (const [name, begin] of Object.entries(panels)) begin($(`#panel-${name}`));
+  startPanels();
   startHeadline();
   startSliders();
   startTools();
-  view.panel = new URLSearchParams(location.hash.slice(1)).get("panel") ?? "case";
+  view.panel = new URLSearchParams(location.hash.slice(1)).get("panel") ?? DEFAULTS.panel;
   paintTabs();
   try {
     const catalogue = get("machines");

@@ -4,21 +4,6 @@ import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber, withUnit } from "./format.js";
 import { data, show, view } from "./state.js";
 
-const TITLES = {
-  restitution: "restitution R",
-  load_factor: "load factor p₀/p₁",
-  kappa: "κ of the square load",
-  s: "wave speed s",
-  d: "damping d",
-  "bar.length": "bar length",
-  "bar.diameter": "bar diameter",
-  "bar.damping_ratio": "damping ratio",
-  "load.mean": "mean load",
-  "load.amplitude": "load amplitude",
-  "load.frequency": "load frequency",
-  "load.scale": "load, as a multiple",
-};
-
 const SHOWN = {
   verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
   reduced_margin: { label: "stability margin", quantities: ["reduced_margin"] },
@@ -35,10 +20,13 @@ const SHOWN = {
 /** What the colour shows. */
 export const shown = () => SHOWN[view.q] ?? SHOWN.verdict;
 
-/** A value of an axis in words: "bar length = 300 mm". */
-export const told = ({ name, unit }, value, digits = 4) => `${TITLES[name] ?? name} = ${withUnit(value, unit, digits)}`;
-
+/** What the server knows of a parameter of the case. */
 export const parameter = (name) => data.info?.parameters.find((p) => p.name === name);
+
+const title = (name) => parameter(name)?.label ?? name;
+
+/** A value of an axis in words: "bar length = 300 mm". */
+export const told = ({ name, unit }, value, digits = 4) => `${title(name)} = ${withUnit(value, unit, digits)}`;
 
 /** The axis "x" or "y": {name, unit, from, to, whole}. */
 export function axis(which) {
@@ -51,12 +39,12 @@ export function axis(which) {
 
 const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
 
-export const labelOf = ({ name, unit }) => inUnit(TITLES[name] ?? name, unit);
+export const labelOf = ({ name, unit }) => inUnit(title(name), unit);
 
 /** The row of choices, made anew only when there is another choice: a range that is typed leaves its fields alone. */
 export function choices(row) {
   if (!data.info) return;
-  const names = data.info.parameters.map((p) => [p.name, TITLES[p.name] ?? p.name]);
+  const names = data.info.parameters.map((p) => [p.name, p.label]);
   const key = JSON.stringify([names, view.x, view.y, view.q]);
   if (row.dataset.key === key) return fillEdges(row);
   row.dataset.key = key;

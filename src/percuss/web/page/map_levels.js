@@ -2,7 +2,7 @@
 // time, with room between them for the answer to a slider; a change of the hammer ends it.
 
 import { post, postBinary } from "./api.js";
-import { shown } from "./map_axes.js";
+import { parameter, shown } from "./map_axes.js";
 import { data, view } from "./state.js";
 
 const STRIP = 250; // ms that one request may take
@@ -12,7 +12,7 @@ const POINTS = 24; // of a curve in one request
 export function wanted(x, y, version) {
   const { quantities, simulation } = shown();
   const named = new Map(data.about.quantities.map((q) => [q.name, q]));
-  const plane = [x, y].every(({ name }) => ["restitution", "load_factor", "m"].includes(name));
+  const plane = [x, y].every(({ name }) => parameter(name)?.plane);
   const byArrays = plane && quantities.every((name) => named.get(name)?.fast);
   const { cells, slow_cells: slow } = data.about.limits;
   const most = Math.floor(Math.sqrt(byArrays ? cells : slow));

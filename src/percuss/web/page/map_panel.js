@@ -12,6 +12,19 @@ import { cellAt, content, legends, picture } from "./map_picture.js";
 import { present } from "./moves.js";
 import { data, move, on, show, view } from "./state.js";
 
+export const panel = {
+  name: "map",
+  title: "Map",
+  defaults: {
+    x: "restitution",
+    y: "load_factor",
+    xr: "", // ranges of the axes "from:to", empty for the server's
+    yr: "",
+    q: "verdict",
+  },
+  start: startMap,
+};
+
 const parts = {};
 let asking = null; // the abort controller of what is finer than the first view
 let plane = null; // the latest map: {x, y, nx, ny, codes or values, under}
@@ -19,7 +32,7 @@ let lines = [];
 let dragging = false;
 let since = 0; // the last change of the case that made the map another
 
-export function startMap(panel) {
+function startMap(panel) {
   parts.chart = new Chart("Stability plane", { kind: "map", role: "application", about: "Stability plane" });
   parts.chart.canvas.tabIndex = 0;
   parts.chart.canvas.id = "map";

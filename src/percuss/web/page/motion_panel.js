@@ -12,12 +12,27 @@ import { asked, chosen, data, on, show, tell, uptodate, view } from "./state.js"
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
+export const panel = {
+  name: "motion",
+  title: "Motion",
+  defaults: {
+    source: "orbit",
+    window: "settled",
+    slow: "",
+    grow: "1",
+    cycles: 1,
+    zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
+  },
+  needs: { curve: 121, multipliers: false },
+  start: startMotion,
+};
+
 const parts = {};
 let motion = null;
 let units = null;
 let key = "";
 
-export function startMotion(panel) {
+function startMotion(panel) {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "The bar and the wall" });
   parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });

@@ -23,15 +23,9 @@ export function valueAt(tables, key) {
 /** The number that a parameter stands at now; undefined when it has none. */
 export function present(data, name) {
   if (name in data.placed) return data.placed[name];
-  if (name === "restitution" || name === "load_factor") return data.quick?.[name] ?? known(data, name);
-  if (name.includes(".") && name !== "load.scale") {
-    const written = quantity(valueAt(data.tables, name));
-    // in another unit, or in none that fits, only the server can tell
-    return written && written.unit === unitOf(data, name) ? written.value : known(data, name);
-  }
-  return data.tables.system?.[name] ?? known(data, name);
+  const known = data.info?.parameters.find((p) => p.name === name);
+  if (known?.dimensionless) return data.quick?.[name] ?? data.tables.system?.[name] ?? known.value ?? undefined;
+  const written = quantity(valueAt(data.tables, name));
+  // in another unit, or in none that fits, only the server can tell
+  return written && written.unit === known?.unit ? written.value : (known?.value ?? undefined);
 }
-
-const unitOf = (data, name) => data.info?.parameters.find((p) => p.name === name)?.unit ?? "";
-
-const known = (data, name) => data.info?.parameters.find((p) => p.name === name)?.value ?? undefined;

@@ -7,9 +7,16 @@ import { wantBranches } from "./orbits_branches.js";
 import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
 import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
 
+export const panel = {
+  name: "orbits",
+  title: "Orbits",
+  needs: { curve: 361, multipliers: true },
+  start: startOrbits,
+};
+
 const parts = {};
 
-export function startOrbits(panel) {
+function startOrbits(panel) {
   parts.table = h("div", { class: "card scroll", id: "orbit-table" });
   parts.about = h("div", { class: "card", id: "orbit-about" });
   put(panel, parts.table, orbitCharts(), parts.about);

@@ -6,9 +6,15 @@ import { download, h, put } from "./dom.js";
 import { angle, number, percent, scaleOf } from "./format.js";
 import { chosen, data, obstacleOf, on, reasonOf, view } from "./state.js";
 
+export const panel = {
+  name: "report",
+  title: "Report",
+  start: startReport,
+};
+
 const parts = {};
 
-export function startReport(panel) {
+function startReport(panel) {
   parts.head = h("div", { class: "card" });
   parts.cards = h("div", { class: "cards", id: "report-cards" });
   parts.rest = h("div", { class: "card", id: "report-rest" });
@@ -86,6 +92,7 @@ function paint() {
       {},
       `At ${angle(quick.phase)} of the load. ${possible} Verdict: ${reasonOf(found)}${marginsOf(full)}.`,
     ),
+    data.info && h("p", { class: "small" }, `Contact: ${data.info.laws.contact}. Damping: ${data.info.laws.damping}.`),
   );
   const strikes = quick.impact_velocity > 0;
   put(parts.cards, strikes && (full?.si ? data.about.cards.map((row) => card(full.si, row)) : plain(found)));

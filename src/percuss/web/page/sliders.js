@@ -1,32 +1,9 @@
-// Sliders of the quantities that decide most: the restitution, the load, the frequency, the damping.
+// Sliders of the quantities that decide most, as the server lists them with the case.
 
 import { $, afterFrame, h, put } from "./dom.js";
 import { number, plainNumber, withUnit } from "./format.js";
 import { present } from "./moves.js";
 import { data, move, on, show, view } from "./state.js";
-
-const WANTED = [
-  "restitution",
-  "load_factor",
-  "kappa",
-  "load.amplitude",
-  "load.frequency",
-  "s",
-  "bar.length",
-  "bar.damping_ratio",
-  "d",
-];
-const NAMES = {
-  restitution: ["Restitution R", "0: the bar does not rebound; 1: it rebounds at full speed"],
-  load_factor: ["Load factor p₀/p₁", "mean of the load over the amplitude of its first harmonic"],
-  kappa: ["Load κ", "the square load pushes for κ/2 of each period"],
-  "load.amplitude": ["Load amplitude", ""],
-  "load.frequency": ["Load frequency", ""],
-  s: ["Wave speed s", "bar lengths that a wave runs per radian of the load"],
-  "bar.length": ["Bar length", ""],
-  "bar.damping_ratio": ["Damping ratio", "of the first elastic mode"],
-  d: ["Damping d", ""],
-};
 
 const rows = new Map();
 let built = "";
@@ -40,17 +17,12 @@ export function startSliders() {
 
 /** Every slider anew when the case has other ones; the ranges stay as long as the names do. */
 function build() {
-  const known = new Map((data.info?.parameters ?? []).map((p) => [p.name, p]));
-  const square = known.get("kappa")?.movable;
-  const si = known.has("bar.length"); // then s and d follow from what stands in the case
-  const hidden = { load_factor: square, s: si, d: si };
-  const has = (name) => known.get(name)?.movable && !hidden[name];
-  const names = WANTED.filter(has);
-  const key = `${view.machine}|${Boolean(data.tables?.system)}|${names.join()}`;
+  const sliding = (data.info?.parameters ?? []).filter((p) => p.slides);
+  const key = `${view.machine}|${Boolean(data.tables?.system)}|${sliding.map((p) => p.name).join()}`;
   if (key === built) return follow();
   built = key;
   rows.clear();
-  for (const name of names) rows.set(name, slider(known.get(name)));
+  for (const parameter of sliding) rows.set(parameter.name, slider(parameter));
   const open = matchMedia("(min-width: 861px)").matches;
   put(
     $("#controls"),
@@ -65,9 +37,9 @@ function build() {
   follow();
 }
 
-function slider({ name, unit, low, high, value }) {
+function slider({ name, label, meaning, unit, low, high, value }) {
   const id = `slide-${name.replace(".", "-")}`;
-  const [title, hint] = NAMES[name];
+  const title = label[0].toUpperCase() + label.slice(1);
   const range = { low, high: Math.max(high, (value ?? 0) * 1.0001) };
   const step = (range.high - range.low) / 1000;
   const output = h("output", { for: id });
@@ -77,7 +49,7 @@ function slider({ name, unit, low, high, value }) {
     min: range.low,
     max: range.high,
     step,
-    title: hint || title,
+    title: meaning || title,
     oninput: (event) => move({ [name]: Math.max(plainNumber(Number(event.target.value)), range.low) }),
   });
   const ends = h(

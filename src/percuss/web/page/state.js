@@ -6,27 +6,10 @@ import { afterFrame, latest, settled } from "./dom.js";
 import { withKey } from "./moves.js";
 
 export const DEFAULTS = {
-  panel: "case",
+  panel: "", // the first one
   machine: "",
   m: 1,
   orbit: 0, // 0: the one to look at first
-  lesson: 0,
-  scene: 0, // of the lesson, from 1
-  x: "restitution",
-  y: "load_factor",
-  xr: "", // ranges of the map's axes "from:to", empty for the server's
-  yr: "",
-  q: "verdict",
-  source: "orbit",
-  window: "settled",
-  slow: "",
-  grow: "1",
-  cycles: 1,
-  zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
-  starts: 300,
-  distribution: "wall",
-  seed: 1,
-  emodes: 0,
 };
 
 export const view = { ...DEFAULTS };
@@ -84,8 +67,19 @@ export const uptodate = () => data.quick?.changed === data.changed;
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
 
+const NEEDS = {};
+
+/** The panels that there are: what each keeps in the address, and what it needs of the answer to a slider. */
+export function know(panels) {
+  DEFAULTS.panel = panels[0].name;
+  for (const { name, defaults, needs: own } of panels) {
+    Object.assign(DEFAULTS, defaults);
+    if (own) NEEDS[name] = own;
+  }
+  Object.assign(view, DEFAULTS);
+}
+
 // What the panel in sight needs of an answer; a slider's answer has nothing else in it.
-const NEEDS = { orbits: { curve: 361, multipliers: true }, motion: { curve: 121, multipliers: false } };
 const needs = () => NEEDS[view.panel] ?? { curve: 0, multipliers: false };
 const enough = (quick) => quick.asked.curve >= needs().curve && quick.asked.multipliers >= needs().multipliers;
 

@@ -1,0 +1,107 @@
+"""The keys of a case that hold one number and may be varied: their words, and what else they set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.schema import table_fields
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+
+__all__ = ["FREQUENCY", "KEYS", "LOAD_AREA", "LOAD_SCALE", "Key", "key_of", "varied_keys"]
+
+LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
+
+_TABLES = ("system", "bar", "contact", "load")
+_NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
+_NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times"}
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a case.
+
+    Attributes
+    ----------
+    label
+        What stands on an axis or beside a slider, in a few words that begin small; empty for the key itself.
+    meaning
+        What it is, where the label does not say it.
+    sets
+        The word of what it sets, when a dimensionless parameter or another key sets the same; see
+        `percuss.model.parameter.Parameter`.
+    instead_of
+        The keys that it takes the place of.
+    whole
+        Whether it holds whole numbers only.
+    slides
+        Whether the page has a slider for it.
+    """
+
+    label: str = ""
+    meaning: str = ""
+    sets: str = ""
+    instead_of: tuple[str, ...] = ()
+    whole: bool = False
+    slides: bool = False
+
+
+_DAMPINGS = ("bar.drag", "bar.damping", "bar.damping_ratio")
+
+KEYS: dict[str, Key] = {
+    "system.s": Key(sets="s"),
+    "system.d": Key(sets="damping"),
+    "system.damping": Key(sets="damping"),
+    "system.restitution": Key(sets="restitution"),
+    "bar.length": Key("bar length", slides=True),
+    "bar.area": Key("bar area", instead_of=("bar.diameter",)),
+    "bar.diameter": Key("bar diameter", sets="bar.area", instead_of=("bar.area",)),
+    "bar.youngs_modulus": Key("Young's modulus"),
+    "bar.density": Key("density"),
+    "bar.drag": Key("drag", "force per velocity and per metre of bar", "damping", _DAMPINGS, slides=True),
+    "bar.damping": Key("damping", "", "damping", _DAMPINGS, slides=True),
+    "bar.damping_ratio": Key("damping ratio", "of the elastic modes", "damping", _DAMPINGS, slides=True),
+    "contact.restitution": Key("restitution R", sets="restitution", instead_of=("contact.receiving_area",)),
+    "contact.receiving_area": Key("area of the struck rod", "", "restitution", ("contact.restitution",)),
+    "load.mean": Key("mean load", sets="mean"),
+    "load.amplitude": Key("load amplitude", sets="amplitude", slides=True),
+    "load.frequency": Key("load frequency", slides=True),
+    "load.kappa": Key("load κ", sets="kappa"),
+    "load.harmonics": Key("harmonics kept", whole=True),
+    "load.harmonic": Key("harmonic of the load", whole=True),
+    "load.area": Key("area of the load"),
+    LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load"),
+}
+"""What is known of the keys; one that a case has and this table does not is a number like any other."""
+
+_PLAIN = Key()
+
+
+def key_of(name: str) -> Key:
+    """What is known of a dotted key."""
+    return KEYS.get(name, _PLAIN)
+
+
+def varied_keys(case: Case) -> list[str]:
+    """The dotted keys that the case may hold as one number, and the factor on its load."""
+    fields = table_fields(type(case.tables), case.tables.load.kind)
+    table = case.tables.load
+    none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
+    if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
+        none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
+    none |= _NO_NUMBERS
+    keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
+    return [*keys, LOAD_SCALE]
+
+
+def held(given: Any) -> Any:
+    """The number with its unit that a key holds: of a table such as {kind = "ratio", value = 1e-3} its value."""
+    return given.get("value") if isinstance(given, dict) else given
+
+
+def with_held(given: Any, value: Any) -> Any:
+    """What the key holds with another number in it."""
+    return {**given, "value": value} if isinstance(given, dict) else value

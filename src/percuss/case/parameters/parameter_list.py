@@ -1,0 +1,110 @@
+"""What of a case may be varied: every parameter with its words, its unit, its value and a range around it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.answers.json_values import number
+from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.case_keys import LOAD_SCALE, held, key_of, varied_keys
+from percuss.case.parameters.moves import MOVES, can_move
+from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.errors import PercussError
+from percuss.explore.parameters import PARAMETERS
+from percuss.explore.planes import AXES
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.model import System
+    from percuss.model.parameter import Parameter
+
+__all__ = ["parameters"]
+
+_SLIDES = ("restitution", "load_factor", "kappa")
+"""What has a slider in every case; the numbers of the bar have one in a dimensionless case."""
+
+
+def parameters(case: Case) -> list[dict[str, Any]]:
+    """What a map of the case may have as an axis, with the unit of the case, the value now, and a range around it."""
+    return [*_dimensionless(case), *_keys(case)]
+
+
+def _dimensionless(case: Case) -> list[dict[str, Any]]:
+    system, keys = case.system(), varied_keys(case)
+    found = []
+    for name, parameter in PARAMETERS.items():
+        if _has(parameter, system) and f"bar.{name}" not in keys:
+            found.append(_row_of(parameter, case, system))
+    square = any(row["name"] == "kappa" for row in found)
+    for row in found:
+        row["slides"] = row["movable"] and _slides(row["name"], case.is_si, square)
+    return found
+
+
+def _has(parameter: Parameter[System], system: System) -> bool:
+    """Whether a map of the system is offered the parameter: of all laws of damping only that of the body."""
+    own = system.body.damping.parameter
+    if parameter.sets == "damping" and (own is None or own.name != parameter.name):
+        return False
+    try:
+        parameter.check(system)
+    except PercussError:
+        return False
+    return True
+
+
+def _slides(name: str, si: bool, square: bool) -> bool:
+    """In SI the numbers of the bar follow from its sizes; the mean of a square load follows from κ."""
+    of_bar = name not in _SLIDES and name not in ("mean", "amplitude")
+    return (of_bar and not si) or (name in _SLIDES and not (square and name == "load_factor"))
+
+
+def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[str, Any]:
+    value = parameter.get(system)
+    low, high = parameter.span or _around(value)
+    if parameter.name == "load_factor" and value is not None:
+        high = max(high, 1.25 * value)
+    row = _row(parameter.name, "", value, low, high)
+    movable = parameter.name in MOVES and can_move(parameter.name, case, system)
+    words = {"label": parameter.label, "meaning": parameter.meaning, "plane": parameter.name in AXES}
+    return row | words | {"dimensionless": True, "movable": movable}
+
+
+def _keys(case: Case) -> list[dict[str, Any]]:
+    tables = json_tables(case)
+    found = []
+    for name in varied_keys(case):
+        table, _, key = name.partition(".")
+        about = key_of(name)
+        given = 1.0 if name == LOAD_SCALE else held(tables.get(table, {}).get(key))
+        if given is None or (not case.is_si and (table == "system" or key in PARAMETERS)):
+            continue  # a dimensionless parameter is the same
+        value, unit = parsed_quantity(given)
+        if value is None:
+            continue
+        row = _row(name, unit, value, *_around(value))
+        found.append(row | {"label": about.label or name, "meaning": about.meaning, "slides": about.slides})
+    return found
+
+
+def _around(value: float | None) -> tuple[float, float]:
+    if not value:
+        return (0.0, 1.0)
+    ends = (0.5 * value, 1.5 * value)
+    return min(ends), max(ends)
+
+
+def _row(name: str, unit: str, value: float | None, low: float, high: float) -> dict[str, Any]:
+    return {
+        "name": name,
+        "label": name,
+        "meaning": "",
+        "unit": unit,
+        "value": number(value),
+        "low": number(low),
+        "high": number(high),
+        "dimensionless": False,
+        "plane": False,
+        "movable": True,
+        "slides": False,
+    }

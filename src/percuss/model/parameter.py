@@ -1,0 +1,74 @@
+"""What a parameter is: one number that may be varied, with its words, its range, and how it is read and put."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any, Generic, TypeVar
+
+__all__ = ["Parameter", "of_field"]
+
+T = TypeVar("T")
+
+
+def _every(what: object) -> None:
+    """The check of a parameter that everything of its kind has."""
+
+
+@dataclass(frozen=True)
+class Parameter(Generic[T]):
+    """One number of a thing: of a body, of a law of damping, of a whole system.
+
+    Parameters
+    ----------
+    name
+        Its word in commands, Python and JSON.
+    label
+        What stands on an axis or beside a slider, in a few words that begin small.
+    meaning
+        What it is, in one sentence without a full stop.
+    get
+        Its value; None where the thing has no such number.
+    put
+        The thing with another value of it; ParameterError for a value out of range.
+    check
+        ParameterError when the thing does not have the parameter.
+    span
+        From and to of a first look at it; None for half to one and a half of its value.
+    sets
+        The word of what it sets: of two parameters that set the same, one would do nothing.
+    turn
+        Those with a smaller number are put first: a size that is measured by another is put after it.
+    """
+
+    name: str
+    label: str
+    meaning: str
+    get: Callable[[T], float | None]
+    put: Callable[[T, float], T]
+    check: Callable[[T], None] = _every
+    span: tuple[float, float] | None = None
+    sets: str = ""
+    turn: int = 0
+
+    @property
+    def thing(self) -> str:
+        """The word of what it sets, its own name unless another sets the same."""
+        return self.sets or self.name
+
+
+def of_field(name: str, label: str, meaning: str, span: tuple[float, float] | None = None, field: str = "") -> Any:
+    """The parameter of a frozen dataclass that is one of its fields, by default that of the same name.
+
+    Examples
+    --------
+    >>> from percuss.model.body import KelvinVoigt
+    >>> eta = of_field("eta", "material damping η", "η of a Kelvin–Voigt material")
+    >>> eta.get(KelvinVoigt(1e-6)), eta.put(KelvinVoigt(1e-6), 2e-6)
+    (1e-06, KelvinVoigt(eta=2e-06))
+    """
+    field = field or name
+    return Parameter(
+        name, label, meaning, attrgetter(field), lambda what, value: replace(what, **{field: value}), span=span
+    )

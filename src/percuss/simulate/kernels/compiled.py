@@ -1,0 +1,62 @@
+"""How the functions of this room are compiled, and what their cache on disk is valid for.
+
+Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
+`inner`: called from compiled functions only, so that it needs neither a wrapper for Python nor a cache of its own.
+`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
+`summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
+
+All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
+counting, atomic because of threads, took three quarters of the time of an impact. A function without a wrapper cannot
+be called from Python: that would end the process. A test compiles it once more for itself, `njit(function.py_func)`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+
+__all__ = ["copied", "entry", "inlined", "inner", "sources_digest", "summed"]
+
+_compile: Callable[..., Any] = njit  # with options that its types do not know
+_COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+# where nothing is said of fastmath, numba takes it from the caller that happens to be compiled first
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, **_COMMON}
+_SUMS = {"reassoc", "contract", "nsz"}
+
+inner: Callable[[Any], Any] = _compile(**_INNER)
+"""Compile a function that only compiled functions call."""
+
+inlined: Callable[[Any], Any] = _compile(forceinline=True, **_INNER)
+"""Compile a function that is copied into those that call it: records of arrays are costly to pass."""
+
+copied: Callable[[Any], Any] = _compile(inline="always", **_COMMON)
+"""Write a function into the only one that calls it, before anything is compiled."""
+
+summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))
+"""Compile a function that only compiled functions call, and whose sums may be reordered."""
+
+
+def entry(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls, cached for as long as no source of the room changes.
+
+    By itself numba looks at the date of the function's own file, and would go on using machine code that has an older
+    version of a function of another file in it.
+    """
+    dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON)(function)
+    dispatcher._cache._cache_file._source_stamp = sources_digest(Path(function.__code__.co_filename))
+    return dispatcher
+
+
+@cache
+def sources_digest(own: Path) -> str:
+    """SHA-256 of the sources that a compiled function may consist of: this room, and the file it stands in."""
+    files = {path.resolve() for path in Path(__file__).parent.glob("*.py")} | {own.resolve()}
+    found = hashlib.sha256()
+    for path in sorted(files):
+        found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return found.hexdigest()

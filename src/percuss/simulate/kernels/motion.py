@@ -1,0 +1,202 @@
+"""The motion from event to event."""
+
+from __future__ import annotations
+
+import math
+
+from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
+from percuss.simulate.kernels.compiled import copied, inlined
+from percuss.simulate.kernels.cycles import clear, recurrence
+from percuss.simulate.kernels.first_contact import like_flight, next_contact
+from percuss.simulate.kernels.flight import advance, left_for_good, step_load
+from percuss.simulate.kernels.impact import impact, undeformed
+from percuss.simulate.kernels.layout import (
+    ASKED,
+    AT_REST,
+    AWAY,
+    BY_IMPACTS,
+    BY_TIME,
+    BY_WORK,
+    CONTACT,
+    DEPARTED,
+    EPS,
+    FLYING,
+    FULL,
+    GRAZE,
+    GRAZED,
+    GRAZING,
+    IMPACT,
+    NOTHING,
+    ON_WALL,
+    PERIODIC,
+    RELEASE,
+    RESTING,
+    TIRED,
+    TO_VERIFY,
+    TURN,
+)
+from percuss.simulate.kernels.load import first_pull, pull_ahead, pull_lasts, push_left, release_at
+from percuss.simulate.kernels.log import record
+from percuss.simulate.kernels.modes import amplitudes, elastic, turn_modes
+from percuss.simulate.kernels.rest import chatter_left, held, set_down, stays
+from percuss.simulate.kernels.smooth import drifted, rigid_rate, smooth, smooth_at_anchor
+from percuss.simulate.kernels.statistics import tally
+
+NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
+
+
+@copied
+def fly(table, motion, desk, rules, log):
+    """The motion from the anchor on, event after event, until a stop rule holds or the record is full.
+
+    The anchor stays at the last event (or break of the load) when time ends, so that going on gives the same bits.
+    """
+    bar, modes, harmonics, breaks = table.bar, table.modes, table.harmonics, table.breaks
+    now, count, z = motion.now, motion.count, motion.z
+    room = log.events.shape[0] - 4
+    while True:
+        if count.impacts >= rules.most_impacts:
+            return BY_IMPACTS
+        if room > 0 and count.events > room:
+            return FULL
+        if count.work >= rules.budget:
+            return BY_WORK
+        left = (rules.end_period - count.period) * TURN + (rules.end_phase - now.phase)
+        if count.mode == RESTING:
+            wait, phase = pull_ahead(table, now)
+            if wait < 0.0:
+                return AT_REST
+            if wait >= left:
+                return BY_TIME
+            set_clock(table, now, count, phase)
+            undeformed(table, motion, desk)
+            count.mode, count.run = ON_WALL, 0
+            count.work += 1
+            if modes.omega.shape[0]:
+                now.hold = max(pull_lasts(table, now, count), bar.wave)
+            else:
+                now.hold = first_pull(bar, harmonics, now)
+            now.last_flight, now.since = -1.0, 0.0
+            now.released = release_at(phase, table.releases)
+            count.release_period = count.period
+            record(RELEASE, 0.0, 0.0, motion, log)
+            continue
+        ahead = to_break(now, count, breaks)
+        smooth_at_anchor(bar, harmonics, now, desk.osc)
+        found, tau, speed = NOTHING, 0.0, 0.0
+        on_wall = count.mode == ON_WALL or count.mode == GRAZED
+        if on_wall and now.hold == 0.0:
+            slow = NO_SPEED * (abs(now.drift) + bar.rate + now.sup1)
+            if now.gap_rate > slow:
+                found, speed = CONTACT, now.gap_rate
+            elif now.gap_rate >= -slow:
+                if stays(table, now, count) or count.pile > 100:
+                    set_down(table, motion, desk, 0.0, log)
+                    continue
+                now.gap_rate = 0.0
+            else:
+                wait = 0.0 if held(table, motion) else chatter_left(table, motion, desk, ahead)
+                if wait >= left:
+                    return BY_TIME
+                if wait >= 0.0:
+                    set_down(table, motion, desk, wait, log)
+                    continue
+        if found == NOTHING:
+            if left <= 0.0:
+                return BY_TIME
+            horizon, guess = min(left, ahead), 0.0
+            if count.mode == ON_WALL and now.last_flight > 0.0 and now.hold == 0.0:
+                guess = like_flight(motion)
+            found, tau, speed, steps, late, slip = next_contact(
+                table, motion, desk, on_wall, now.hold, guess, horizon, rules.budget - count.work
+            )
+            if found == NOTHING and left <= ahead:
+                return BY_TIME if left < math.inf else DEPARTED  # nothing moved, so that going on gives the same bits
+            count.work += steps + 1
+            if found == AWAY:
+                found = NOTHING  # until the load's next step
+                if breaks.shape[0] == 0 or left <= ahead:
+                    return BY_TIME if left < math.inf else DEPARTED
+            if found == TIRED:
+                now.hold = tau
+                return BY_WORK
+            if found == NOTHING:
+                advance(table, motion, desk, ahead)
+                step_load(table, motion)
+                now.since += ahead
+                count.mode = FLYING
+                if now.hold > 0.0:  # just released: not out of the wall's reach before the load pushes again
+                    now.hold = now.hold - ahead if now.hold - ahead > 1e-12 else 0.0
+                    if now.hold == 0.0 and now.gap >= 0.0:
+                        now.gap, count.mode = 0.0, ON_WALL
+                if count.piece == 0 and left_for_good(table, now):
+                    return BY_TIME if left < math.inf else DEPARTED
+                continue
+            if found == GRAZE:  # the bar goes on from where it is, not from the wall
+                ds, _, _ = smooth(bar, now, desk.osc, tau)
+                df, _, _, _ = elastic(bar, modes, z, now, desk, tau)
+                now.gap += ds + df
+            if modes.omega.shape[0] or found == GRAZE:
+                rest = drifted(bar, now, tau)
+                turn_modes(bar, modes, z, desk, tau, late, slip)
+                turn_clock(now, count, tau)
+                now.rigid_rate = rigid_rate(bar, harmonics, rest, now.cosine, now.sine)
+            else:
+                turn_clock(now, count, tau)
+                now.rigid_rate = speed
+            if breaks.shape[0] and to_break(now, count, breaks) > ahead:
+                set_phase(now, breaks[(count.piece + 1) % breaks.shape[0]])  # rounded past the step
+            now.since += tau
+        now.hold, now.last_place = 0.0, 0.0
+        count.mode = GRAZED if found == GRAZE else ON_WALL
+        if found == GRAZE:
+            amplitudes(bar, modes, z, now)
+            now.gap_rate = 0.0
+            count.pile = count.pile + 1 if tau < 4.0 * EPS else 0
+            if count.pile > 100:
+                now.hold, count.pile = 1e-8, 0
+            record(GRAZING, 0.0, 0.0, motion, log)
+            continue
+        now.gap_rate = speed
+        if count.run == 1 and now.since < bar.pushing:
+            now.pushes = push_left(table, now)
+        strike(table, motion, desk, rules, log)
+        if count.verdict == ASKED:
+            return TO_VERIFY
+        if rules.until_cycle and count.confirmed >= 2:
+            return PERIODIC
+
+
+@inlined
+def strike(table, motion, desk, rules, log):
+    """One impact with all that is kept of it."""
+    bar, modes, now, count, past = table.bar, table.modes, motion.now, motion.count, motion.past
+    speed = now.gap_rate
+    lost = impact(table, motion, desk)
+    fresh = now.last_flight < 0.0
+    if fresh:
+        count.run, now.last_flight = 1, math.inf
+    else:
+        if now.since < now.last_flight and now.since < bar.pushing:
+            now.pushes -= now.since
+            unfelt = (
+                modes.omega.shape[0] > 0 and now.since < bar.wave
+            )  # a pull during the flight is not yet at the wall
+            count.run = count.run + 1 if now.pushes >= 0.0 or unfelt else 1
+        else:
+            count.run = 1
+        now.last_flight = now.since
+    count.pile = count.pile + 1 if now.since < 4.0 * EPS else 0
+    now.since = 0.0
+    count.impacts += 1
+    tally(speed, lost, motion)
+    if count.impacts == rules.skip and count.confirmed == 0:
+        if count.mark == 0:
+            clear(motion)
+        for j in range(motion.totals.shape[1]):
+            motion.totals[1, j] = -motion.totals[0, j]  # those of the cycle that may have begun are kept
+    i = (count.impacts - 1) & (past.shape[0] - 1)
+    past[i].phase, past[i].speed, past[i].period = now.phase, speed, count.period
+    record(IMPACT, speed, lost, motion, log)
+    if rules.tolerance > 0.0:
+        recurrence(bar, modes, speed, fresh, motion, rules.tolerance)

@@ -1,0 +1,343 @@
+"""Laws of damping, the law of the contact, the place of a load, loads of steps: keys, messages, and the way back."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from percuss.case import Case, steady_answer
+from percuss.case.file_format.damping_table import DampingTable, damping_law, damping_table
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.file_format.schema import Strain
+from percuss.case.parameters.description import case_dict, plain_tables
+from percuss.case.parameters.moved_case import placed
+from percuss.errors import CaseError
+from percuss.model import Bar, Damping, External, KelvinVoigt, Kept, Ratio, Reversed, System, Table
+from percuss.model.body import DAMPINGS
+from percuss.model.contact import LAWS
+from percuss.model.described import describe_system, system_from
+
+MASS_PER_LENGTH = 7850.0 * math.pi / 4.0 * 0.049**2
+OMEGA = 2.0 * math.pi * 60.0
+
+
+def si_case(bar: str = "", load: str = "", contact: str = "") -> str:
+    return f"""
+[bar]
+length = "341 mm"
+diameter = "49 mm"
+{bar}
+[load]
+kind = "harmonic"
+mean = "4 kN"
+amplitude = "9 kN"
+frequency = "60 Hz"
+{load}
+[contact]
+restitution = 0.2
+{contact}
+"""
+
+
+def plain_case(system: str = "d = 0.01", load: str = "") -> str:
+    return f"""
+[system]
+s = 20.0
+restitution = 0.6
+{system}
+[load]
+kind = "harmonic"
+mean = 0.5
+amplitude = 1.0
+{load}
+"""
+
+
+def system_of(text: str) -> System:
+    return Case.from_text(text).system()
+
+
+def refusal(text: str) -> str:
+    with pytest.raises(CaseError) as caught:
+        Case.from_text(text, file="case.toml")
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+# -- damping --
+
+
+@pytest.mark.parametrize(
+    ("key", "law"),
+    [
+        ('damping = {kind = "ratio", value = 2e-3}', Ratio(2e-3)),
+        ('damping = {kind = "ratio", value = 0}', Ratio(0.0)),
+        ('damping = {kind = "kelvin_voigt", value = "10 ns"}', KelvinVoigt(1e-8 * OMEGA)),
+        ('damping = {kind = "kelvin_voigt", value = 1e-8}', KelvinVoigt(1e-8 * OMEGA)),
+        ('damping = {kind = "external", value = 3.0}', External(3.0 / OMEGA)),
+        ('damping = {kind = "external", value = "40 N*s/m^2"}', External(40.0 / MASS_PER_LENGTH / OMEGA)),
+        ('drag = "40 N*s/m^2"', External(40.0 / MASS_PER_LENGTH / OMEGA)),
+        ('damping = {kind = "table", value = [1.0, 20]}', Table((1.0 / OMEGA, 20.0 / OMEGA))),
+    ],
+)
+def test_a_law_of_damping_in_si(key: str, law: Damping) -> None:
+    found = system_of(si_case(key)).body.damping
+    assert type(found) is type(law)
+    (own,), (wanted,) = vars(found).values(), vars(law).values()
+    assert own == pytest.approx(wanted, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("keys", "law"),
+    [
+        ("d = 0.01", External(0.01)),
+        ('damping = {kind = "ratio", value = 2e-3}', Ratio(2e-3)),
+        ('d = 0\ndamping = {kind = "ratio", value = 2e-3}', Ratio(2e-3)),
+        ('damping = {kind = "kelvin_voigt", value = 1e-6}', KelvinVoigt(1e-6)),
+        ('damping = {kind = "external", value = 0.3}', External(0.3)),
+        ('d = 0.3\ndamping = {kind = "external", value = 0.3}', External(0.3)),
+        ('damping = {kind = "table", value = [0.1, 0]}', Table((0.1, 0.0))),
+    ],
+)
+def test_a_law_of_damping_in_plain_numbers(keys: str, law: Damping) -> None:
+    system = system_of(plain_case(keys))
+    assert (system.s, system.d, system.body.damping) == (20.0, law.rigid, law)
+
+
+def test_the_laws_of_a_case_are_those_of_the_model() -> None:
+    assert set(get_args(DampingTable.model_fields["kind"].annotation)) == DAMPINGS.keys()
+    assert set(get_args(Strain)) == LAWS.keys()
+
+
+sizes = st.floats(0.0, 1.0)
+
+
+@given(
+    sizes.map(Ratio) | sizes.map(KelvinVoigt) | sizes.map(External) | st.lists(sizes, min_size=1).map(tuple).map(Table)
+)
+def test_the_table_of_a_law_reads_back(law: Damping) -> None:
+    table = json.loads(json.dumps(damping_table(law)))
+    assert damping_law(DampingTable(**table), units=False) == law
+
+
+@pytest.mark.parametrize(
+    ("key", "parts"),
+    [
+        ('damping = "40 N*s/m^2"', ["bar.damping = '40 N*s/m^2'", "is called drag", 'drag = "40 N*s/m^2"']),
+        ("damping = 0.01", ["bar.damping = 0.01", "a table such as", "damping_ratio = 0.01"]),
+        ("damping = [1]", ["bar.damping = [1]", "a table"]),
+        ("damping = true", ["bar.damping = True", "a table"]),
+        ('damping = {kind = "ratio", value = -1}', ["bar.damping.value = -1", "0 or greater"]),
+        ('damping = {kind = "ratio", value = 1.5}', ["bar.damping.value = 1.5", "critical damping, 0 to 1"]),
+        ('damping = {kind = "ratio", value = "1 %"}', ["bar.damping.value = '1 %'", "a plain number"]),
+        ('damping = {kind = "ratio", value = nan}', ["bar.damping.value = nan", "a finite number"]),
+        ('damping = {kind = "ratio", value = true}', ["bar.damping.value = True", "a finite number"]),
+        ('damping = {kind = "ratio", value = [0.1]}', ["bar.damping.value = [0.1]", "one finite number"]),
+        ('damping = {kind = "ratoi", value = 0.1}', ["bar.damping.kind = 'ratoi'", "did you mean 'ratio'?"]),
+        ("damping = {value = 0.1}", ["bar.damping.kind: missing", "kelvin_voigt"]),
+        ('damping = {kind = "ratio"}', ["bar.damping.value: missing"]),
+        ('damping = {kind = "ratio", value = 0.1, vlue = 3}', ["bar.damping.vlue = 3", "did you mean 'value'?"]),
+        ('damping = {kind = "kelvin_voigt", value = "1 mm"}', ["bar.damping.value = '1 mm'", "unit of length"]),
+        ('damping = {kind = "kelvin_voigt", value = -1e-9}', ["bar.damping.value = -1e-09", "0 or greater"]),
+        ('damping = {kind = "external", value = "-4 N*s/m^2"}', ["bar.damping.value = '-4 N*s/m^2'", "0 or greater"]),
+        ('damping = {kind = "table", value = 1.0}', ["bar.damping.value = 1.0", "a list of numbers"]),
+        ('damping = {kind = "table", value = []}', ["bar.damping.value", "a list of numbers"]),
+        ('damping = {kind = "table", value = [1.0, -1.0]}', ["bar.damping.value = [1.0, -1.0]", "0 or greater"]),
+        ('drag = "-1 N*s/m^2"', ["bar.drag = '-1 N*s/m^2'", "0 or greater"]),
+        ('drag = "1 N*s/m^2"\ndamping_ratio = 1e-3', ["bar.drag", "either damping_ratio or drag, not both"]),
+        (
+            'damping = {kind = "ratio", value = 0.1}\ndamping_ratio = 1e-3',
+            ["bar.damping", "either damping_ratio or damping, not both"],
+        ),
+    ],
+)
+def test_a_wrong_law_of_damping_in_si(key: str, parts: list[str]) -> None:
+    message = refusal(si_case(key))
+    assert all(part in message for part in parts), message
+
+
+@pytest.mark.parametrize(
+    ("keys", "parts"),
+    [
+        ("", ["system.d: missing", "a law of damping"]),
+        ("damping = 0.1", ["system.damping = 0.1", "is called d"]),
+        ('damping = "1 1/s"', ["system.damping = '1 1/s'", "a table such as"]),
+        ('d = 0.1\ndamping = {kind = "ratio", value = 0.1}', ["system.d = 0.1", "leave d out"]),
+        ('d = 0.1\ndamping = {kind = "external", value = 0.2}', ["system.d = 0.1", "leave d out"]),
+        ('d = -1\ndamping = {kind = "ratio", value = 0.1}', ["system.d = -1", "0 or greater"]),
+        ('damping = {kind = "kelvin_voigt", value = "1 ns"}', ["system.damping.value = '1 ns'", "only a case in SI"]),
+        ('damping = {kind = "external", value = "4 N*s/m^2"}', ["system.damping.value", "only a case in SI"]),
+        ('damping = {kind = "kelvin_voigt", value = 1e7}', ["system.damping.value = 10000000.0", "at most 1e+06"]),
+        ("d = 1e7", ["system.d = 10000000.0", "at most 1e+06"]),
+    ],
+)
+def test_a_wrong_law_of_damping_in_plain_numbers(keys: str, parts: list[str]) -> None:
+    message = refusal(plain_case(keys))
+    assert all(part in message for part in parts), message
+
+
+# -- the contact, and where the load acts --
+
+
+@pytest.mark.parametrize(("word", "law"), [("kept", Kept), ("reversed", Reversed)])
+def test_the_law_of_the_contact(word: str, law: type) -> None:
+    assert system_of(si_case(contact=f'strain = "{word}"')).contact == law(0.2)
+    assert system_of(plain_case(f'd = 0.01\nstrain = "{word}"')).contact == law(0.6)
+    by_area = si_case(contact=f'strain = "{word}"').replace("restitution = 0.2", 'receiving_area = "24 cm^2"')
+    assert system_of(by_area).contact == law(receiving_area=24e-4, area=math.pi / 4 * 0.049**2)
+
+
+def test_a_dimensionless_case_keeps_the_strain() -> None:
+    assert system_of(plain_case()).contact == Kept(0.6)
+    assert system_of(plain_case()) == System(s=20.0, d=0.01, restitution=0.6, load=system_of(plain_case()).load)
+
+
+def test_a_wrong_law_of_the_contact() -> None:
+    assert "contact.strain = 'revers': expected 'kept' or 'reversed'" in refusal(si_case(contact='strain = "revers"'))
+    assert "did you mean 'reversed'?" in refusal(si_case(contact='strain = "revers"'))
+    assert "system.strain = 3" in refusal(plain_case("d = 0.1\nstrain = 3"))
+
+
+def test_the_place_of_the_load() -> None:
+    assert system_of(si_case(load="at = 0")) == system_of(si_case())
+    for text in (si_case(load="at = 1"), plain_case(load="at = 1")):
+        assert "load.at = 1: expected 0: this bar has no steps" in refusal(text)
+    assert "load.at = -1: expected a whole number" in refusal(si_case(load="at = -1"))
+    assert "load.at = 1.5" in refusal(si_case(load="at = 1.5"))
+
+
+# -- loads of steps --
+
+STEPS = 'kind = "steps"\nbreaks = [0.5, 2.0, 4.0]\nvalues = [1.0, -0.5, 0.25]\n'
+
+
+def steps_case(extra: str = "") -> str:
+    return "[system]\ns = 20.0\nd = 0.01\nrestitution = 0.6\n[load]\n" + STEPS + extra
+
+
+def test_a_load_of_steps() -> None:
+    load = system_of(steps_case("harmonics = 16")).load
+    assert (load.breaks, load.values, load.coefficients.size) == ((0.5, 2.0, 4.0), (1.0, -0.5, 0.25), 17)
+    head, tail = si_case().split("[load]")[0], si_case().split("[contact]")[1]
+    text = f'{head}[load]\n{STEPS}unit = "kN"\nfrequency = "60 Hz"\n[contact]{tail}'
+    system = system_of(text)
+    assert [value * system.force_scale for value in system.load.values] == pytest.approx([1e3, -500.0, 250.0])
+    on_a_face = text.replace('unit = "kN"', 'unit = "bar"\narea = "10 cm^2"')
+    assert system_of(on_a_face).load.values == pytest.approx([0.1 * value for value in system.load.values])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "part"),
+    [
+        ("breaks = [0.5, 2.0, 4.0]\n", "", "load.breaks: missing"),
+        ("[0.5, 2.0, 4.0]", "[0.5, 2.0]", "load.breaks"),
+        ("[0.5, 2.0, 4.0]", "[0.5, 2.0, 7.0]", "load.breaks"),
+        ("[0.5, 2.0, 4.0]", "[0.5, 2.0, 2.0]", "load.breaks"),
+        ("[1.0, -0.5, 0.25]", '["1 kN"]', "load.values"),
+        (
+            "[0.5, 2.0, 4.0]",
+            str([0.001 * i for i in range(1001)]),
+            "expected at most 1000",
+        ),
+    ],
+)
+def test_wrong_steps(old: str, new: str, part: str) -> None:
+    assert part in refusal(steps_case().replace(old, new))
+
+
+def test_steps_that_come_as_tables_are_limited() -> None:
+    tables = json_tables(Case.from_text(steps_case()))
+    tables["load"]["breaks"], tables["load"]["values"] = [0.001 * i for i in range(1030)], [1.0] * 1030
+    with pytest.raises(CaseError, match=r"load\.breaks = '1030 phases': expected at most 1024 phases"):
+        case_of(tables)
+
+
+@pytest.mark.parametrize(("name", "value"), [("mean", 0.2), ("amplitude", 2.0), ("load_factor", 0.3)])
+def test_a_load_of_steps_is_moved(name: str, value: float) -> None:
+    """By its numbers: the load stays one of steps."""
+    case = Case.from_text(steps_case())
+    moved = placed(case, {name: value}).system().load
+    assert moved.breaks == case.system().load.breaks
+    found = {"mean": moved.mean, "amplitude": abs(complex(moved.coefficients[1])), "load_factor": moved.load_factor}
+    assert found[name] == pytest.approx(value, rel=1e-12)
+    twice = placed(case, {"load.scale": 2.0}).system().load
+    assert twice.values == pytest.approx([2.0, -1.0, 0.5])
+
+
+# -- there and back --
+
+CASES = [
+    si_case(),
+    si_case('damping = {kind = "kelvin_voigt", value = "10 ns"}', contact='strain = "reversed"'),
+    si_case('drag = "40 N*s/m^2"'),
+    si_case('damping = {kind = "table", value = [1.0, 20]}', "at = 0"),
+    plain_case('damping = {kind = "ratio", value = 2e-3}\nstrain = "reversed"'),
+    plain_case(),
+    steps_case(),
+]
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_a_case_is_written_back(text: str) -> None:
+    case = Case.from_text(text)
+    again = Case.from_text(case.to_toml())
+    assert again == case and again.system() == case.system()
+    tables = json.loads(json.dumps(json_tables(case)))
+    assert case_of(tables).system() == case.system()
+    assert without_recording(case) is case
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_a_system_is_described_and_made_again(text: str) -> None:
+    system = system_of(text)
+    assert system_from(json.loads(json.dumps(describe_system(system)))) == system
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_the_dimensionless_form_is_the_same_system(text: str) -> None:
+    case = Case.from_text(text)
+    plain = case_of(json.loads(json.dumps(plain_tables(case)))).system()
+    own = case.system()
+    assert (plain.body, plain.contact) == (own.body, own.contact)
+    assert plain.load.coefficients == pytest.approx(own.load.coefficients, rel=1e-14, abs=1e-14)
+    assert plain.load.values == own.load.values
+
+
+@pytest.mark.parametrize(
+    ("change", "gone"),
+    [
+        ({"bar.drag": "30 N*s/m^2", "bar.damping": None}, "damping"),
+        ({"bar.damping_ratio": 1e-3, "bar.damping": None}, "damping"),
+    ],
+)
+def test_one_damping_takes_the_place_of_another(change: dict[str, Any], gone: str) -> None:
+    case = Case.from_text(si_case('damping = {kind = "kelvin_voigt", value = "10 ns"}')).varied(change)
+    assert gone not in case.to_dict()["bar"]
+
+
+# -- JSON --
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_json_tells_of_body_and_contact(text: str) -> None:
+    system = system_of(text)
+    told = steady_answer(Case.from_text(text)).to_json_dict() if system.body.damping.rigid else None
+    for found in filter(None, (told, case_dict(Case.from_text(text)))):
+        body = found["body"]
+        n = range(1, 9)
+        assert body["kind"] == "uniform"
+        assert body["frequencies"] == pytest.approx([math.pi * k * system.s for k in n], rel=1e-14)
+        assert body["gamma"] == pytest.approx([2.0 * (-1) ** k for k in n], rel=1e-14)
+        assert body["damping"] == pytest.approx(system.body.modes(8).damping.tolist(), rel=1e-14)
+        assert ("frequencies_Hz" in body) == system.is_si
+        assert found["contact"] == {"law": "b77", "strain": system.contact.kind}
+        assert json.loads(json.dumps(found, allow_nan=False))["body"] == body
+    if system.is_si:
+        hertz = case_dict(Case.from_text(text))["body"]["frequencies_Hz"]
+        bar = Bar(length=0.341, diameter=0.049)
+        assert hertz == pytest.approx(bar.natural_frequencies(8).tolist(), rel=1e-12)
