@@ -5,11 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from functools import lru_cache
-<<<<<<< HEAD
 from typing import Any, ClassVar, TypeVar, cast
-=======
-from typing import Any, ClassVar, NamedTuple, TypeVar, cast
->>>>>>> w-m
 
 import numpy as np
 import numpy.typing as npt
@@ -48,12 +44,8 @@ class Body(ABC):
 
     Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
     be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
-<<<<<<< HEAD
-    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, what maps vary.
-=======
     speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, the numbers
     that maps may vary.
->>>>>>> w-m
 
     Examples
     --------
