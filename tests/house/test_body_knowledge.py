@@ -23,12 +23,6 @@ WAVES_OF_A_UNIFORM_BAR = {"steady/near_resonance.py", "steady/step_waves.py"}
 """The contact force of a resting uniform bar by its waves, echo by echo: a closed form of that bar alone."""
 
 TO_BE_PORTED = {
-    "case/answers/motion_frames.py",
-    "case/parameters/description.py",
-    "explore/attractors/basin_job.py",
-    "explore/attractors/start_distributions.py",
-    "explore/boundary_curves/grazing.py",
-    "explore/boundary_curves/parameter_branches.py",
     "explore/tangent.py",
     "paper/claim_stiffness.py",
     "simulate/balance.py",

@@ -99,9 +99,11 @@ class HarmonicResponse:
         """All critical points count."""
         return np.ones(velocities.shape, dtype=bool)
 
-    def phases_at(self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array) -> Array:
+    def phases_at(
+        self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array, plain: bool = False
+    ) -> Array:
         """The phase on each arc where v_f equals a level between its ends."""
-        return phases_of_waves(self.k, self.rigid_factor, ends, velocities, arc, level)
+        return phases_of_waves(self.k, self.rigid_factor, ends, velocities, arc, level, plain)
 
     def slope_on(self, arc: int, theta: Array) -> Array:
         """v_f'(θ), the same on every arc."""

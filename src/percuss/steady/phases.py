@@ -110,7 +110,7 @@ class Arcs:
             knots, folded = np.append(knots[~beside], middles), np.append(folded[~beside], np.ones(flat.size, bool))
         crossed = ((off[:-1] < 0.0) != (off[1:] < 0.0)) & ~touching[:-1] & ~touching[1:]
         index = np.flatnonzero(crossed)
-        simple = self.invert(index, np.full(index.size, level))
+        simple = self._few(index, np.full(index.size, level))
         phases = on_circle(np.concatenate([simple, knots]))
         tangent = np.concatenate([np.zeros(simple.size, bool), folded])
         order = np.argsort(phases)
@@ -118,7 +118,10 @@ class Arcs:
 
     def phase_on(self, arc: int, level: float) -> float:
         """The phase on one arc where v_f equals one level: `invert` for plain numbers."""
-        return float(self.invert(np.array([arc]), np.array([level]))[0])
+        return float(self._few(np.array([arc]), np.array([level]))[0])
+
+    def _few(self, arc: npt.NDArray[np.intp], level: Array) -> Array:
+        return self.response.phases_at(self.ends, self.velocities, arc, level, plain=True)
 
     def invert(self, arc: npt.NDArray[np.intp], level: Array) -> Array:
         """The phase on arc number `arc` where v_f equals `level`, which must lie between its ends; broadcasts."""

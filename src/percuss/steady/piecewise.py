@@ -124,7 +124,9 @@ class PiecewiseResponse:
         turning = np.roll(rise, 1) * rise < 0.0
         return np.append(turning, turning[0])
 
-    def phases_at(self, ends: Array, velocities: Array, arc: np.typing.NDArray[np.intp], level: Array) -> Array:
+    def phases_at(
+        self, ends: Array, velocities: Array, arc: np.typing.NDArray[np.intp], level: Array, plain: bool = False
+    ) -> Array:
         """The phase on each piece where v_f equals a level between its ends."""
         d, v = self.system.d, self.knot_velocity[arc]
         x = d * (level - v) / (self.pull[arc] - d * v)  # v_f moves exponentially: 1 − exp(−dτ) = x

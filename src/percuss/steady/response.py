@@ -84,8 +84,13 @@ class Response(Protocol):
         """At which ends v_f turns round, from v_f at the ends and a turn later at the first one; that shape."""
         ...
 
-    def phases_at(self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array) -> Array:
-        """The phase on each arc where v_f equals a level between its ends, for `percuss.steady.phases.Arcs`."""
+    def phases_at(
+        self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array, plain: bool = False
+    ) -> Array:
+        """The phase on each arc where v_f equals a level between its ends, for `percuss.steady.phases.Arcs`.
+
+        With `plain` in plain numbers where those are faster, which round otherwise than rows of them.
+        """
         ...
 
     # -- elastic part --

@@ -39,7 +39,13 @@ def turns_of_waves(k: Array, factor: ComplexArray) -> Array:
 
 
 def phases_of_waves(
-    k: Array, factor: ComplexArray, ends: Array, heights: Array, arc: npt.NDArray[np.intp], level: Array
+    k: Array,
+    factor: ComplexArray,
+    ends: Array,
+    heights: Array,
+    arc: npt.NDArray[np.intp],
+    level: Array,
+    plain: bool = False,
 ) -> Array:
     """The phase on arc number `arc`, between two of the `ends`, where Re Σ c_k exp(ikθ) equals `level`.
 
@@ -49,12 +55,15 @@ def phases_of_waves(
         Phases where the sum turns round, the first one again a turn later, and the sum there.
     arc, level
         Equal shapes, or they broadcast; the level lies between the heights at the ends of its arc.
+    plain
+        Whether a few of them may be found in plain numbers, a quarter of the time of arrays. Rows of a map may not: the
+        bits would depend on how the map is parted.
     """
     if k.size == 1:  # V cos k(θ − θ_0): arccos from the extreme where the arc starts
         from_top = np.clip(level / heights[arc], -1.0, 1.0)
         return np.asarray(ends[arc] + np.arccos(from_top) / k[0])
     waves = k.tobytes(), factor.tobytes()
-    if level.ndim == 1 and level.size <= _FEW and k[-1] <= _FEW:  # in plain numbers, in a quarter of the time
+    if plain and level.ndim == 1 and level.size <= _FEW and k[-1] <= _FEW:
         each = zip(arc.tolist(), level.tolist(), strict=True)
         return np.array([_one_phase(waves, float(ends[i]), float(ends[i + 1]), at) for i, at in each], dtype=float)
     low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)

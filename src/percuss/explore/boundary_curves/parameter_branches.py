@@ -11,6 +11,7 @@ import numpy as np
 from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.boundary_curves.roots import Function, roots_on
 from percuss.model.checks import Array
+from percuss.model.contact import Result
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import on_circle
@@ -62,7 +63,8 @@ class ParameterStretch:
     def _computed(self, y: float) -> tuple[float, float, float]:
         arcs, phase = self._found(y)
         system, response = arcs.response.system, forced_response(arcs.response.system)
-        velocity = response.by_harmonics.end_velocity(phase)
+        feeds = system.contact.holds(Result.FEEDBACK)
+        velocity = response.by_harmonics.end_velocity(phase) if feeds else 0.0
         slope = float(response.slope_on(self.branch, np.array([phase]))[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push

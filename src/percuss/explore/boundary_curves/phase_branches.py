@@ -10,6 +10,7 @@ import numpy as np
 from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
+from percuss.model.contact import Result
 from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady.level import level_at, restitution_at
 from percuss.steady.phases import Arcs, forced_response
@@ -101,7 +102,7 @@ class PhaseStretch:
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
         if not response.is_smooth:
             slope = response.slope_on(self.branch, phase)
-        sigma = ringing / (push * period)
+        sigma = ringing / (push * period) if system.contact.holds(Result.FEEDBACK) else np.zeros_like(phase)
         return quadratic_coefficients(system.d, heights.restitution(y), period, sigma, slope / push)
 
 
