@@ -207,7 +207,7 @@ def test_a_file_of_an_older_version_is_refused(tmp_path):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_a_start_at_a_step_within_rounding_is_released_once(restitution):
-    """A bar at rest on the wall, its clock one digit before the step that pulls: it is not laid down between the two."""
+    """A bar at rest on the wall, its clock one digit before the step that pulls: not laid down between."""
     load = Load.steps([0.0, 1.1, 2.0], [0.5, -0.7, 0.3])
     start = Start.rigid(0.0, 0.0, float(np.nextafter(1.1, 0.0)))
     motion = run(System(1.0, 0.0, restitution, load), start, modes=0, stop=Stop(impacts=3, periodic=False))
