@@ -203,3 +203,12 @@ def test_a_file_of_an_older_version_is_refused(tmp_path):
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     with pytest.raises(PercussError, match=r"written by percuss 0\.1.*from its start"):
         Trajectory.load(tmp_path / "old.nc")
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_start_at_a_step_within_rounding_is_released_once(restitution):
+    """A bar at rest on the wall, its clock one digit before the step that pulls: not laid down between."""
+    load = Load.steps([0.0, 1.1, 2.0], [0.5, -0.7, 0.3])
+    start = Start.rigid(0.0, 0.0, float(np.nextafter(1.1, 0.0)))
+    motion = run(System(1.0, 0.0, restitution, load), start, modes=0, stop=Stop(impacts=3, periodic=False))
+    assert motion.events.kind[:2].tolist() == ["release", "impact"]

@@ -68,7 +68,10 @@ def fly(table, motion, desk, rules, log):
                 return AT_REST
             if wait >= left:
                 return BY_TIME
-            set_clock(table, now, count, phase)
+            if phase != now.phase or bar.mean >= 0.0 or table.values.shape[0] == 0:
+                set_clock(
+                    table, now, count, phase
+                )  # else a start at a step of the load might fall before it by rounding
             undeformed(table, motion, desk)
             count.mode, count.run = ON_WALL, 0
             count.work += 1
