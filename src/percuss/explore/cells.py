@@ -224,11 +224,11 @@ def simulated_columns(
 
 def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
     """Whether the cell has no bounded motion; its outcome then says so."""
-    from percuss.simulate.tables import tables_of
+    from percuss.simulate.tables import table_of
 
     try:
         if not system.body.modes(modes, system.load.at).is_damped:
-            tables_of(system, modes)
+            table_of(system, modes)
     except PercussError as error:
         out["outcome"][i] = failure(error)
         return True

@@ -149,7 +149,7 @@ def _sums(motion: Trajectory) -> None:
     events, sums, now = motion.events, motion.snapshot["sums"], _now(motion)
     struck = events[events.code == IMPACT]
     n, long = float(len(struck)), max(motion.end_time - motion.begin_time, 0.0)
-    most = np.zeros(1, SUMS)
+    most: npt.NDArray[Any] = np.zeros(1, SUMS)
     for name, bound in (
         (("all", "main", "open", "struck"), n),
         (("all_time", "main_time", "open_time"), long),
@@ -162,7 +162,8 @@ def _sums(motion: Trajectory) -> None:
             most[each] = bound
     _between(sums.view(np.float64).reshape(2, -1), most.view(np.float64))
     periods = np.array([now["struck_period"], now["blow_period"]])
-    whole = np.concatenate([*(sums[name] for name in ("all", "main", "open", "struck")), periods])
+    kept: npt.NDArray[Any] = sums
+    whole = np.concatenate([*(kept[name] for name in ("all", "main", "open", "struck")), periods])
     true(np.all(whole == np.floor(whole)), "a number of engine_sums")
     if now["begun"]:
         _same("engine_now", (now["struck_period"], now["struck_phase"]), (struck.period[-1], struck.phase[-1]))

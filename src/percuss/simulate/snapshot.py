@@ -100,10 +100,11 @@ def begins(
     piece: npt.NDArray[np.int64],
 ) -> Starts:
     """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
-    columns = [np.ascontiguousarray(values).view() for values in (displacement, velocity, gap, phase, period, piece)]
-    for values in columns:
+    columns = Starts(displacement, velocity, gap, phase, period, piece)
+    found = [np.ascontiguousarray(values).view() for values in columns]
+    for values in found:
         values.setflags(write=False)
-    return Starts(*columns)
+    return Starts(*found)  # type: ignore[arg-type]  # of the types that they had
 
 
 def desk_for(table: Table) -> Desk:

@@ -191,8 +191,8 @@ class Start:
                     f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "use more modes"
                 )
             into[: min(len(given), size)] = given[:size]
-        body, at = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
-        unit = units(body.modes(modes, at))
+        body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
+        unit = units(body.modes(modes, place))
         if self.profile is not None:
             u, v = (_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
@@ -271,15 +271,15 @@ def _parts(profile: Profile, body: Body, unit: Array) -> Array:
     """u_n of a profile, n = 0 … N; of other bodies than the uniform bar those that fit it best along the bar."""
     size = unit.size + 1
     if isinstance(body, UniformBar):
-        return _cosines(profile, size) * np.concatenate([[1.0], 2.0 * np.where(np.arange(1, size) % 2, -1, 1) / unit])
+        alternating = 2.0 * np.where(np.arange(1, size) % 2, -1.0, 1.0)
+        return np.asarray(_cosines(profile, size) * np.append(1.0, alternating / unit))
     x, w = _gauss(max(16, 2 * size))
     shapes = np.column_stack([np.ones(x.size), body.shapes(x, unit.size).displacement * unit])
     values = np.asarray(_values(profile, x), dtype=float)
     if not np.all(np.isfinite(values)):
         raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
     root = np.sqrt(w)
-    found, *_ = np.linalg.lstsq(shapes * root[:, None], values * root)
-    return np.asarray(found)
+    return np.asarray(np.linalg.lstsq(shapes * root[:, None], values * root)[0], dtype=float)
 
 
 def _cosines(profile: Profile, size: int) -> Array:

@@ -77,13 +77,21 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     parts = (part for values in (spectrum.gap, spectrum.rigid, pk) for part in (values.real, values.imag))
     coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
     none = np.empty(0)
-    return Table(bar, _modes(spectrum, bar), Harmonics(*map(np.ascontiguousarray, parts)), coupling, none, none, none)
+    return Table(
+        bar,
+        _modes(spectrum, bar),
+        Harmonics(*(np.array(part, order="C") for part in parts)),
+        coupling,
+        none,
+        none,
+        none,
+    )
 
 
 def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
     """The elastic modes, and what `bar` says of all of them."""
-    omega, damping, creeps = (np.array(values) for values in (spectrum.omega, spectrum.damping, spectrum.creeps))
-    oscillates, half = 1.0 - creeps, 0.5 * damping
+    omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
+    oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
     lam = spectrum.lam
     delta = np.zeros(omega.size)
     bar["law"] = law = _law(omega, damping, creeps)

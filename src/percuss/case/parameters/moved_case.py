@@ -50,14 +50,15 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
     ('300.0 mm', 0.5)
     """
     case = without_recording(case)
-    tables, known = json_tables(case), varied_keys(case)
-    for name in values:
-        if name not in PARAMETERS and name not in known:
-            raise ParameterError(name, values[name], "a parameter of the case; POST /api/case lists them")
-        if name in PARAMETERS and name not in MOVES:
-            raise ParameterError(name, values[name], f"one of {', '.join(MOVES)}")
+    tables = json_tables(case)
     keys = [name for name in values if name not in PARAMETERS]
+    unknown = sorted(set(keys) - set(varied_keys(case))) if keys else []
+    if unknown:
+        raise ParameterError(unknown[0], values[unknown[0]], "a parameter of the case; POST /api/case lists them")
     numbers = sorted((name for name in values if name in PARAMETERS), key=lambda name: PARAMETERS[name].turn)
+    fixed = [name for name in numbers if name not in MOVES]
+    if fixed:
+        raise ParameterError(fixed[0], values[fixed[0]], f"one of {', '.join(MOVES)}")
     now, stale = case.system(), False
     for name in [*keys, *numbers]:
         if stale and name in RELATIVE:

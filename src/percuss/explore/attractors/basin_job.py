@@ -114,13 +114,14 @@ def _mode_of(name: str) -> int:
 def _starts(system: System, grid: dict[str, Array]) -> Starts:
     """Starts of the striking end from columns by name, position, velocity and time among them."""
     from percuss.simulate import Starts
+    from percuss.simulate.spectrum import units
 
     most = max(map(_mode_of, grid))
     u, v = (np.zeros((grid["time"].size, most + 1)) for _ in "uv")
     for name, column in grid.items():
         if _mode_of(name):
             (u if name[0] == "u" else v)[:, _mode_of(name)] = column
-    u[:, 0] = grid["position"] - u[:, 1:] @ system.body.modes(most, system.load.at).gamma
+    u[:, 0] = grid["position"] - u[:, 1:] @ units(system.body.modes(most, system.load.at))
     v[:, 0] = grid["velocity"]
     return Starts(u, v, grid["position"], grid["time"])
 

@@ -196,8 +196,10 @@ def _starts(system: System, file: str, columns: dict[str, Array]) -> Starts:
 
 def gap_of(system: System, displacement: Array) -> Array:
     """u(1) = u_0 + Σ γ_n u_n of each row (of a uniform bar driven at its end: γ_n = 2(−1)ⁿ)."""
+    from percuss.simulate.spectrum import units
+
     elastic = system.body.modes(displacement.shape[1] - 1, system.load.at)
-    return np.asarray(displacement[:, 0] + displacement[:, 1:] @ elastic.gamma)
+    return np.asarray(displacement[:, 0] + displacement[:, 1:] @ units(elastic))
 
 
 def _not_beyond(file: str, gap: Array, noise: float) -> Array:

@@ -15,6 +15,8 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import Orbit
+from percuss.steady.level import level_at
+from percuss.steady.phase_condition import PhaseCondition, phase_condition
 from percuss.steady.phases import Arcs, forced_response
 
 __all__ = ["SAMPLES", "Fold", "Halted", "Line", "Stretch", "orbit_on", "phase_at", "places"]
@@ -65,7 +67,7 @@ class Line:
     halt: Callable[[], bool] | None = field(default=None, repr=False)
     told: Callable[[float], None] | None = field(default=None, repr=False)
     _systems: dict[float, System] = field(default_factory=dict, repr=False)
-    _known: dict[float, Arcs] = field(default_factory=dict, repr=False)
+    _known: dict[float, PhaseCondition] = field(default_factory=dict, repr=False)
 
     @property
     def period(self) -> float:
@@ -89,11 +91,23 @@ class Line:
             self._systems[y] = self.family.system({**self.fixed, self.name: y})
         return self._systems[y]
 
-    def arcs(self, y: float) -> Arcs:
-        """The arcs of v_f at a value of y, made once."""
+    def condition(self, y: float) -> PhaseCondition:
+        """The curve whose arcs meet a level at the impact phases, at a value of y, made once."""
         if y not in self._known:
-            self._known[y] = Arcs.of(forced_response(self.system(y)))
+            self._known[y] = self.condition_of(self.system(y))
         return self._known[y]
+
+    def condition_of(self, system: System) -> PhaseCondition:
+        """The same of any system on the line.
+
+        Under a load of steps v_f stands for the curve of a contact law that changes the strain: right to second order
+        in 1/s.
+        """
+        response = forced_response(system)
+        if response.is_smooth:
+            return phase_condition(system, self.periods, self.modes)
+        level = float(level_at(system.load.mean, system.d, system.restitution, self.period))
+        return PhaseCondition(Arcs.of(response), level)
 
     @cached_property
     def middle(self) -> System:

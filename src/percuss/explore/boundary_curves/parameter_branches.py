@@ -11,10 +11,9 @@ import numpy as np
 from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.boundary_curves.roots import Function, roots_on
 from percuss.model.checks import Array
+from percuss.model.contact import Result
 from percuss.stability.reduced import quadratic_coefficients
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import level_at
-from percuss.steady.phases import Arcs
+from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import on_circle
 
 __all__ = ["ParameterStretch", "by_parameter"]
@@ -51,9 +50,9 @@ class ParameterStretch:
 
     def _found(self, y: float) -> tuple[Arcs, float]:
         """The arcs at y, and the phase on this branch's; beyond a fold by rounding, the fold's."""
-        arcs = self.line.arcs(y)
+        arcs, level = self.line.condition(y).arcs, self.line.condition(y).level
         low, high = sorted(arcs.velocities[self.branch : self.branch + 2])
-        height = min(max(_level(self.line, arcs), float(low)), float(high))
+        height = min(max(level, float(low)), float(high))
         return arcs, float(on_circle(np.array(phase_at(arcs, self.branch, height))))
 
     def _row(self, y: float) -> tuple[float, float, float]:
@@ -63,12 +62,10 @@ class ParameterStretch:
 
     def _computed(self, y: float) -> tuple[float, float, float]:
         arcs, phase = self._found(y)
-        system, here = arcs.response.system, np.array([phase])
-        elastic = arcs.response if isinstance(arcs.response, HarmonicResponse) else HarmonicResponse(system)
-        velocity = float(elastic.elastic(np.array([1.0]), here).velocity[0, 0])
-        slope = float(arcs.response.rigid_acceleration(here)[0])
-        if not isinstance(arcs.response, HarmonicResponse):
-            slope = float(arcs.response.slope_on(self.branch, here)[0])
+        system, response = arcs.response.system, forced_response(arcs.response.system)
+        feeds = system.contact.holds(Result.FEEDBACK)
+        velocity = response.by_harmonics.end_velocity(phase) if feeds else 0.0
+        slope = float(response.slope_on(self.branch, np.array([phase]))[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push
         a = quadratic_coefficients(system.d, system.restitution, period, np.array(sigma), np.array(slope))
@@ -82,11 +79,6 @@ def _near_resonances(line: Line) -> Array:
     found = (line.middle.load.harmonics[:, None] / per_speed).reshape(-1)
     places = np.sort(found[(found >= line.low) & (found <= line.high)])[-_PEAKS:]
     return np.asarray(np.concatenate([places * (1.0 + sign * 10.0**-j) for j in range(1, 6) for sign in (-1.0, 1.0)]))
-
-
-def _level(line: Line, arcs: Arcs) -> float:
-    system = arcs.response.system
-    return float(level_at(system.load.mean, system.d, system.restitution, line.period))
 
 
 def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[Stretch]]:
@@ -114,15 +106,15 @@ def _crowded(low: float, high: float, samples: int) -> Array:
 
 def _fold(line: Line, y: float, end: int) -> Fold | None:
     """The fold at an end of the arcs, unless v_f only has a kink there and goes on."""
-    arcs = line.arcs(y)
+    arcs, level = line.condition(y).arcs, line.condition(y).level
     v = arcs.velocities
     if (v[end] - v[end - 1 if end else -2]) * (v[end + 1] - v[end]) >= 0.0:
         return None
     step = 1e-6 * (line.high - line.low)
-    around = [line.arcs(value) for value in (max(y - step, line.low), min(y + step, line.high))]
-    rise = [float(near.velocities[end]) - _level(line, near) for near in around]
+    around = [line.condition(value) for value in (max(y - step, line.low), min(y + step, line.high))]
+    rise = [float(near.arcs.velocities[end]) - near.level for near in around]
     slope = (rise[1] - rise[0]) / (min(y + step, line.high) - max(y - step, line.low))
-    off = abs(float(v[end]) - _level(line, arcs))
+    off = abs(float(v[end]) - level)
     return Fold(y, float(on_circle(arcs.ends[end])), end, off / abs(slope) if slope else math.nan)
 
 
@@ -138,9 +130,9 @@ class _Excess:
         return lambda y: np.array([self._value(value, end) for value in y.tolist()])
 
     def _value(self, y: float, end: int) -> float:
-        arcs = self.line.arcs(y)
-        v = arcs.velocities
-        return float(v[end]) - _level(self.line, arcs) if _form_of(v) == self.form else math.nan
+        condition = self.line.condition(y)
+        v = condition.arcs.velocities
+        return float(v[end]) - condition.level if _form_of(v) == self.form else math.nan
 
 
 def _form(line: Line, y: float) -> int:
@@ -149,7 +141,7 @@ def _form(line: Line, y: float) -> int:
     0 where the load does not push.
     """
     load = line.system(y).load
-    return 0 if load.is_constant or load.mean <= 0.0 else _form_of(line.arcs(y).velocities)
+    return 0 if load.is_constant or load.mean <= 0.0 else _form_of(line.condition(y).arcs.velocities)
 
 
 def _form_of(velocities: Array) -> int:

@@ -10,9 +10,9 @@ import numpy as np
 from percuss.explore.boundary_curves.lines import SAMPLES, Fold, Line, Stretch, phase_at, places
 from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
+from percuss.model.contact import Result
 from percuss.stability.reduced import quadratic_coefficients
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.level import level_at, level_factor, restitution_at
+from percuss.steady.level import level_at, restitution_at
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 
@@ -38,6 +38,8 @@ class Heights:
 def heights_of(line: Line) -> Heights | None:
     if line.name not in ("load_factor", "restitution", "mean", "amplitude"):
         return None
+    if line.name == "restitution" and line.middle.contact.strain_factor != 1.0:
+        return None  # R moves the curve itself
     if line.name in ("mean", "amplitude") and (
         not isinstance(line.family, SystemFamily) or "load_factor" in line.fixed
     ):
@@ -45,7 +47,7 @@ def heights_of(line: Line) -> Heights | None:
     system, period = line.middle, line.period
     r, d, mean = system.restitution, system.d, system.load.mean
     unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
-    factor = period * float(level_factor(d * period, r))
+    factor = _factor(line)
 
     def constant(value: float) -> Callable[[Array], Array]:
         return lambda y: np.full_like(y, value)
@@ -81,7 +83,6 @@ class PhaseStretch:
     stop: float
     heights: Heights = field(repr=False)
     arcs: Arcs = field(repr=False)
-    elastic: HarmonicResponse = field(repr=False)
 
     def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
         return np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
@@ -94,25 +95,32 @@ class PhaseStretch:
     def quadratic(self, t: Array) -> tuple[Array, Array, Array]:
         y, _ = self.place(t)
         phase = self.start + (self.stop - self.start) * t
-        heights, elastic, response, d = self.heights, self.elastic, self.arcs.response, self.line.middle.d
-        push = heights.mean(y) / heights.size(y)
+        heights, system, period = self.heights, self.line.middle, self.line.period
+        response = forced_response(system)
+        push, elastic = heights.mean(y) / heights.size(y), response.by_harmonics
         k, end = elastic.k, elastic.end_shape()
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
-        if not isinstance(response, HarmonicResponse):
+        if not response.is_smooth:
             slope = response.slope_on(self.branch, phase)
-        period = self.line.period
-        return quadratic_coefficients(d, heights.restitution(y), period, ringing / (push * period), slope / push)
+        sigma = ringing / (push * period) if system.contact.holds(Result.FEEDBACK) else np.zeros_like(phase)
+        return quadratic_coefficients(system.d, heights.restitution(y), period, sigma, slope / push)
+
+
+def _factor(line: Line) -> float:
+    """The height that a mean load of 1 needs of the middle system's curve."""
+    system = line.middle
+    return line.condition_of(system.with_load(system.load.with_mean(1.0))).level
 
 
 def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[Stretch]]:
     system = line.middle
-    arcs, elastic = Arcs.of(forced_response(system)), HarmonicResponse(system)
+    arcs = line.condition(0.5 * (line.low + line.high)).arcs
     low = line.low if line.low > 0.0 or line.name == "restitution" else _FIRST * line.high
     folds: list[Fold] = []
     stretches: list[Stretch] = []
     if system.load.mean <= 0.0 and line.name in ("restitution", "amplitude"):
         return folds, stretches
-    if float(level_factor(system.d * line.period, system.restitution)) == 0.0 and line.name != "restitution":
+    if _factor(line) == 0.0 and line.name != "restitution":
         return folds, stretches  # nothing is lost at the impact: the level is 0 for every load
     least, most = sorted(float(h) for h in heights.of(np.array([low, line.high])))
     v = arcs.velocities
@@ -125,5 +133,5 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[Stretch]]:
         bottom, top = max(min(v[j], v[j + 1]), least), min(max(v[j], v[j + 1]), most)
         if bottom < top:
             ends = [phase_at(arcs, j, h) for h in (bottom, top)]
-            stretches.append(PhaseStretch(line, j, min(ends), max(ends), heights, arcs, elastic))
+            stretches.append(PhaseStretch(line, j, min(ends), max(ends), heights, arcs))
     return folds, stretches

@@ -116,8 +116,7 @@ class Body(ABC):
 
     Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
     be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
-    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, the numbers
-    that maps may vary.
+    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, what maps vary.
 
     Examples
     --------

@@ -20,7 +20,8 @@ class Result(Enum):
     """Results of the theory that hold for some contact laws only; a law names those that hold for it."""
 
     LEVEL = "the condition v_f(φ) = c for the impact phase (B77 14)"
-    REDUCED = "the reduced criterion of stability (B77 29–32)"
+    REDUCED = "the reduced criterion of stability (B77 29–32), in the limit of a fast wave"
+    FEEDBACK = "the feedback σ of the elastic modes in the reduced criterion (B77 29–31)"
     WAVEFORM = "the criterion of the waveform for the stability (B77 36, 41)"
 
 
@@ -65,6 +66,9 @@ class Contact(ABC):
 
     results: ClassVar[frozenset[Result]]
     """What of the theory holds for it."""
+
+    elastic_growth: ClassVar[str] = ""
+    """What must be said where elastic modes grow under it, or nothing."""
 
     restitution: float
 

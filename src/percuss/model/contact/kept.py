@@ -26,6 +26,9 @@ class Kept(Contact):
     kind: ClassVar[str] = "kept"
     sentence: ClassVar[str] = "the impact turns the velocity over and keeps the strain (B77)"
     results: ClassVar[frozenset[Result]] = frozenset(Result)
+    elastic_growth: ClassVar[str] = (
+        "that is a property of the contact law, which keeps the strain, not of bars: waves turn it over and die out"
+    )
 
     @property
     def strain_factor(self) -> float:

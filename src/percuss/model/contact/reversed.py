@@ -18,7 +18,16 @@ class Reversed(Contact):
 
     While a uniform bar on a rod or a wall lets its waves run out and back once, each of them comes back −R times
     itself, velocity and strain alike. Phases and speeds of the steady motions differ from B77's at second order in the
-    elastic motion only; every elastic multiplier has the modulus R e^{−d_n T/2}.
+    elastic motion only.
+
+    The multipliers of the elastic modes are −R e^{−d_n T/2 ± iλ_n T}, moved by the load alone, p(φ)/W against ω_n: with
+    the same damping for all modes and the rigid motion they stay on the circle of the modulus R e^{−dT/2} exactly,
+    until two of them meet on it, which takes a slow wave.
+
+    Of B77's criterion of stability the limit s → ∞ holds, which is that of the rigid bar, and so does that of the
+    waveform; its feedback σ does not. There the elastic modes act on the two multipliers of the rigid motion at second
+    order in 1/s, as their velocities at the impact; here at first order, by Σ γ_n b_n/(μ² + R t_n μ + R² E_n), which
+    follows the fraction of a swing that the modes are in at the impact and is no quadratic in μ.
 
     Examples
     --------
@@ -28,7 +37,7 @@ class Reversed(Contact):
 
     kind: ClassVar[str] = "reversed"
     sentence: ClassVar[str] = "the impact turns velocity and strain over, as the waves in a uniform bar do"
-    results: ClassVar[frozenset[Result]] = frozenset({Result.LEVEL, Result.REDUCED, Result.WAVEFORM})
+    results: ClassVar[frozenset[Result]] = frozenset(Result) - {Result.FEEDBACK}
 
     @property
     def strain_factor(self) -> float:

@@ -6,7 +6,8 @@ Four decorators. `entry`: called from Python; its machine code, with that of all
 `summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
-counting, atomic because of threads, took three quarters of the time of an impact.
+counting, atomic because of threads, took three quarters of the time of an impact. A function without a wrapper cannot
+be called from Python: that would end the process. A test compiles it once more for itself, `njit(function.py_func)`.
 """
 
 from __future__ import annotations
@@ -21,19 +22,22 @@ from numba import njit
 
 __all__ = ["copied", "entry", "inlined", "inner", "sources_digest", "summed"]
 
-_COMMON = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_compile: Callable[..., Any] = njit  # with options that its types do not know
+_COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+# where nothing is said of fastmath, numba takes it from the caller that happens to be compiled first
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, **_COMMON}
 _SUMS = {"reassoc", "contract", "nsz"}
 
-inner: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_COMMON)
+inner: Callable[[Any], Any] = _compile(**_INNER)
 """Compile a function that only compiled functions call."""
 
-inlined: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_COMMON)
+inlined: Callable[[Any], Any] = _compile(forceinline=True, **_INNER)
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""
 
-copied: Callable[[Any], Any] = njit(inline="always", **_COMMON)
+copied: Callable[[Any], Any] = _compile(inline="always", **_COMMON)
 """Write a function into the only one that calls it, before anything is compiled."""
 
-summed: Callable[[Any], Any] = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, fastmath=_SUMS, **_COMMON)
+summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))
 """Compile a function that only compiled functions call, and whose sums may be reordered."""
 
 
@@ -43,7 +47,7 @@ def entry(function: Callable[..., Any]) -> Any:
     By itself numba looks at the date of the function's own file, and would go on using machine code that has an older
     version of a function of another file in it.
     """
-    dispatcher = njit(cache=True, no_cfunc_wrapper=True, **_COMMON)(function)
+    dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON)(function)
     dispatcher._cache._cache_file._source_stamp = sources_digest(Path(function.__code__.co_filename))
     return dispatcher
 

@@ -43,7 +43,7 @@ const written = (value) => (typeof value === "string" ? value : JSON.stringify(v
 
 function read(key, text) {
   if (key === "title") return text;
-  if (/^([-+.\d]|\[|true$|false$)/.test(text)) {
+  if (/^([-+.\d]|\[|\{|true$|false$)/.test(text)) {
     try {
       return JSON.parse(text);
     } catch {

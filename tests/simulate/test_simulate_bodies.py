@@ -1,0 +1,174 @@
+"""Motions of other bodies, dampings and contact laws: against a numerical integration that shares no code with us."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mpmath
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from percuss import Load, Start, Stop, System, run
+from percuss.model.body import Body, Damping, External, KelvinVoigt, Ratio, Shape, Table, UniformBar
+from percuss.model.contact import Kept, Reversed
+from percuss.simulate.kernels.layout import POWERS, RATIO, SINGLY
+from percuss.simulate.kernels.modes import damped_phasors
+from percuss.simulate.snapshot import desk_for
+from percuss.simulate.tables import table_of
+
+LOAD = Load.fourier([0.7, 1.0, 0.3j])
+
+
+@dataclass(frozen=True)
+class Modal(Body):
+    """A body that is known by the numbers of its first modes only."""
+
+    omega: tuple[float, ...]
+    at: tuple[float, ...]
+    weight: tuple[float, ...]
+    damping: Damping
+    s: float = 3.0
+    kind: ClassVar[str] = "modal"
+    coupling_bound: ClassVar[float] = 4.0
+
+    def frequencies(self, count):
+        return np.array(self.omega[:count])
+
+    def inertia(self, count):
+        return np.array(self.weight[:count])
+
+    def shapes(self, x, count):
+        """At the load and at the striking end."""
+        rows = np.array([[1.0] * count if place == 1.0 else self.at[:count] for place in x]).reshape(-1, count)
+        return Shape(rows, np.zeros_like(rows))
+
+    def static_shape(self, x, source=0.0):
+        raise NotImplementedError
+
+    def frequency_floor(self, n):
+        raise NotImplementedError
+
+
+def modal(seed: int, modes: int, damping: Damping) -> Modal:
+    """Frequencies that are no multiples of one, a load that reaches each mode otherwise, unequal masses."""
+    rng = np.random.default_rng(seed)
+    omega = tuple((3.0 * (np.arange(modes) + 1.0 + 0.6 * rng.uniform(-1.0, 1.0, modes))).tolist())
+    return Modal(omega, tuple(rng.uniform(-1.2, 1.2, modes)), tuple(rng.uniform(0.3, 1.0, modes)), damping)
+
+
+def integrated(system: System, modes: int, u: np.ndarray, v: np.ndarray, time: float, impacts: int):
+    """Times, speeds and energies taken of the first impacts, and the state after them, by DOP853."""
+    elastic = system.body.modes(modes, system.load.at)
+    omega2 = np.append(0.0, elastic.omega**2)
+    damping = np.append(system.body.damping.rigid, elastic.damping)
+    gamma = np.append(1.0, elastic.gamma)
+    weight = np.append(1.0, elastic.inertia)
+    strain = np.append(1.0, np.full(modes, system.contact.strain_factor))
+    r, n = system.restitution, modes + 1
+
+    def rate(t, x):
+        return np.concatenate([x[n:], gamma * float(system.load.value(t)) - damping * x[n:] - omega2 * x[:n]])
+
+    def gap(t, x):
+        return x[:n].sum()
+
+    gap.terminal, gap.direction = True, 1.0
+    x, found = np.concatenate([u * gamma, v * gamma]), []
+    for _ in range(impacts):
+        flight = solve_ivp(rate, (time, time + 60.0), x, "DOP853", events=gap, rtol=1e-12, atol=1e-13, max_step=0.05)
+        time, x = float(flight.t_events[0][0]), flight.y_events[0][0].copy()
+        speed = x[n:].sum()
+        energy = 0.5 * (weight * x[n:] ** 2).sum() + 0.5 * (weight * omega2 * x[:n] ** 2).sum()
+        x[:n] *= strain
+        x[n:] *= -r
+        x[0] -= x[:n].sum()
+        left = 0.5 * (weight * x[n:] ** 2).sum() + 0.5 * (weight * omega2 * x[:n] ** 2).sum()
+        found.append((time, speed, energy - left, *x))
+        x[0] -= 1e-13  # else the next flight begins with a contact
+    return np.array(found)
+
+
+CASES = {
+    "ratio": System(UniformBar(2.0, Ratio(0.02)), LOAD, Kept(0.6)),
+    "great ratio": System(UniformBar(2.0, Ratio(0.97)), LOAD, Kept(0.6)),
+    "kelvin-voigt": System(UniformBar(2.0, KelvinVoigt(0.01)), LOAD, Kept(0.6)),
+    "overdamped above": System(UniformBar(2.0, KelvinVoigt(0.15)), LOAD, Kept(0.6)),
+    "table": System(UniformBar(2.0, Table((0.3, 0.0, 40.0, 0.1))), LOAD, Kept(0.6)),
+    "reversed": System(UniformBar(2.0, Ratio(0.02)), LOAD, Reversed(0.6)),
+    "reversed, undamped": System(UniformBar(5.0), LOAD, Reversed(0.8)),
+    "reversed, dragged": System(UniformBar(2.0, External(0.3)), LOAD, Reversed(0.6)),
+    "reversed, overdamped": System(UniformBar(2.0, External(16.0)), LOAD, Reversed(0.6)),
+    "modal, undamped": System(modal(1, 5, External(0.0)), LOAD, Kept(0.6)),
+    "modal, dragged": System(modal(2, 5, External(0.4)), LOAD, Kept(0.6)),
+    "modal, ratio": System(modal(3, 5, Ratio(0.01)), LOAD, Kept(0.6)),
+    "modal, table": System(modal(4, 5, Table((0.0, 9.0, 0.2))), LOAD, Kept(0.6)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_against_integration(name):
+    system, modes, impacts = CASES[name], 5, 4
+    rng = np.random.default_rng(len(name))
+    u, v = 0.02 * rng.normal(size=(2, modes + 1))
+    gamma = system.body.modes(modes).gamma
+    u[0] = -1.0 - gamma @ u[1:]
+    motion = run(system, Start.modal(u, v, 0.4), modes=modes, stop=Stop(impacts=impacts, periodic=False))
+    exact = integrated(system, modes, u, v, 0.4, impacts)
+    hits = motion.events.of("impact")
+    assert hits.time == pytest.approx(exact[:, 0], rel=0.0, abs=2e-9)
+    assert hits.impact_velocity == pytest.approx(exact[:, 1], rel=0.0, abs=2e-8)
+    assert hits.energy_lost == pytest.approx(exact[:, 2], rel=1e-7, abs=1e-9)
+    at = motion.events.code == 0
+    n = modes + 1
+    assert motion.displacement[at][:, 1:] * gamma == pytest.approx(exact[:, 4 : 3 + n], rel=0.0, abs=2e-8)
+    assert motion.velocity[at][:, 1:] * gamma == pytest.approx(exact[:, 4 + n :], rel=0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_energy_closes(name):
+    balance = run(CASES[name], modes=5, stop=Stop(impacts=40, periodic=False)).energy_balance()
+    assert abs(balance.imbalance) <= 1e-9 * (abs(balance.input) + balance.impacts)
+
+
+def test_how_phasors_are_computed():
+    """By the numbers of the modes, not by the kind of the body; a body of one mode is harmonic."""
+    laws = {"ratio": RATIO, "kelvin-voigt": SINGLY, "reversed, dragged": POWERS, "modal, ratio": SINGLY}
+    for name, law in laws.items():
+        assert table_of(CASES[name], 5).bar["law"] == law, name
+    assert table_of(CASES["modal, ratio"], 1).bar["law"] == POWERS
+
+
+@pytest.mark.parametrize("tau", [1e-12, 1e-3, 0.7, 30.0, 3e3])
+def test_phasors_one_by_one(tau):
+    """e^{(−d/2 + iλ)τ} − 1 to rounding, which for the phase is that of λτ."""
+    modes = table_of(System(modal(5, 7, Table((0.0, 1e-9, 1e-3, 0.1, 0.5, 2.0, 6.0))), LOAD, Kept(0.6)), 7).modes
+    desk = desk_for(table_of(CASES["table"], 7))
+    numba.njit(damped_phasors.py_func)(modes, desk, tau)
+    with mpmath.workdps(40):
+        exact = [mpmath.expm1(mpmath.mpc(-d, lam) * tau) for d, lam in zip(modes.half, modes.lam, strict=True)]
+    found = desk.re + 1j * desk.im
+    size = np.minimum(1.0, np.hypot(modes.lam, modes.half) * tau) + modes.lam * tau * np.exp(-modes.half * tau)
+    assert np.all(np.abs(found - np.array([complex(value) for value in exact])) <= 1e-15 * size)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.4, 0.8])
+def test_chatter_that_turns_the_strain_over(restitution):
+    """A bar pushed on the wall comes to rest when the load turns it round within the time of a contact, 2/s."""
+    system = System(UniformBar(8.0), Load.fourier([0.5]), Reversed(restitution))
+    motion = run(system, Start.rigid(-0.3), modes=8)
+    assert motion.outcome == "rest"
+    assert motion.events.energy_lost.sum() == pytest.approx(0.5 * 0.3, rel=1e-9)
+    speeds = motion.events.of("impact").impact_velocity
+    assert speeds[-1] >= 0.0 and (restitution == 0.0) == (speeds.size == 1)
+
+
+def test_one_compilation_serves_all():
+    """Loads with and without harmonics or steps, bars with and without modes: arrays of one type, all writable."""
+    loads = (Load.harmonic(0.7, 1.0), Load.square(1.0, 1.3), Load.fourier([0.5]), LOAD)
+    tables = [table_of(System(UniformBar(2.0), load, Kept(0.5)), modes) for load in loads for modes in (0, 1, 4)]
+    for table in tables:
+        arrays = [*table.modes, *table.harmonics, *table[3:]]
+        assert all(values.flags.writeable and values.flags.c_contiguous for values in arrays)
