@@ -12,28 +12,12 @@ from typing import TYPE_CHECKING, Any
 from percuss._version import __version__
 from percuss.case.answers.first_lines import name_of, summary_of
 from percuss.neutral import neutral
+from percuss.steady.si import CARDS, REPORTED
 
 if TYPE_CHECKING:
     from percuss.case import Case, OrbitAnswer, SimulationAnswer, SteadyAnswer
 
 __all__ = ["report_html"]
-
-_CARDS = (
-    ("blow energy", "blow_energy_J", "J"),
-    ("blow rate", "blow_rate_Hz", "Hz"),
-    ("blow rate", "blow_rate_per_min", "blows/min"),
-    ("percussive power", "percussive_power_kW", "kW"),
-    ("striking speed", "impact_velocity_m_s", "m/s"),
-    ("stroke", "stroke_mm", "mm"),
-    ("input power", "input_power_kW", "kW"),
-    ("peak compression", "peak_stress_MPa", "MPa"),
-    ("delivered per blow", "delivered_energy_J", "J"),
-    ("efficiency", "efficiency", ""),
-    ("mean contact force", "mean_force_kN", "kN"),
-    ("contact time", "contact_time_us", "µs"),
-    ("momentum", "momentum_N_s", "N·s"),
-    ("drag at the striking speed", "drag_force_kN", "kN"),
-)
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #f2f4f7; --line: #ccd; }
@@ -115,8 +99,8 @@ def _cards(answer: SteadyAnswer) -> str:
     if chosen is None or chosen.si is None or chosen.orbit.impact_velocity <= 0.0:
         return ""
     cells = [
-        f'<div class="card">{_safe(name)}<b>{_text(getattr(chosen.si, key))} {_safe(unit)}</b></div>'
-        for name, key, unit in _CARDS
+        f'<div class="card">{_safe(figure.label)}<b>{_text(getattr(chosen.si, key))} {_safe(unit)}</b></div>'
+        for key, (figure, _, unit) in ((key, REPORTED[key]) for key in CARDS)
         if getattr(chosen.si, key) is not None
     ]
     whose = f"{name_of(answer, chosen)}{'' if chosen.runs else ', which cannot be sustained'}"

@@ -18,7 +18,6 @@ ALLOWED = {
     frozenset({"simulate.netcdf", "simulate.trajectory"}),
     frozenset({"simulate.running", "simulate.trajectory"}),
     frozenset({"simulate.start", "simulate.starts"}),
-    frozenset({"steady.motion", "steady.truncation"}),
 }
 """Pairs that do import each other: a simulated motion is saved, read, continued and balanced by methods of its own."""
 

@@ -14,6 +14,7 @@ from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, colu
 from percuss.model import System
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
+from percuss.steady.figures import FIGURES
 from percuss.steady.reason import VERDICTS
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from percuss.stability import Stability
 
 __all__ = ["Asked", "cell_columns", "failure", "label_text"]
-
-_NOTHING = 1e-12  # of the blow's energy: with R = 1 and no damping nothing is put in but rounding
 
 OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL_OUTCOMES))
 
@@ -145,7 +144,6 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     reduced_margins = [1.0 - max(max(r.moduli), max(r.other_side.moduli) if r.other_side else 0.0) for r in reduced]
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
     found: dict[str, Any] = {
-        "phase": orbits[best].phase,
         "reduced_stable": any(margin > NEUTRAL for margin in reduced_margins),
         "reduced_margin": max(reduced_margins),
     }
@@ -170,26 +168,19 @@ _OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group 
 }
 
 
+_FIGURES = tuple(name for name, quantity in QUANTITIES.items() if quantity.one and name in FIGURES)
+
+
 def _of_orbit(out: Columns, i: int, orbit: Orbit, si: bool) -> None:
     """Figures of one orbit, in SI for a system with scales."""
-    system = orbit.system
     if "admissible" in out:
         out["admissible"][i] = orbit.admissible
-    if "impact_velocity" in out:
-        out["impact_velocity"][i] = orbit.impact_velocity * (system.speed_scale if si else 1.0)
-    if "blow_energy" in out:
-        out["blow_energy"][i] = orbit.blow_energy * (system.energy_scale if si else 1.0)
-    if "power" in out:
-        out["power"][i] = orbit.blow_energy / orbit.period * (system.power_scale if si else 1.0)
-    if "stroke" in out:
-        out["stroke"][i] = orbit.stroke * (system.length_scale if si else 1.0)
-    if "stress" in out and orbit.impact_velocity > 0.0:
-        young = system.stress_scale if si and system.bar is not None else 1.0
-        out["stress"][i] = 0.5 * young * (1.0 + system.restitution) * orbit.impact_velocity / system.s  # theory §10
-    if "delivered" in out:
-        out["delivered"][i] = orbit.delivered_energy * (system.energy_scale if si else 1.0)
-    if "efficiency" in out and orbit.energy.input > _NOTHING * orbit.blow_energy:
-        out["efficiency"][i] = orbit.delivered_energy / orbit.energy.input
+    for name in _FIGURES:
+        if name not in out:
+            continue
+        value = FIGURES[name].in_si(orbit) if si else FIGURES[name].value(orbit)
+        if value is not None:
+            out[name][i] = value
 
 
 # -- simulation -------------------------------------------------------------------------------------------------------

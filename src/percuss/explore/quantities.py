@@ -9,6 +9,7 @@ from typing import Literal
 from percuss.errors import ParameterError
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
+from percuss.steady.figures import FIGURES
 from percuss.steady.reason import VERDICTS
 
 __all__ = [
@@ -79,6 +80,13 @@ _LABEL = {
 
 _BEST = "of the steady motion with the greatest stability margin"
 
+
+def _figure(name: str, more: str = "") -> Quantity:
+    """A figure of the most stable orbit, as `percuss.steady.figures` has it."""
+    figure = FIGURES[name]
+    return _single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}{more}", unit=figure.unit, one=True)
+
+
 QUANTITIES: dict[str, Quantity] = {
     "exists": _single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
     "orbits": _single("orbits", "orbits", "number of steady motions, physically possible or not", "int16"),
@@ -86,7 +94,7 @@ QUANTITIES: dict[str, Quantity] = {
         {"phases": Column("float64", (BRANCHES,), "rad", meaning="impact phases of all steady motions, ascending")},
         "orbits",
     ),
-    "phase": _single("phase", "orbits", f"impact phase {_BEST}", unit="rad", one=True),
+    "phase": _figure("phase"),
     "reduced_stable": _single("reduced_stable", "orbits", "whether one is stable by B77's reduced criterion", "bool"),
     "reduced_margin": _single("reduced_margin", "orbits", "1 − largest modulus of the reduced criterion, the greatest"),
     "stable": _single("stable", "exact", "whether one is stable by the exact multipliers", "bool"),
@@ -104,15 +112,13 @@ QUANTITIES: dict[str, Quantity] = {
     "admissible": _single(
         "admissible", "orbits", f"whether the bar stays off the wall between impacts, {_BEST}", "bool", one=True
     ),
-    "impact_velocity": _single("impact_velocity", "orbits", f"striking speed {_BEST}", unit="m/s", one=True),
-    "blow_energy": _single("blow_energy", "orbits", f"kinetic energy before the blow, {_BEST}", unit="J", one=True),
-    "power": _single("power", "orbits", f"percussive power, {_BEST}", unit="W", one=True),
-    "stroke": _single("stroke", "orbits", f"range of the striking end's position {_BEST}", unit="m", one=True),
-    "stress": _single(
-        "stress", "orbits", f"peak compression at first contact {_BEST}; dimensionless: over E", unit="Pa", one=True
-    ),
-    "delivered": _single("delivered", "orbits", f"energy that the impact takes, {_BEST}", unit="J", one=True),
-    "efficiency": _single("efficiency", "orbits", f"delivered energy over what the load puts in, {_BEST}", one=True),
+    "impact_velocity": _figure("impact_velocity"),
+    "blow_energy": _figure("blow_energy"),
+    "power": _figure("power"),
+    "stroke": _figure("stroke"),
+    "stress": _figure("stress", "; dimensionless: over E"),
+    "delivered": _figure("delivered"),
+    "efficiency": _figure("efficiency"),
     "rest": _single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
     "label": Quantity(_LABEL, "simulation"),
     "blow_rate": _single("blow_rate", "simulation", "impacts per load period"),

@@ -11,6 +11,7 @@ from percuss.model.checks import having, several, text
 from percuss.plot.canvas import new_figure, style, titled
 from percuss.plot.map_line import line
 from percuss.plot.map_plane import boundaries, plane
+from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 _TITLES = {
+    **{name: figure.label for name, figure in FIGURES.items()},
     "exists": "steady motion exists",
     "orbits": "steady motions",
-    "phase": "impact phase",
     "reduced_stable": "stable, reduced criterion",
     "reduced_margin": "stability margin, reduced criterion",
     "stable": "stable, exact multipliers",
@@ -31,9 +32,6 @@ _TITLES = {
     "margin_ringing": "ringing margin",
     "reason": "stable, or why not",
     "admissible": "stays off the wall between impacts",
-    "impact_velocity": "striking speed",
-    "blow_energy": "blow energy",
-    "power": "percussive power",
     "rest": "can rest on the wall",
     "label": "motion found by simulation",
     "blow_rate": "blows per load period",

@@ -8,20 +8,21 @@ impact. The velocity is split into the forced part f' and the free part z' (for 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from percuss.model.checks import Array, ComplexArray
 from percuss.shown import Shown
 from percuss.steady.oscillator import dissipated, phi1, phi2
 
 if TYPE_CHECKING:
-    from percuss.steady.harmonic import HarmonicResponse
-    from percuss.steady.motion import Motion
-    from percuss.steady.piecewise import PiecewiseResponse
+    from percuss.model import System
+    from percuss.steady.impact_state import ModalState
 
-__all__ = ["Energy", "energy_balance", "harmonic_exchange", "piecewise_exchange"]
+__all__ = ["Balanced", "Energy", "Waves", "harmonic_exchange", "piecewise_exchange"]
 
 
 @dataclass(frozen=True)
@@ -48,20 +49,60 @@ class Energy(Shown):
         return self.input - self.damping - self.impact
 
 
-def energy_balance(motion: Motion) -> Energy:
-    """The energy balance of an orbit with the modes that its sums use."""
-    return Energy(*motion.response.exchange(motion), motion.delivered_energy)
+class Waves(NamedTuple):
+    """The forced response to harmonics k = 1, 2, …, per harmonic.
+
+    Parameters
+    ----------
+    k, p
+        Number and complex amplitude of each harmonic of the load; shape (K,).
+    rigid_velocity
+        That of the rigid motion; shape (K,).
+    gains
+        Motion of the elastic modes 1 … N per amplitude; shape (N, K).
+    driven
+        Elastic motion of the place where the load acts per amplitude; shape (K,).
+    """
+
+    k: Array
+    p: ComplexArray
+    rigid_velocity: ComplexArray
+    gains: ComplexArray
+    driven: ComplexArray
 
 
-def harmonic_exchange(motion: Motion, response: HarmonicResponse) -> tuple[float, float]:
+class Balanced(Protocol):
+    """What the energy balance needs of a motion; `percuss.steady.motion.Motion` has it."""
+
+    @property
+    def system(self) -> System: ...
+    @property
+    def periods(self) -> int: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def phase(self) -> float: ...
+    @property
+    def requested_modes(self) -> int | None: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def state(self) -> ModalState: ...
+    @property
+    def rigid_velocity(self) -> float: ...
+    def rigid_motion(self, t: Array) -> tuple[Array, Array]: ...
+    def transient(self, t: Array) -> tuple[Array, Array]: ...
+
+
+def harmonic_exchange(motion: Balanced, waves: Waves) -> tuple[float, float]:
     """Energy put in by harmonics, and taken by the damping."""
-    rigid, elastic = _rigid_harmonic(motion, response), _elastic_harmonic(motion, response)
+    rigid, elastic = _rigid_harmonic(motion, waves), _elastic_harmonic(motion, waves)
     return rigid[0] + elastic[0], rigid[1] + elastic[1]
 
 
-def _rigid_harmonic(motion: Motion, response: HarmonicResponse) -> tuple[float, float]:
+def _rigid_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
     d, p0, period = motion.system.d, motion.system.load.mean, motion.period
-    k, p, v = response.k, response.p, response.rigid_factor
+    k, p, v = waves.k, waves.p, waves.rigid_velocity
     turn = np.exp(1j * k * motion.phase)
     v_phi = float((v * turn).real.sum())
     start = -motion.system.restitution * motion.rigid_velocity - v_phi
@@ -76,27 +117,30 @@ def _rigid_harmonic(motion: Motion, response: HarmonicResponse) -> tuple[float, 
     return put_in, damped + free if d > 0.0 else 0.0
 
 
-def _elastic_harmonic(motion: Motion, response: HarmonicResponse) -> tuple[float, float]:
-    k, p, state, system = response.k, response.p, motion.state, motion.system
+def _elastic_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
+    k, p, gain, state, system = waves.k, waves.p, waves.gains, motion.state, motion.system
     modes = system.body.modes(state.omega.size, system.load.at)
     square, weight = state.omega**2, modes.weight
     end, end_velocity = (a[:, 0] for a in motion.transient(np.array([motion.period])))
     jump, jump_velocity = end - state.z, end_velocity - state.z_velocity
-    gain = response.gains(state.omega.size)
     turned = p * np.exp(1j * k * motion.phase)
     work = np.conj(gain) * (square[:, None] * jump[:, None] + 1j * k * jump_velocity[:, None])  # ∮ exp(ikt) z'(t) dt
     put_in = float(weight @ ((work @ turned).real + system.load.mean * jump))
     free = 0.5 * (state.z_velocity**2 - end_velocity**2 + square * (state.z**2 - end**2))
     cross = 2.0 * modes.damping * ((gain * work) @ (1j * k * turned)).real
     damped = float(weight @ np.where(modes.damping > 0.0, free + cross, 0.0))
-    driven = response.driven_shape(None if motion.requested_modes is None else state.omega.size)
-    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * driven).real))
+    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * waves.driven).real))
     return put_in + forced, damped + forced if np.any(modes.damping) else 0.0
 
 
-def piecewise_exchange(motion: Motion, response: PiecewiseResponse) -> tuple[float, float]:
-    """Between its breaks a piecewise load is constant: every mode is a free oscillator about its static place."""
-    ahead = np.mod(response.starts[None, :] - motion.phase, 2.0 * math.pi)
+def piecewise_exchange(
+    motion: Balanced, starts: Array, modal: Callable[[int, Array], tuple[Array, Array]]
+) -> tuple[float, float]:
+    """Energy put in by steps that begin at `starts`, and taken by the damping; `modal` gives (f_n, f_n') of the modes.
+
+    Between its breaks a piecewise load is constant: every mode is a free oscillator about its static place.
+    """
+    ahead = np.mod(starts[None, :] - motion.phase, 2.0 * math.pi)
     ahead = (ahead + 2.0 * math.pi * np.arange(motion.periods)[:, None]).reshape(-1)
     knots = np.unique(np.concatenate([[0.0], ahead, [motion.period]]))
     knots = knots[np.append(True, np.diff(knots) > 1e-13)]
@@ -106,7 +150,7 @@ def piecewise_exchange(motion: Motion, response: PiecewiseResponse) -> tuple[flo
     u, v = motion.rigid_motion(knots)
     put_in = float(force @ np.diff(u))
     damped = put_in - 0.5 * float(v[-1] ** 2 - v[0] ** 2) if system.d > 0.0 else 0.0
-    f, f_velocity = response.modal(motion.modes, motion.phase + knots)
+    f, f_velocity = modal(motion.modes, motion.phase + knots)
     f[:, -1], f_velocity[:, -1] = f[:, 0], f_velocity[:, 0]  # a whole number of turns, to the last digit
     z, z_velocity = motion.transient(knots)
     w, w_velocity = f + z, f_velocity + z_velocity

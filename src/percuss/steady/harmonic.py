@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,9 @@ import numpy.typing as npt
 from percuss.halting import look
 from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray
-from percuss.steady.energy import harmonic_exchange
+from percuss.steady.energy import Balanced, Waves, harmonic_exchange
 from percuss.steady.resonance import refuse_resonance
-from percuss.steady.response import Field
 from percuss.steady.wave_phases import phases_of_waves, turns_of_waves
-
-if TYPE_CHECKING:
-    from percuss.steady.motion import Motion
 
 __all__ = ["Field", "HarmonicResponse"]
 
@@ -26,6 +22,14 @@ _AT_ONCE = 1 << 20  # harmonics × times
 _KEPT_GAINS = 1 << 14  # numbers, modes × harmonics, of the tables that are kept
 _LARGEST_MATRIX = 1 << 21  # harmonics × modes of one probe
 _FEWEST, _MOST = 1024, 65536  # modes of a probe
+
+
+class Field(NamedTuple):
+    """Displacement, velocity and strain; equal shapes, dimensionless."""
+
+    displacement: Array
+    velocity: Array
+    strain: Array
 
 
 class HarmonicResponse:
@@ -231,9 +235,11 @@ class HarmonicResponse:
         """As many as make a matrix of a bearable size."""
         return max(_FEWEST, min(_MOST, _LARGEST_MATRIX // max(1, self.k.size)))
 
-    def exchange(self, motion: Motion) -> tuple[float, float]:
+    def exchange(self, motion: Balanced) -> tuple[float, float]:
         """Energy put in by the load and taken by the damping over an impact period of a motion."""
-        return harmonic_exchange(motion, self)
+        kept = motion.state.omega.size
+        driven = self.driven_shape(None if motion.requested_modes is None else kept)
+        return harmonic_exchange(motion, Waves(self.k, self.p, self.rigid_factor, self.gains(kept), driven))
 
     def _waves(self, theta: Array, factor: ComplexArray) -> Array:
         theta = np.asarray(theta, dtype=float)

@@ -13,10 +13,11 @@ from percuss.halting import look
 from percuss.model import Modes, System
 from percuss.model.checks import Array, array
 from percuss.shown import Shown
+from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState, modal_state
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
 from percuss.steady.phases import forced_response
-from percuss.steady.response import Field, Response
+from percuss.steady.response import Response
 from percuss.steady.truncation import Truncation, truncation
 
 __all__ = ["Motion"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.model.checks import Array, count
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.energy import Energy, energy_balance
+from percuss.steady.energy import Energy
 from percuss.steady.motion import Motion
 from percuss.steady.reason import Reason
 from percuss.steady.warnings import drag_warnings, resonance_warnings
@@ -47,7 +47,7 @@ class Orbit(Motion):
     @cached_property
     def energy(self) -> Energy:
         """Energy over one impact period: put in by the load, taken by damping and by the impact."""
-        return energy_balance(self)
+        return Energy(*self.response.exchange(self), self.delivered_energy)
 
     def impact_history(self, impacts: int) -> Array:
         """The first `impacts` impacts from load time φ on: one row each of absolute time (rad of the load), load phase,

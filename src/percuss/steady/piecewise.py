@@ -5,20 +5,15 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from percuss.model import Modes, System
 from percuss.model.checks import Array
-from percuss.steady.energy import piecewise_exchange
-from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.energy import Balanced, piecewise_exchange
+from percuss.steady.harmonic import Field, HarmonicResponse
 from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
 from percuss.steady.resonance import refuse_resonance
-from percuss.steady.response import Field
-
-if TYPE_CHECKING:
-    from percuss.steady.motion import Motion
 
 __all__ = ["PiecewiseResponse"]
 
@@ -275,9 +270,9 @@ class PiecewiseResponse:
         """The response to the harmonics that the load keeps beside its steps."""
         return HarmonicResponse(self.system)
 
-    def exchange(self, motion: Motion) -> tuple[float, float]:
+    def exchange(self, motion: Balanced) -> tuple[float, float]:
         """Energy put in by the load and taken by the damping over an impact period of a motion."""
-        return piecewise_exchange(motion, self)
+        return piecewise_exchange(motion, self.starts, self.modal)
 
 
 def _turning(modes: Modes) -> np.typing.NDArray[np.bool_]:

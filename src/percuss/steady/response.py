@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,18 +11,10 @@ from percuss.model import System
 from percuss.model.checks import Array
 
 if TYPE_CHECKING:
-    from percuss.steady.harmonic import HarmonicResponse
-    from percuss.steady.motion import Motion
+    from percuss.steady.energy import Balanced
+    from percuss.steady.harmonic import Field, HarmonicResponse
 
-__all__ = ["Field", "Response"]
-
-
-class Field(NamedTuple):
-    """Displacement, velocity and strain; equal shapes, dimensionless."""
-
-    displacement: Array
-    velocity: Array
-    strain: Array
+__all__ = ["Response"]
 
 
 class Response(Protocol):
@@ -145,6 +137,6 @@ class Response(Protocol):
         """So many modes are looked at when it is decided how many to keep."""
         ...
 
-    def exchange(self, motion: Motion) -> tuple[float, float]:
+    def exchange(self, motion: Balanced) -> tuple[float, float]:
         """Energy put in by the load and taken by the damping over an impact period of a motion (theory §4)."""
         ...

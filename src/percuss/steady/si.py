@@ -2,19 +2,58 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-
-import numpy as np
+from typing import NamedTuple
 
 from percuss.errors import ParameterError
 from percuss.model.checks import instance
 from percuss.shown import Shown
+from percuss.steady.figures import FIGURES, Figure
 from percuss.steady.orbit import Orbit
 
-__all__ = ["SIReport", "si_report"]
+__all__ = ["CARDS", "REPORTED", "Reported", "SIReport", "figures_in_si", "si_report"]
 
-_NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
+
+class Reported(NamedTuple):
+    """A field of `SIReport`: its figure, its unit, and the factor to it from the unit of the figure."""
+
+    figure: Figure
+    factor: float
+    unit: str
+
+
+def _reported(name: str, factor: float = 1.0, unit: str = "") -> Reported:
+    return Reported(FIGURES[name], factor, unit or FIGURES[name].unit)
+
+
+REPORTED = {
+    "impact_velocity_m_s": _reported("impact_velocity"),
+    "rigid_velocity_m_s": _reported("rigid_velocity"),
+    "blow_energy_J": _reported("blow_energy"),
+    "delivered_energy_J": _reported("delivered"),
+    "blow_rate_Hz": _reported("blow_rate"),
+    "blow_rate_per_min": _reported("blow_rate", 60.0, "blows/min"),
+    "percussive_power_kW": _reported("power", 1e-3, "kW"),
+    "input_power_kW": _reported("input_power", 1e-3, "kW"),
+    "efficiency": _reported("efficiency"),
+    "stroke_mm": _reported("stroke", 1e3, "mm"),
+    "peak_stress_MPa": _reported("stress", 1e-6, "MPa"),
+    "receiving_stress_MPa": _reported("receiving_stress", 1e-6, "MPa"),
+    "contact_time_us": _reported("contact_time", 1e6, "µs"),
+    "mean_force_kN": _reported("mean_force", 1e-3, "kN"),
+    "momentum_N_s": _reported("momentum"),
+    "drag_N_s_m": _reported("drag"),
+    "drag_force_kN": _reported("drag_force", 1e-3, "kN"),
+}
+"""The fields of `SIReport`: which figure each holds, and in which unit."""
+
+CARDS = (
+    "blow_energy_J", "delivered_energy_J", "blow_rate_Hz", "blow_rate_per_min", "impact_velocity_m_s",
+    "percussive_power_kW", "input_power_kW", "efficiency", "stroke_mm", "peak_stress_MPa", "receiving_stress_MPa",
+    "contact_time_us", "mean_force_kN", "momentum_N_s", "drag_force_kN",
+)  # fmt: skip
+"""What a report shows of them, in order."""
 
 
 @dataclass(frozen=True)
@@ -69,37 +108,13 @@ def si_report(orbit: Orbit) -> SIReport:
         raise ParameterError(
             "system", "dimensionless", "a system made from SI", "use System.from_si for figures in SI units"
         )
-    bar, r = system.bar, system.restitution
-    speed = system.speed_scale * orbit.impact_velocity
-    rigid = system.speed_scale * orbit.rigid_velocity
-    energy, rate = system.energy_scale * orbit.blow_energy, system.frequency / orbit.periods
-    put_in = system.energy_scale * orbit.energy.input
-    delivered = system.energy_scale * orbit.delivered_energy
-    struck = bar.pieces[-1]
-    wave = 1e-6 * struck.impedance / struck.area * speed / 2.0 if speed > 0.0 else None
-    return SIReport(
-        impact_velocity_m_s=speed,
-        rigid_velocity_m_s=rigid,
-        blow_energy_J=energy,
-        delivered_energy_J=delivered,
-        blow_rate_Hz=rate,
-        blow_rate_per_min=60.0 * rate,
-        percussive_power_kW=1e-3 * energy * rate,
-        input_power_kW=1e-3 * put_in * rate,
-        efficiency=_ratio(delivered, put_in, energy),
-        stroke_mm=1e3 * system.length_scale * orbit.stroke,
-        peak_stress_MPa=None if wave is None else wave * (1.0 + r),
-        receiving_stress_MPa=None if wave is None else wave * (1.0 - r),
-        contact_time_us=1e6 * bar.contact_duration,
-        mean_force_kN=1e-3 * bar.mass * rigid * (1.0 + r) * rate,
-        momentum_N_s=bar.mass * rigid,
-        drag_N_s_m=bar.rigid_drag,
-        drag_force_kN=1e-3 * bar.rigid_drag * rigid,
-    )
+    return SIReport(**figures_in_si(orbit, REPORTED))  # type: ignore[arg-type]
 
 
-def _ratio(delivered: float, put_in: float, blow: float) -> float | None:
-    """Efficiency; None where nothing is put in and nothing taken (R = 1 without damping), beside the blow's energy."""
-    if put_in <= _NOTHING * blow or not math.isfinite(put_in):
-        return None
-    return delivered / put_in
+def figures_in_si(orbit: Orbit, keys: Iterable[str]) -> dict[str, float | None]:
+    """Some of the figures of an orbit whose system has scales, by their names in `SIReport`."""
+    found: dict[str, float | None] = {}
+    for key in keys:
+        value = REPORTED[key].figure.in_si(orbit)
+        found[key] = None if value is None else REPORTED[key].factor * value
+    return found

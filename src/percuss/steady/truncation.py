@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from percuss.steady.impact_state import ModalState, resolvent_bound
 from percuss.steady.small_divisors import cubic_sum
 
 if TYPE_CHECKING:
-    from percuss.steady.motion import Motion
+    from percuss.model import System
+    from percuss.steady.response import Response
 
-__all__ = ["RELEASED_MODES", "Truncation", "ringing", "truncation"]
+__all__ = ["RELEASED_MODES", "Truncation", "Untruncated", "ringing", "truncation"]
 
 RELEASED_MODES = 512
 """Modes of the sums where an impact changes the strain: more of them hardly help."""
@@ -27,6 +28,28 @@ _PROBES = (256, 2048, 16384, 65536)
 _MOST_MODES = 16384
 _VAGUE = 1e-9  # share of the stroke above which the plain bound, which grows like 1/d, gives way to the sharper one
 _FEW, _SOME = 1e-3, 1e-7  # shares of the stroke that a first and a second look at the motion may leave out
+
+
+class Untruncated(Protocol):
+    """What it takes of a motion to choose the number of its modes; `percuss.steady.motion.Motion` has it."""
+
+    @property
+    def system(self) -> System: ...
+    @property
+    def response(self) -> Response: ...
+    @property
+    def periods(self) -> int: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def phase(self) -> float: ...
+    @property
+    def requested_modes(self) -> int | None: ...
+    @property
+    def tolerance(self) -> float: ...
+    @property
+    def rigid_stroke(self) -> float: ...
+    def modal_state(self, modes: int) -> ModalState: ...
 
 
 @dataclass(frozen=True)
@@ -47,7 +70,7 @@ class Truncation(Shown):
         Bound of the position that the modes left out add at the striking end, where it is known already.
     """
 
-    motion: Motion = field(repr=False)
+    motion: Untruncated = field(repr=False)
     modes: int
     few: int
     some: int
@@ -69,7 +92,7 @@ class Truncation(Shown):
         return lost / motion.rigid_stroke
 
 
-def truncation(motion: Motion) -> Truncation:
+def truncation(motion: Untruncated) -> Truncation:
     """Choose the number of modes that the tolerance asks for, or take the number requested."""
     if motion.requested_modes is not None:
         n = motion.requested_modes
@@ -94,7 +117,7 @@ def truncation(motion: Motion) -> Truncation:
     return Truncation(motion, modes, enough(_FEW), enough(_SOME), motion.modal_state(modes), lost)
 
 
-def _left_out(motion: Motion, probe: int) -> Array:
+def _left_out(motion: Untruncated, probe: int) -> Array:
     """Bound of what is lost at the striking end by keeping n = 0 … `probe` modes; shape (probe + 1,)."""
     amplitude = ringing(motion, motion.modal_state(probe).amplitude)
     coupling = np.abs(motion.system.body.modes(probe, motion.system.load.at).gamma)
@@ -102,7 +125,7 @@ def _left_out(motion: Motion, probe: int) -> Array:
     return np.asarray(2.0 * (lost + _beyond(motion, amplitude)))  # at t and, as y(0) = 0 places the wall, at 0
 
 
-def _forced_cut(motion: Motion, modes: int, probe: int) -> float:
+def _forced_cut(motion: Untruncated, modes: int, probe: int) -> float:
     """Bound of the forced motion of all modes after the first `modes`; inf when the load reaches beyond `probe`."""
     body = motion.system.body
     each = body.coupling_bound * motion.response.modal_bounds(probe)[0]
@@ -113,12 +136,12 @@ def _forced_cut(motion: Motion, modes: int, probe: int) -> float:
     return 2.0 * (float(each[modes:].sum()) + beyond)  # twice as in _left_out
 
 
-def ringing(motion: Motion, amplitude: Array) -> Array:
+def ringing(motion: Untruncated, amplitude: Array) -> Array:
     """Amplitudes after the impact of the first modes, with those after the jumps of a piecewise load added."""
     return amplitude if motion.response.is_smooth else amplitude + motion.response.ringing(amplitude.size)
 
 
-def _beyond(motion: Motion, amplitude: Array) -> float:
+def _beyond(motion: Untruncated, amplitude: Array) -> float:
     """Bound of what all modes after the last of `amplitude` add at the striking end, or an estimate of it."""
     system, body, n = motion.system, motion.system.body, amplitude.size
     modes, floor = body.modes(n, system.load.at), body.frequency_floor(n)

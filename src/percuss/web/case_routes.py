@@ -34,6 +34,7 @@ async def about(request: Request) -> Response:
     """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait."""
     from percuss.explore import QUANTITIES, REASONS
     from percuss.steady import Reason
+    from percuss.steady.si import CARDS
 
     settings = request.app.state.settings
     quantities = [
@@ -60,10 +61,26 @@ async def about(request: Request) -> Response:
             "quantities": quantities,
             "palette": palette_dict(),
             "reasons": {reason.value: reason.words for reason in Reason},
+            "cards": [_card(key) for key in CARDS],
             "distributions": ["wall", "field", "gentle"],
             "starts": ["rigid", "still", "ringing"],
         }
     )
+
+
+def _card(key: str) -> dict[str, Any]:
+    """A figure of the report: the key of its value in the JSON of an orbit, and the factor from there to its unit."""
+    from percuss.steady.si import REPORTED
+
+    figure, factor, unit = REPORTED[key]
+    whole = figure.unit if unit != "blows/min" else unit
+    return {
+        "key": key,
+        "label": figure.label,
+        "meaning": figure.meaning,
+        "unit": whole,
+        "factor": 1.0 if whole == unit else 1.0 / factor,
+    }
 
 
 def _kind(name: str, dtype: str) -> str:

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.json_values import number, numbers
+from percuss.case.answers.json_values import number, numbers, plain
 from percuss.case.answers.steady_json import reduced_dict, waveform_dict
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
 from percuss.steady import steady_states
+from percuss.steady.figures import FIGURES
+from percuss.steady.si import figures_in_si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -18,6 +20,13 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit, SteadyStates
 
 __all__ = ["quick_dict"]
+
+_DIMENSIONLESS = ("phase", "impact_velocity", "rigid_velocity", "blow_energy")
+_IN_SI = (
+    "impact_velocity_m_s", "rigid_velocity_m_s", "blow_energy_J", "delivered_energy_J", "blow_rate_Hz",
+    "blow_rate_per_min", "percussive_power_kW",
+)  # fmt: skip
+"""Figures that are products of what a root gives; the others need integrals."""
 
 
 def quick_dict(
@@ -142,28 +151,10 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
 
 def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
     return {
-        "phase": number(orbit.phase),
-        "impact_velocity": number(orbit.impact_velocity),
-        "rigid_velocity": number(orbit.rigid_velocity),
-        "blow_energy": number(orbit.blow_energy),
+        **plain({name: FIGURES[name].value(orbit) for name in _DIMENSIONLESS}),
         "fold": bool(orbit.fold),
         **judged,
-        "si": _si(orbit) if orbit.system.is_si else None,
-    }
-
-
-def _si(orbit: Orbit) -> dict[str, Any]:
-    """What is a product of scales; named as in `percuss.steady.SIReport`."""
-    system = orbit.system
-    energy, rate = system.energy_scale * orbit.blow_energy, float(system.frequency or 0.0) / orbit.periods
-    return {
-        "impact_velocity_m_s": number(system.speed_scale * orbit.impact_velocity),
-        "rigid_velocity_m_s": number(system.speed_scale * orbit.rigid_velocity),
-        "blow_energy_J": number(energy),
-        "delivered_energy_J": number(system.energy_scale * orbit.delivered_energy),
-        "blow_rate_Hz": number(rate),
-        "blow_rate_per_min": number(60.0 * rate),
-        "percussive_power_kW": number(1e-3 * energy * rate),
+        "si": plain(figures_in_si(orbit, _IN_SI)) if orbit.system.is_si else None,
     }
 
 

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number, numbers, plain
+from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.stability import Reduced, Stability, Waveform
@@ -50,9 +51,7 @@ def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None)
     """One steady motion: the orbit, its stability, its drag and, for a case in SI, its figures."""
     violation, energy = orbit.violation, orbit.energy
     return {
-        "phase": number(orbit.phase),
-        "impact_velocity": number(orbit.impact_velocity),
-        "rigid_velocity": number(orbit.rigid_velocity),
+        **plain({name: FIGURES[name].value(orbit) for name in ("phase", "impact_velocity", "rigid_velocity")}),
         "modes": int(orbit.modes),
         "error_bound": number(orbit.error_bound),
         "proven": bool(orbit.proven),

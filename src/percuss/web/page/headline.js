@@ -99,16 +99,18 @@ function none() {
 
 const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + "." : "");
 
+const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "percussive_power_kW", "peak_stress_MPa"];
+
+/** What a figure of the report is called, its value in a unit without a prefix, and this unit. */
+function inUnit(key, value) {
+  const { label, unit, factor } = data.about.cards.find((card) => card.key === key);
+  return [label, value === null ? null : value * factor, unit];
+}
+
 function figures({ quick, full }) {
   const si = quick.si;
   const cells = si
-    ? [
-        ["blow energy", si.blow_energy_J, "J"],
-        ["blow rate", si.blow_rate_Hz, "Hz"],
-        ["striking speed", si.impact_velocity_m_s, "m/s"],
-        ["percussive power", si.percussive_power_kW * 1000, "W"],
-        ["peak stress", full?.si ? (full.si.peak_stress_MPa ?? Number.NaN) * 1e6 : null, "Pa"],
-      ]
+    ? FIRST.map((key) => inUnit(key, si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null)))
     : [
         ["blow energy", quick.blow_energy, ""],
         ["striking speed", quick.impact_velocity, ""],

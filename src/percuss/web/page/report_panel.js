@@ -60,25 +60,6 @@ async function save() {
   parts.button.disabled = false;
 }
 
-// [name, key, factor to the base unit, unit, what it is]; the unit "" is a share
-const CARDS = [
-  ["Blow energy", "blow_energy_J", 1, "J", "kinetic energy just before the blow, all modes"],
-  ["Delivered energy", "delivered_energy_J", 1, "J", "energy that the blow takes from the bar"],
-  ["Blow rate", "blow_rate_Hz", 1, "Hz", "blows per second"],
-  ["Blow rate", "blow_rate_per_min", 1, "blows/min", "blows per minute"],
-  ["Striking speed", "impact_velocity_m_s", 1, "m/s", "of the striking end"],
-  ["Percussive power", "percussive_power_kW", 1e3, "W", "blow energy times blow rate; the rebound keeps a part"],
-  ["Input power", "input_power_kW", 1e3, "W", "mean of force times speed at the driven end"],
-  ["Efficiency", "efficiency", 100, "%", "delivered power over input power"],
-  ["Stroke", "stroke_mm", 1e-3, "m", "range of the striking end"],
-  ["Peak compression, hammer", "peak_stress_MPa", 1e6, "Pa", "its size, at first contact"],
-  ["Peak compression, struck rod", "receiving_stress_MPa", 1e6, "Pa", "of the same material, at first contact"],
-  ["Contact time", "contact_time_us", 1e-6, "s", "a wave's way there and back"],
-  ["Mean force", "mean_force_kN", 1e3, "N", "on the wall, over time"],
-  ["Momentum", "momentum_N_s", 1, "N·s", "of the bar at the blow"],
-  ["Drag", "drag_force_kN", 1e3, "N", "of the damping on the whole bar, at the striking speed"],
-];
-
 const marginsOf = (full) => {
   if (!full) return "";
   const ringing = full.margin_ringing === null ? "" : `, ringing margin ${number(full.margin_ringing)}`;
@@ -114,21 +95,23 @@ function paint() {
     data.info && h("p", { class: "small" }, `Contact: ${data.info.laws.contact}. Damping: ${data.info.laws.damping}.`),
   );
   const strikes = quick.impact_velocity > 0;
-  put(parts.cards, strikes && (full?.si ? CARDS.map((row) => card(full.si, row)) : plain(found)));
+  put(parts.cards, strikes && (full?.si ? data.about.cards.map((row) => card(full.si, row)) : plain(found)));
   rest();
 }
 
-function card(si, [name, key, factor, unit, about]) {
+/** A figure as the server describes it; one without a unit is a share. */
+function card(si, { key, label, meaning, unit, factor }) {
   const value = si[key];
   const known = value !== null && value !== undefined;
-  const scale = known && SCALED.has(unit) ? scaleOf(value * factor, unit) : { factor: 1, unit };
-  const text = known ? number(value * factor * scale.factor) : "–";
+  const shown = unit === "" ? { factor: 100, unit: "%" } : { factor, unit };
+  const scale = known && SCALED.has(unit) ? scaleOf(value * factor, unit) : { factor: 1, unit: shown.unit };
+  const text = known ? number(value * shown.factor * scale.factor) : "–";
   return h(
     "div",
     { class: "card", "data-figure": key, "data-value": known ? value : null },
-    h("div", { class: "name" }, name),
+    h("div", { class: "name" }, label[0].toUpperCase() + label.slice(1)),
     h("div", { class: "value" }, text, h("small", {}, scale.unit)),
-    h("div", { class: "small muted" }, about),
+    h("div", { class: "small muted" }, meaning),
   );
 }
 

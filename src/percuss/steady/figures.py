@@ -1,0 +1,168 @@
+"""The figures of an orbit, each once: what it is called, what it means, how it is found, and its scale to SI.
+
+Tables, JSON, maps, reports and the page all read them from here; none has a formula of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from percuss.model import System
+    from percuss.steady.orbit import Orbit
+
+__all__ = ["FIGURES", "Figure"]
+
+_NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of an orbit.
+
+    Parameters
+    ----------
+    label
+        What it is called before its value.
+    meaning
+        The same in a few words more.
+    unit
+        Its unit in SI without a prefix; "" for a share, "rad" for an angle.
+    value
+        Of an orbit, dimensionless; None where there is no such figure, as there is no stress without a blow.
+    scale
+        What makes SI of it, of a system with scales; None for what is the same in SI.
+
+    Examples
+    --------
+    >>> from percuss import Load, System, steady_states
+    >>> orbit = steady_states(System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))).orbits[1]
+    >>> print(f"{FIGURES['efficiency'].label} {FIGURES['efficiency'].value(orbit):.3f}")
+    efficiency 1.000
+    """
+
+    label: str
+    meaning: str
+    unit: str
+    value: Callable[[Orbit], float | None]
+    scale: Callable[[System], float] | None = None
+
+    def in_si(self, orbit: Orbit) -> float | None:
+        """The figure in its unit, of an orbit whose system has scales."""
+        found = self.value(orbit)
+        return found if found is None or self.scale is None else self.scale(orbit.system) * found
+
+
+def _efficiency(orbit: Orbit) -> float | None:
+    """None where nothing is put in and nothing taken (R = 1 without damping), beside the blow's energy."""
+    put_in = orbit.energy.input
+    if put_in <= _NOTHING * orbit.blow_energy or not math.isfinite(put_in):
+        return None
+    return orbit.delivered_energy / put_in
+
+
+def _stress(orbit: Orbit, share: float) -> float | None:
+    """At first contact, with R read as a ratio of impedances: over E (theory §10)."""
+    speed = orbit.impact_velocity
+    return 0.5 * share * speed / orbit.system.s if speed > 0.0 else None
+
+
+def _peak_stress(orbit: Orbit) -> float | None:
+    return _stress(orbit, 1.0 + orbit.system.restitution)
+
+
+def _receiving_stress(orbit: Orbit) -> float | None:
+    return _stress(orbit, 1.0 - orbit.system.restitution)
+
+
+def _stress_scale(system: System) -> float:
+    """ρC of the section that strikes, in Pa per m/s, times a wave's mean speed: E of a uniform bar."""
+    bar = system.bar
+    if bar is None:
+        return system.stress_scale  # which tells of no scales
+    struck = bar.pieces[-1]
+    return struck.impedance / struck.area * system.speed_scale * system.s
+
+
+def _mean_force(orbit: Orbit) -> float:
+    return (1.0 + orbit.system.restitution) * orbit.rigid_velocity / orbit.period
+
+
+def _frequency(system: System) -> float:
+    return system.angular_frequency if system.frequency is None else system.frequency  # the former tells of no scales
+
+
+def _speed(system: System) -> float:
+    return system.speed_scale
+
+
+def _force(system: System) -> float:
+    return system.force_scale
+
+
+def _energy(system: System) -> float:
+    return system.energy_scale
+
+
+def _power(system: System) -> float:
+    return system.power_scale
+
+
+FIGURES = {
+    "phase": Figure("impact phase", "phase of the load at the impact", "rad", lambda orbit: orbit.phase),
+    "impact_velocity": Figure(
+        "striking speed", "speed of the striking end just before the blow", "m/s", lambda o: o.impact_velocity, _speed
+    ),
+    "rigid_velocity": Figure(
+        "rigid speed", "striking speed of the rigid motion", "m/s", lambda o: o.rigid_velocity, _speed
+    ),
+    "blow_energy": Figure(
+        "blow energy", "kinetic energy just before the blow, all modes", "J", lambda o: o.blow_energy, _energy
+    ),
+    "delivered": Figure(
+        "delivered energy", "energy that the blow takes from the bar", "J", lambda o: o.delivered_energy, _energy
+    ),
+    "blow_rate": Figure(
+        "blow rate", "blows in a load period, or in a second", "Hz", lambda o: 1.0 / o.periods, _frequency
+    ),
+    "power": Figure(
+        "percussive power", "blow energy times blow rate; the rebound keeps a part", "W",
+        lambda o: o.blow_energy / o.period, _power,
+    ),
+    "input_power": Figure(
+        "input power", "mean of force times speed where the load acts", "W", lambda o: o.energy.input / o.period, _power
+    ),
+    "efficiency": Figure("efficiency", "delivered power over input power", "", _efficiency),
+    "stroke": Figure(
+        "stroke", "range of the striking end's position", "m", lambda o: o.stroke, lambda s: s.length_scale
+    ),
+    "stress": Figure(
+        "peak stress", "compression in the hammer at first contact", "Pa", _peak_stress, _stress_scale
+    ),
+    "receiving_stress": Figure(
+        "peak stress, struck rod", "compression in a rod of the same material", "Pa", _receiving_stress, _stress_scale
+    ),
+    "contact_time": Figure(
+        "contact time", "a wave's way through the bar and back", "s",
+        lambda o: 2.0 * o.system.body.transit_time, lambda s: s.time_scale,
+    ),
+    "mean_force": Figure("mean contact force", "on the wall, over time", "N", _mean_force, _force),
+    "momentum": Figure(
+        "momentum", "of the rigid motion at the blow", "N·s", lambda o: o.rigid_velocity,
+        lambda s: s.force_scale * s.time_scale,
+    ),
+    "drag": Figure(
+        "drag coefficient", "force of the damping on the whole bar, over its speed", "N·s/m", lambda o: o.system.d,
+        lambda s: s.force_scale / s.speed_scale,
+    ),
+    "drag_force": Figure(
+        "drag at the striking speed", "of the damping on the whole bar", "N", lambda o: o.system.d * o.rigid_velocity,
+        _force,
+    ),
+}  # fmt: skip
+"""Every figure by the name that maps and programs have for it."""
