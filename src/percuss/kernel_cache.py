@@ -16,7 +16,7 @@ from percuss.errors import PercussError
 
 __all__ = ["ensure_cache"]
 
-_KERNELS = ("simulate", "stability", "explore")
+_KERNELS = ("simulate/kernels", "stability", "explore")
 """Rooms with compiled functions."""
 
 

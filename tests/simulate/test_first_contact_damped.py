@@ -192,4 +192,4 @@ def test_the_free_motion_of_a_damped_mode(spread):
             for i in (0, 1, 3):
                 assert found[i] == pytest.approx(float(exact[i]), rel=4e-14, abs=0.0)
             assert found[2] == pytest.approx(float(exact[2]), rel=1e-13, abs=4e-16)
-            assert moving(float(d), square, 2.0, tau) == (found[3], found[1], found[2])
+            assert moving(float(d), square, 2.0, tau) == pytest.approx((found[3], found[1], found[2]), rel=1e-13)

@@ -13,14 +13,43 @@ be called from Python: that would end the process. A test compiles it once more 
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from numba import njit
 
 __all__ = ["copied", "entry", "inlined", "inner", "sources_digest", "summed"]
+
+
+def _spare_blas() -> None:
+    """Have numba's array functions loaded without scipy's BLAS, which takes longer than all else that is loaded here.
+
+    They look whether it is there when they are loaded; what uses it looks again. Without numba's inner names, as they
+    are now, it is loaded as ever.
+    """
+    if "numba.np.arraymath" in sys.modules:
+        return
+
+    def absent() -> None:
+        raise ImportError
+
+    with suppress(ImportError, AttributeError):
+        linalg = import_module("numba.np.linalg")
+        looks, linalg.ensure_blas = linalg.ensure_blas, absent
+        try:
+            arraymath = import_module("numba.np.arraymath")
+        finally:
+            linalg.ensure_blas = looks
+        arraymath.ensure_blas, arraymath._HAVE_BLAS = looks, find_spec("scipy") is not None
+
+
+_spare_blas()
 
 _compile: Callable[..., Any] = njit  # with options that its types do not know
 _COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}

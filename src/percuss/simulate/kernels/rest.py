@@ -64,7 +64,8 @@ def held(table, motion):
     """Whether the load holds a bar on the wall that has just struck it, by a law that turns the strain over.
 
     That law is the sum of one contact, of the time 2/s in which a wave runs to and fro. A rebound whose mean the load
-    turns round within that time is none: the contact has not ended before the next one begins.
+    turns round within that time is none: the contact has not ended before the next one begins. Bounces that are longer
+    go on: where R is great, they may be fed by the law itself, as the mean of the bar steps back under the load.
     """
     bar, now = table.bar, motion.now
     if bar.strain == 1.0 or not 0.0 < bar.restitution < 1.0:
