@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss import Bar, Kept, Load, System
-from percuss.model import Ratio
 from percuss.errors import ParameterError, PercussError
+from percuss.model import Ratio
 from strategies import coefficients, dampings, kappas, restitutions, wave_speeds
 
 BAR = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
@@ -348,7 +348,7 @@ def test_a_damping_ratio_is_that_of_every_elastic_mode(length: float, ratio: flo
 
 
 def test_a_damping_ratio_is_at_most_1() -> None:
-    with pytest.raises(ParameterError, match="damping_ratio.*critical damping, 0 to 1"):
+    with pytest.raises(ParameterError, match=r"damping_ratio.*critical damping, 0 to 1"):
         Bar(length=0.3, diameter=0.03, damping_ratio=1.1)
 
 
