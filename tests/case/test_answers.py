@@ -35,7 +35,7 @@ amplitude = 1.0
 
 
 def as_in_b77(name: str, ratio: float) -> Case:
-    """A machine whose damping is a drag, this share of what is critical in the first mode, and which keeps its strain."""
+    """A machine whose strain is kept and whose damping is a drag: this share of what is critical in the first mode."""
     case = load_case(name)
     bar = case.system().bar
     assert isinstance(bar, Bar)
