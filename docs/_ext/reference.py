@@ -21,7 +21,7 @@ from unittest import mock
 from pydantic.fields import FieldInfo
 from sphinx.pycode import ModuleAnalyzer
 
-from percuss.case.file_format import damping_table, load_tables, schema, values
+from percuss.case.file_format import damping_table, load_tables, schema, section_tables, values
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.parser import Parser
@@ -114,6 +114,7 @@ _VALUES: list[tuple[Any, str]] = [
     (values.DampingValue, "number, text with a unit, or list of numbers"),
     (damping_table.BarDamping, "table"),
     (damping_table.SystemDamping, "table"),
+    (section_tables.SectionTables, "list of tables"),
     (values.Force, "force"),
     (values.ForceOrPressure, "force or pressure"),
     (values.ForceUnit, "unit of force or pressure"),

@@ -32,7 +32,7 @@ from percuss import (
 )
 from percuss import case as room_of_cases
 from percuss.errors import ParameterError, PercussError
-from percuss.model import External, KelvinVoigt, Ratio, Reversed, Table, UniformBar
+from percuss.model import External, KelvinVoigt, Ratio, Reversed, Section, SectionedBar, SteppedBar, Table, UniformBar
 from percuss.recordings import read_recording
 
 ROOMS = ("recordings", "model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
@@ -174,6 +174,7 @@ NO_KEYS = {"dict"}
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 SI_LOAD = Load.harmonic(900.0, 1000.0, frequency=50.0)
+SECTIONED = SectionedBar([Section(0.1, 1e-3), Section(0.2, 2e-3)])
 SI_SYSTEM = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Kept(0.5))
 SHORT = Stop(impacts=3)
 PLAIN = """
@@ -256,6 +257,20 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Bar.body": (bar.body, {"angular_frequency": 2.0}, {}),
         "model.UniformBar": (UniformBar, {"s": 1.0, "damping": External(0.1)}, {}),
         "model.UniformBar.place": (UniformBar(1.0).place, {"number": 0}, {}),
+        "model.SteppedBar": (
+            SteppedBar, {"s": 1.0, "impedances": (1.0, 2.0), "transit_times": (1.0, 1.0), "damping": External(0.1)}
+            | {"lengths": (1.0, 2.0)},
+            {"lengths": OPTIONAL},
+        ),
+        "model.SteppedBar.place": (SteppedBar(1.0, (1.0, 2.0), (1.0, 1.0)).place, {"number": 1}, {}),
+        "model.Section": (
+            Section, {"length": 0.1, "area": 1e-3, "diameter": None, "bore": 0.01}
+            | {"youngs_modulus": 1.0, "density": 1.0},
+            {"diameter": OPTIONAL},
+        ),
+        "model.SectionedBar": (SectionedBar, {"sections": [Section(0.1, 1e-3)], "damping": External(0.1)}, {}),
+        "model.SectionedBar.body": (SECTIONED.body, {"angular_frequency": 2.0}, {}),
+        "model.SectionedBar.natural_frequencies": (SECTIONED.natural_frequencies, {"modes": 2}, {}),
         "model.External": (External, {"d": 0.1}, {}),
         "model.Ratio": (Ratio, {"ratio": 0.1}, {}),
         "model.KelvinVoigt": (KelvinVoigt, {"eta": 0.1}, {}),

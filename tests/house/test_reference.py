@@ -69,6 +69,7 @@ def test_every_argument_of_a_command_is_in_the_reference(command):
 
 TABLES = {
     "BarTable": ("si", "bar"),
+    "SectionTable": ("si", "bar.sections"),
     "DampingTable": ("si", "bar.damping"),
     "ContactTable": ("si", "contact"),
     "HarmonicForce": ("si", "load"),
@@ -136,7 +137,9 @@ LOADS = {
     "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
     "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
 }
+SECTION = {"length": '"120 mm"', "diameter": '"52 mm"'}
 BESIDE = {
+    ("SectionTable", "area"): {"diameter": None},
     ("BarTable", "area"): {"diameter": None},
     ("ContactTable", "receiving_area"): {"restitution": None},
     ("HarmonicForce", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
@@ -166,11 +169,16 @@ def case_with(table: str, key: str, value: str | None) -> Case:
     tables = {part: dict(keys) for part, keys in CASES[form].items()}
     if table in LOADS:
         tables["load"] = dict(LOADS[table])
+    if table == "SectionTable":
+        tables |= {"bar": {}, name: dict(SECTION)}
     keys = tables.setdefault(name, {})
     keys |= {**BESIDE.get((table, key), {}), key: value}
     lines = []
     for part, content in tables.items():
-        lines += [f"[{part}]", *(f"{k} = {v}" for k, v in content.items() if v is not None)]
+        lines += [
+            f"[[{part}]]" if part == "bar.sections" else f"[{part}]",
+            *(f"{k} = {v}" for k, v in content.items() if v is not None),
+        ]
     return Case.from_text("\n".join(lines))
 
 

@@ -1,8 +1,8 @@
 """An oracle for the first contact of an elastic bar in flight: ball arithmetic, interval root isolation, no scan.
 
 Between impacts the modes n = 0..N obey ``u_n'' + d u_n' + (n pi s)^2 u_n = p(t)`` and the gap function is
-``y = u_0 + 2 sum (-1)^n u_n``. In closed form y is a polynomial plus a sum of exponentials, on each stretch over
-which the load is one formula:
+``y = u_0 + 2 sum (-1)^n u_n``; or each elastic mode has a frequency, a damping and a weight of its own. In closed form
+y is a polynomial plus a sum of exponentials, on each stretch over which the load is one formula:
 
     y(t) = P(t) + Re sum_j c_j exp(lambda_j t),    Re lambda_j <= 0,   t counted from the start of the stretch.
 
@@ -28,7 +28,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import flint
 import numpy as np
@@ -58,7 +58,8 @@ class Flight:
     """A flight: the bar, the load and the state of the modes at its start, all floats taken as exact numbers.
 
     The load is ``Re sum_k coefficients[k] exp(ikt)``, or, with no coefficients, ``values[j]`` from ``breaks[j]`` to the
-    next break, periodically; ``time`` is the load's time t at the start of the flight.
+    next break, periodically; ``time`` is the load's time t at the start of the flight. ``modes`` are rows (omega_n,
+    d_n, gamma_n) of elastic modes unlike those of a uniform bar; d is the rigid motion's then.
     """
 
     s: float
@@ -69,6 +70,7 @@ class Flight:
     time: float
     displacement: Floats = field(repr=False)
     velocity: Floats = field(repr=False)
+    modes: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,17 +98,18 @@ class _Stretch:
     ``rest`` bounds what its truncation leaves of y, y', y'' on [0, length].
     """
 
-    def __init__(self, omega2: list[Any], d: Any, constant: Any, length: float, state: tuple[list[Any], list[Any]],
+    def __init__(self, modes: _Modes, constant: Any, length: float, state: tuple[list[Any], list[Any]],
                  forced: tuple[list[Any], list[Any], list[Any], list[Any]], shift: Any) -> None:  # fmt: skip
         u, v = state
         arb, acb = flint.arb, flint.acb
         start, slope, amplitudes, rates = forced
-        self.omega2, self.d, self.length = omega2, d, length
+        omega2, damping, weights = modes
+        d, self.length = damping[0], length
         # mode 0 under the constant part of the load
         x, w = u[0] - start[0], v[0] - slope[0]
         self.rest = (arb(0), arb(0), arb(0))
         mode_terms: list[list[tuple[Any, Any]]] = [[]]
-        self.near: dict[int, tuple[Any, Any, Any]] = {}  # modes near critical damping: A, B and -k^2
+        self.near: dict[int, tuple[Any, Any, Any, Any]] = {}  # modes near critical damping: A, B, -k^2 and d/2
         span = arb(length) + 1
         if d == 0:
             self.poly = [x, w, constant / 2]
@@ -128,13 +131,13 @@ class _Stretch:
             c = (drift - w) / d
             self.poly = [x - c, drift]
             mode_terms[0].append((acb(c), acb(-d)))
-        half, quarter = d / 2, d * d / 4
         for n in range(1, len(u)):
+            half = damping[n] / 2
+            quarter = half * half
             x, w = u[n] - start[n], v[n] - slope[n]
             discriminant = omega2[n] - quarter
             if abs(discriminant) < _CLOSE**2 * quarter:
-                weight = 2 if n % 2 == 0 else -2
-                self.near[n] = (weight * x, weight * (w + half * x), discriminant)
+                self.near[n] = (weights[n] * x, weights[n] * (w + half * x), discriminant, half)
             if discriminant > 0:
                 root = discriminant.sqrt()
                 mode_terms.append([(acb(x, -(w + half * x) / root), acb(-half, root))])
@@ -154,7 +157,7 @@ class _Stretch:
         for n, terms in enumerate(mode_terms):
             for c, lam in terms:
                 self.plain.append(n not in self.near)
-                c_all.append(c if n == 0 else (2 * c if n % 2 == 0 else -2 * c))
+                c_all.append(c * weights[n])
                 lam_all.append(lam)
         self.gap_poly = list(self.poly)
         for a in shift:
@@ -201,8 +204,22 @@ class _Stretch:
         return u, v
 
 
-def _weights(count: int) -> list[int]:
-    return [1] + [2 if n % 2 == 0 else -2 for n in range(1, count)]
+class _Modes(NamedTuple):
+    """Squares of the frequencies, dampings, and weights in the gap, from the rigid motion up, as balls."""
+
+    omega2: list[Any]
+    damping: list[Any]
+    weights: list[Any]
+
+    @classmethod
+    def of(cls, flight: Flight) -> _Modes:
+        arb, count = flint.arb, len(flight.displacement)
+        if flight.modes:
+            omega, damping, weights = ([arb(float(x)) for x in column] for column in zip(*flight.modes, strict=True))
+            return cls([arb(0), *(w * w for w in omega)], [arb(flight.d), *damping], [arb(1), *weights])
+        base = (arb.pi() * arb(flight.s)) ** 2
+        weights = [1] + [2 if n % 2 == 0 else -2 for n in range(1, count)]
+        return cls([base * (n * n) for n in range(count)], [arb(flight.d)] * count, weights)
 
 
 def _stretches(flight: Flight, horizon: float, on_wall: bool) -> Iterator[tuple[Any, float, _Stretch]]:
@@ -211,13 +228,12 @@ def _stretches(flight: Flight, horizon: float, on_wall: bool) -> Iterator[tuple[
     u = [arb(float(x)) for x in flight.displacement]
     v = [arb(float(x)) for x in flight.velocity]
     count = len(u)
-    d = arb(flight.d)
-    base = (arb.pi() * arb(flight.s)) ** 2
-    omega2 = [base * (n * n) for n in range(count)]
+    modes = _Modes.of(flight)
+    omega2, damping, weights = modes
     shift = []
     if on_wall:
         total = arb(0)
-        for x, w in zip(u, _weights(count), strict=True):
+        for x, w in zip(u, weights, strict=True):
             total = total + x * w
         shift = [-total]
     zero = [arb(0)] * count
@@ -225,11 +241,10 @@ def _stretches(flight: Flight, horizon: float, on_wall: bool) -> Iterator[tuple[
         p = [acb(complex(x)) for x in flight.coefficients]
         constant = p[0].real
         ks = [k for k in range(1, len(p)) if flight.coefficients[k] != 0]
-        if flight.d == 0:
+        if all(d == 0 for d in damping):
             inverse: list[Any] = [1 / (om - k * k) for om in omega2 for k in ks]
         else:
-            damping = [d * k for k in ks]
-            inverse = [1 / acb(om - k * k, b) for om in omega2 for k, b in zip(ks, damping, strict=True)]
+            inverse = [1 / acb(om - k * k, d * k) for om, d in zip(omega2, damping, strict=True) for k in ks]
         start, slope = list(zero), list(zero)
         amplitudes: list[Any] = []
         if ks:
@@ -239,23 +254,23 @@ def _stretches(flight: Flight, horizon: float, on_wall: bool) -> Iterator[tuple[
             first = table * flint.acb_mat(len(ks), 2, pair)
             start = [first[n, 0].real for n in range(count)]
             slope = [first[n, 1].real for n in range(count)]
-            summed = flint.acb_mat(1, count, _weights(count)) * table
+            summed = flint.acb_mat(1, count, weights) * table
             amplitudes = [g * summed[0, i] for i, g in enumerate(phased)]
         # the constant part moves the elastic modes' rest positions, whose sum joins y's polynomial
         for n in range(1, count):
             rest = constant / omega2[n]
             start[n] = start[n] + rest
-            shift.append(rest * (2 if n % 2 == 0 else -2))
+            shift.append(rest * weights[n])
         forced = (start, slope, amplitudes, [acb(0, k) for k in ks])
-        yield arb(0), horizon, _Stretch(omega2, d, constant, horizon, (u, v), forced, shift)
+        yield arb(0), horizon, _Stretch(modes, constant, horizon, (u, v), forced, shift)
         return
     here = arb(0)
     for begin, end, value in _steps(flight, horizon):
         length = float((end - begin).abs_upper()) * (1 + 4 * _U)
         constant = arb(value)
         start = [arb(0)] + [constant / omega2[n] for n in range(1, count)]
-        moved = shift + [start[n] * (2 if n % 2 == 0 else -2) for n in range(1, count)]
-        stretch = _Stretch(omega2, d, constant, length, (u, v), (start, zero, [], []), moved)
+        moved = shift + [start[n] * weights[n] for n in range(1, count)]
+        stretch = _Stretch(modes, constant, length, (u, v), (start, zero, [], []), moved)
         here = begin
         yield here, length, stretch
         u, v = stretch.state(end - begin)
@@ -364,8 +379,7 @@ class _Screen:
         self.e1 = 1.01 * (float((size * rate) @ relative) + 32 * _U * len(poly) * sums[1] + lost1 + blur1) + 1e-290
         self.e0 += float(stretch.rest[0].abs_upper())
         self.e1 += float(stretch.rest[1].abs_upper()) + blur * float(rate.max(initial=0.0))
-        half = 0.5 * float(stretch.d)
-        self.pairs = [_Pair(float(a), float(b), half, float(k2)) for a, b, k2 in stretch.near.values()]
+        self.pairs = [_Pair(float(a), float(b), float(half), float(k2)) for a, b, k2, half in stretch.near.values()]
         for pair, balls in zip(self.pairs, stretch.near.values(), strict=True):
             if float(balls[2].rad()) > 1e-16 * abs(float(balls[2])):
                 raise Undecided("critical damping too blurred for the screen")

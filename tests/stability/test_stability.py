@@ -498,7 +498,7 @@ def followed_from_apart(matrix: LinearMap) -> NDArray[Any]:
     """The rigid motion's two multipliers, followed from where the elastic modes have no say in when the bar strikes."""
     whole = matrix.dense()
     jump = np.stack([matrix.g, matrix.g_velocity], axis=1).reshape(-1) / matrix.speed
-    flight = np.stack([matrix.sign * matrix.a, matrix.sign * matrix.b], axis=1).reshape(-1)
+    flight = np.stack([matrix.gamma * matrix.a, matrix.gamma * matrix.b], axis=1).reshape(-1)
     elastic = np.where(np.arange(flight.size) < 2, 0.0, flight)
     now = np.linalg.eigvals(whole + np.outer(jump, elastic))
     own = np.linalg.eigvals((whole + np.outer(jump, elastic))[:2, :2])

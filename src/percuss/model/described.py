@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -81,8 +81,8 @@ def _described(part: Any) -> dict[str, Any]:
 def _plain(value: Any) -> Any:
     if hasattr(value, "kind"):
         return _described(value)
-    if hasattr(value, "_asdict"):
-        return {name: _plain(own) for name, own in value._asdict().items()}
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     return [_plain(own) for own in value] if isinstance(value, tuple) else value
 
 

@@ -229,7 +229,8 @@ def _remark(stiff: Sequence[Stiffness]) -> tuple[str, ...]:
     return (
         f"Where the elastic bar is unstable and the rigid one is not ({shown}), an elastic mode grows, by at most "
         f"{worst:.6f} per impact. B77's reduced criterion does not see it: it holds the elastic modes to be stable "
-        "whenever there is damping, and says nothing of them without.",
+        "whenever there is damping, and says nothing of them without. The growth is a property of the paper's contact "
+        "law, which keeps the strain at the impact, not of bars: waves turn the strain over, and the modes die out.",
     )
 
 

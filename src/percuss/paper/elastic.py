@@ -2,6 +2,8 @@
 
 B77's reduced criterion holds for s ≫ 1/π. The exact multipliers of the bar's modes show how fast it becomes right, and
 where an elastic mode grows although it says stable: near the resonances of the impacts, where n s m is a whole number.
+That growth is a property of B77's contact law, which keeps the strain at the impact, and not of bars: waves turn the
+strain over (`percuss.model.Reversed`).
 """
 
 from __future__ import annotations
@@ -163,7 +165,7 @@ def _paint_multipliers(figure: Figure, picture: Picture) -> None:
         axes.plot(c["s"], c[name], color=colour, linewidth=0.9, label=f"exact, {name.rpartition('_')[2]} modes")
         grows = c[name] > 1.0
         axes.plot(c["s"][grows], c[name][grows], "o", color=COLOURS[1], markersize=2.5)
-    axes.plot([], [], "o", color=COLOURS[1], markersize=2.5, label="an elastic mode grows")
+    axes.plot([], [], "o", color=COLOURS[1], markersize=2.5, label="an elastic mode grows, as the strain is kept")
     text = f"B77's reduced criterion: largest modulus at most {float(c['reduced'].max()):.3f}, stable at every $s$"
     axes.text(0.02, 0.04, text, transform=axes.transAxes)
     axes.set_ylim(low - 0.2 * (high - low), high + 0.3 * (high - low))

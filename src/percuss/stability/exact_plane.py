@@ -13,17 +13,16 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
-from percuss.model import External, System, UniformBar
+from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, floquet_multipliers
-from percuss.stability.plane import Plane, stability_plane
+from percuss.stability.plane import Plane, phase_curves, stability_plane
 from percuss.steady import Orbit
 from percuss.steady.full_rebound import grows
-from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import flights, phi1
-from percuss.steady.phases import Arcs, Response, forced_response
+from percuss.steady.phases import Response, forced_response
 
 __all__ = ["KINDS", "OUTCOMES", "ExactPlane", "exact_plane"]
 
@@ -173,7 +172,11 @@ class _Job:
         self.pull = {side: np.asarray(load.value(self.phase, side)) for side in load.sides}
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
-        self.bar, self.span = _bar(system.s, system.d, 2.0 * np.pi * periods, modes)
+        self.period = 2.0 * np.pi * periods
+        self.bar = _bar(system.body, system.load.at, self.period, modes)
+        kinds, which = np.unique(self.r, return_inverse=True)
+        factors = [system.contact.with_restitution(float(value)).strain_factor for value in kinds]
+        self.strain_factor = np.array(factors, dtype=float)[which.reshape(-1)]
 
     def work_off(self, workers: int) -> None:
         """All roots on the threads, each portion by itself."""
@@ -206,13 +209,12 @@ class _Job:
         ensure_cache()
         from percuss.stability import exact_kernels as kn  # only here is the compiler needed
 
-        modal = self.response.modal_apart if isinstance(self.response, HarmonicResponse) else self.response.modal
-        f, rate = (np.ascontiguousarray(x.T) for x in modal(self.modes, self.phase[index]))
+        f, rate = (np.ascontiguousarray(x.T) for x in self.response.modal_apart(self.modes, self.phase[index]))
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
         found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
         kn.largest_multipliers(
-            self.r[index], self.mean[index], self.pull[side][index], f, rate, self.bar, self.span, work, state, found,
-            mode,
+            self.r[index], self.strain_factor[index], self.mean[index], self.pull[side][index], f, rate, self.bar,
+            self.period, work, state, found, mode,
         )  # fmt: skip
         values = found[0] + 1j * found[1]
         for i in np.flatnonzero(mode < 0):
@@ -231,7 +233,10 @@ class _Job:
 
     def _fold(self) -> npt.NDArray[np.bool_]:
         """Where two motions meet."""
-        return Arcs.of(forced_response(self.system)).folded(self.phase, self.level)
+        found = np.zeros(self.where.size, dtype=bool)
+        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
+            found[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
+        return found
 
     def _grows(self) -> npt.NDArray[np.bool_]:
         """Where an undamped bar that rebounds fully would gain energy in its elastic modes at every impact."""
@@ -266,20 +271,21 @@ class _Job:
 
 
 @lru_cache(maxsize=8)
-def _bar(s: float, d: float, period: float, modes: int) -> tuple[Array, Array]:
-    """The arrays of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
-    known, step = flights(UniformBar(s, External(d)), 0, period, modes)
-    omega = known.omega
-    decay, n = float(np.exp(-d * period)), np.arange(1, modes + 1)
+def _bar(body: Body, at: int, period: float, modes: int) -> Array:
+    """The rows of `percuss.stability.exact_kernels` that all cells share; the last few are kept."""
+    (found, step), drag = flights(body, at, period, modes), body.damping.rigid
+    damping = np.append(drag, found.damping)
     rows = (
         np.append(1.0, step.a),
-        np.append(period * float(phi1(d * period)), step.b),
+        np.append(period * float(phi1(drag * period)), step.b),
         np.append(0.0, step.c),
-        np.append(decay, step.e),
-        np.append(0.0, omega),
-        np.append(1.0, np.where(n % 2, -2.0, 2.0)),
+        np.append(np.exp(-drag * period), step.e),
+        np.exp(-damping * period),
+        np.exp(-0.5 * damping * period),
+        -np.expm1(-0.5 * damping * period),
+        damping,
+        np.append(0.0, found.omega),
+        np.append(1.0, found.gamma),
         np.append(0.0, step.versine),
     )
-    half = float(np.exp(-0.5 * d * period))
-    # writable, though nobody writes: for read-only arrays numba would compile the kernels a second time
-    return np.stack(rows), np.array([period, d, decay, half, float(-np.expm1(-0.5 * d * period))])
+    return np.stack(rows)  # writable, though nobody writes: for read-only arrays numba would compile the kernels again

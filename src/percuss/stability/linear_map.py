@@ -1,25 +1,33 @@
 """The linearised map from impact to impact, in the form that its structure gives it (theory §5).
 
 With ξ the perturbation of the modal state at fixed times, flight is ξ → Φ(T) ξ, block by block, and the impact is the
-saltation matrix S = D − g hᵀ/(h·ẋ⁻), which carries the change of the flight time: h = c_n on the displacements, ẋ⁻ the
-velocity before the impact, and g_n = (1 + R)(w_n, ω_n² u_n − p(φ)). So M = S Φ is block-diagonal plus rank one.
+saltation matrix S = D − g hᵀ/(h·ẋ⁻), which carries the change of the flight time. D = diag(α, −R) in every mode, the
+rigid one too: its position is set so that the striking end stays at 0, which for a state with y = 0 is α times itself.
+h is γ_n on the displacements, ẋ⁻ the velocity before the impact and g = Dẋ⁻ − ẋ⁺, in mode n
+((α + R) w_n, (α + R) ω_n² u_n − (1 + R) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ
+is block-diagonal plus rank one. Where the strain turns over with the velocity, α = −R, only the load is left in g.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.steady import Orbit
-from percuss.steady.oscillator import phi1, propagator
+from percuss.steady.oscillator import flights, phi1
 
 __all__ = ["LinearMap", "linear_map"]
 
+Numbers = npt.NDArray[Any]  # real where the contact law keeps the strain, else complex
 _CHUNK = 256  # multipliers whose participation is worked out together
-
+_TINY = 1e-150
+_ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
 
 MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields are bounded to
 
@@ -32,76 +40,138 @@ class LinearMap:
     ----------
     a, b, c, e
         Φ_n = [[a, b], [c, e]].
+    decay
+        E_n = exp(−d_n T) = det Φ_n.
     omega
         Undamped frequencies, 0 for the rigid mode.
-    sign
-        c_n: 1, −2, 2, −2, …
+    gamma
+        γ_n: 1, then −2, 2, −2, … for a uniform bar that is driven at its end.
     g, g_velocity
         The two parts of g_n.
     speed
         W, the speed of the striking end before the impact with these modes.
-    restitution, decay
-        R and E = exp(−dT).
+    restitution, strain_factor
+        R and α of the contact law.
     """
 
     a: Array
     b: Array
     c: Array
     e: Array
+    decay: Array
     omega: Array
-    sign: Array
+    gamma: Array
     g: Array
     g_velocity: Array
     speed: float
     restitution: float
-    decay: float
+    strain_factor: float
+
+    @classmethod
+    def at_impact(cls, system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
+        """The map of a motion of the given period, from its state just before the impact.
+
+        Parameters
+        ----------
+        system, period
+            What moves, and T.
+        force
+            p(φ), the load at the impact.
+        displacement, velocity
+            u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
+        """
+        r, alpha, d = system.restitution, system.contact.strain_factor, system.d
+        modes, step = flights(system.body, system.load.at, period, displacement.size)
+        omega = np.append(0.0, modes.omega)
+        gamma = np.append(1.0, modes.gamma)
+        decay = np.exp(-np.append(d, modes.damping) * period)
+        pull = (1.0 + r) * force - (alpha + r) * omega**2 * np.append(0.0, displacement)
+        return cls(
+            a=np.append(1.0, step.a),
+            b=np.append(period * float(phi1(d * period)), step.b),
+            c=np.append(0.0, step.c),
+            e=np.append(decay[0], step.e),
+            decay=decay,
+            omega=omega,
+            gamma=gamma,
+            g=(alpha + r) * velocity,
+            g_velocity=-pull,
+            speed=float(gamma @ velocity),
+            restitution=r,
+            strain_factor=alpha,
+        )
 
     def dense(self) -> Array:
         """M as a full matrix of shape (2N + 2, 2N + 2); states ordered u_0, u_0', u_1, u_1', …"""
-        size = self.a.size
+        size, r, alpha = self.a.size, self.restitution, self.strain_factor
         matrix = np.zeros((2 * size, 2 * size))
         even, odd = np.arange(0, 2 * size, 2), np.arange(1, 2 * size, 2)
-        matrix[even, even], matrix[even, odd] = self.a, self.b
-        matrix[odd, even], matrix[odd, odd] = -self.restitution * self.c, -self.restitution * self.e
+        matrix[even, even], matrix[even, odd] = alpha * self.a, alpha * self.b
+        matrix[odd, even], matrix[odd, odd] = -r * self.c, -r * self.e
         jump = np.stack([self.g, self.g_velocity], axis=1).reshape(-1) / self.speed
-        flight = np.stack([self.sign * self.a, self.sign * self.b], axis=1).reshape(-1)
+        flight = np.stack([self.gamma * self.a, self.gamma * self.b], axis=1).reshape(-1)
         return np.asarray(matrix - np.outer(jump, flight))
 
     @property
     def trace(self) -> float:
         """Sum of the multipliers."""
-        blocks = self.a - self.restitution * self.e
-        return float(blocks.sum() - (self.sign * (self.a * self.g + self.b * self.g_velocity)).sum() / self.speed)
+        blocks = self.strain_factor * self.a - self.restitution * self.e
+        return float(blocks.sum() - (self.gamma * (self.a * self.g + self.b * self.g_velocity)).sum() / self.speed)
 
     @property
     def trace_of_square(self) -> float:
         """Sum of the squares of the multipliers: tr B² − 2 fᵀBg/W + (fᵀg/W)² with M = B − g fᵀ/W."""
-        r = self.restitution
-        blocks = self.a**2 - 2.0 * r * self.b * self.c + (r * self.e) ** 2
-        carried = self.a * self.g + self.b * self.g_velocity  # the upper half of Bg, and fᵀg mode by mode
+        r, alpha = self.restitution, self.strain_factor
+        blocks = (alpha * self.a) ** 2 - 2.0 * alpha * r * self.b * self.c + (r * self.e) ** 2
+        carried = self.a * self.g + self.b * self.g_velocity  # fᵀg mode by mode, and the upper half of Bg over α
         turned = -r * (self.c * self.g + self.e * self.g_velocity)  # the lower half of Bg
-        mixed = float((self.sign * (self.a * carried + self.b * turned)).sum()) / self.speed
-        return float(blocks.sum()) - 2.0 * mixed + (float((self.sign * carried).sum()) / self.speed) ** 2
+        mixed = float((self.gamma * (self.a * alpha * carried + self.b * turned)).sum()) / self.speed
+        return float(blocks.sum()) - 2.0 * mixed + (float((self.gamma * carried).sum()) / self.speed) ** 2
 
-    def partial_fractions(self) -> tuple[Array, Array]:
-        """Poles ξ_j and residues r_j with det(M − μ)/det(DΦ − μ) = 1 + Σ r_j/(μ − ξ_j).
+    # -- the secular function --
 
-        The poles are the eigenvalues of the blocks DΦ_n, all real: their product is −R E. Shapes (2N + 2,); for R = 0,
-        where one pole of every block is 0 with residue 0, these are kept as they are.
+    def partial_fractions(self) -> tuple[Numbers, Numbers]:
+        """Poles ξ_j and residues r_j of 1 + Σ r_j/(μ − ξ_j), whose zeros are the multipliers; shapes (2N + 2,).
+
+        The function is det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ + R E_n g_n]/Q_n(μ) with
+        Q_n = det(D Φ_n − μ) = μ² − (α a_n − R e_n) μ − α R E_n. Where the law keeps the strain (α = 1) all poles are
+        real. Where it turns it over they are −R times the eigenvalues of Φ_n, complex ones in pairs. Without drag both
+        of the rigid motion are −R then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no zero moves.
+        A pole of a pair that meets (R = 0) is kept with the residue 0.
         """
-        r, decay = self.restitution, self.decay
-        trace = self.a - r * self.e
-        root = np.sqrt(trace**2 + 4.0 * r * decay)
+        r, alpha = self.restitution, self.strain_factor
+        large, small = self._poles()
+        apart = np.abs(large - small) > _TINY
+        gap = np.where(apart, large - small, 1.0)
+        slope = self.gamma * (self.a * self.g + self.b * self.g_velocity) / self.speed
+        constant = self.gamma * (r * self.decay) * self.g / self.speed
+        first = np.where(apart, (slope * large + constant) / gap, slope)
+        second = np.where(apart, -(slope * small + constant) / gap, 0.0)
+        if alpha <= 0.0:  # else the two poles of the rigid motion, α and −R E, are far apart
+            drag = small[0]
+            others = np.sum(first[1:] / (_ASIDE - large[1:])) + np.sum(second[1:] / (_ASIDE - small[1:]))
+            first *= (large - alpha) / (large - _ASIDE)
+            second *= (small - alpha) / (small - _ASIDE)
+            aside = (slope[0] * _ASIDE + constant[0]) / (_ASIDE - drag)
+            large[0], first[0] = _ASIDE, (_ASIDE - alpha) * (1.0 + others) + aside
+            second[0] = (slope[0] * drag + constant[0]) / (drag - _ASIDE)
+        return np.stack([large, small]).reshape(-1), np.stack([first, second]).reshape(-1)
+
+    def _poles(self) -> tuple[Numbers, Numbers]:
+        """The eigenvalues of the blocks DΦ_n: the larger and the smaller of each; of the rigid motion α and −R E."""
+        r, alpha = self.restitution, self.strain_factor
+        trace, product = alpha * self.a - r * self.e, -alpha * r * self.decay
+        # trace² − 4 product, written so that nothing cancels where α < 0
+        square = (alpha * self.a + r * self.e) ** 2 - 4.0 * alpha * r * self.b * self.c
+        root = np.sqrt(square) if alpha > 0.0 else np.sqrt(square.astype(complex))
         large = 0.5 * (trace + np.where(trace < 0.0, -root, root))
-        small = np.where(large != 0.0, -r * decay / np.where(large != 0.0, large, 1.0), 0.0)
-        gap = np.where(large != small, large - small, 1.0)
+        alive = np.abs(large) > _TINY  # of a mode damped to nothing within a flight both are 0
+        small = np.where(alive, product / np.where(alive, large, 1.0), 0.0)
+        if alpha <= 0.0:
+            large[0], small[0] = alpha, -r * self.decay[0]
+        return large, small
 
-        def numerator(mu: Array) -> Array:
-            return self.sign * ((r * decay + self.a * mu) * self.g + self.b * mu * self.g_velocity) / self.speed
-
-        # 1 − (1/W) Σ c_n e₁ᵀΦ(DΦ − μ)⁻¹g: the sign turns once with the adjugate
-        residues = np.stack([numerator(large) / gap, -numerator(small) / gap])
-        return np.stack([large, small]).reshape(-1), residues.reshape(-1)
+    # -- eigenvectors --
 
     def participation(self, multipliers: ComplexArray) -> ComplexArray:
         """How much the rigid motion takes part in each multiplier: l_0·r_0 with l·r = 1; shape as `multipliers`.
@@ -118,27 +188,32 @@ class LinearMap:
 
     def _parts(self, mu: ComplexArray) -> ComplexArray:
         """f_nᵀ(B_n − μ)⁻²g_n, relative to the greatest of each row; shape (multipliers, N + 1)."""
-        r = self.restitution
-        first, last = self.a - mu, -r * self.e - mu
-        determinant = first * last + r * self.b * self.c
+        u, v, determinant = self._adjugate(mu, self.g, self.g_velocity)
+        u, v, _ = self._adjugate(mu, u, v)
         # (B − μ)⁻¹ = adj/det, twice; at a pole of one block all else is nothing beside it
-        u, v = last * self.g - self.b * self.g_velocity, r * self.c * self.g + first * self.g_velocity
-        u, v = last * u - self.b * v, r * self.c * u + first * v
         size = np.abs(determinant)
         least = size.min(axis=1, keepdims=True)
         ratio = np.where(size > 0.0, least, 1.0) / np.where(size > 0.0, determinant, 1.0)
-        return np.asarray(self.sign * (self.a * u + self.b * v) * ratio**2)
+        return np.asarray(self.gamma * (self.a * u + self.b * v) * ratio**2)
+
+    def _adjugate(self, mu: ComplexArray | complex, u: Any, v: Any) -> tuple[Any, Any, Any]:
+        """adj(B_n − μ) of the vectors (u_n, v_n), and det(B_n − μ)."""
+        r, alpha = self.restitution, self.strain_factor
+        first, last = alpha * self.a - mu, -r * self.e - mu
+        determinant = first * last + alpha * r * self.b * self.c
+        return last * u - alpha * self.b * v, r * self.c * u + first * v, determinant
 
     def shares(self, multiplier: complex) -> Array:
-        """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1."""
-        r = self.restitution
-        determinant = (self.a - multiplier) * (-r * self.e - multiplier) + r * self.b * self.c
+        """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1.
+
+        The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load hardly drives has hardly a
+        share, and a bar that is turned round has the same shares.
+        """
+        u, v, determinant = self._adjugate(multiplier, self.g, self.g_velocity)
         tiny = 1e-300 + np.finfo(float).tiny
-        u = (-r * self.e - multiplier) * self.g - self.b * self.g_velocity
-        v = r * self.c * self.g + (self.a - multiplier) * self.g_velocity
-        weight = (np.abs(v) ** 2 + np.maximum(self.omega, 1.0) ** 2 * np.abs(u) ** 2) / (
-            np.abs(determinant) ** 2 + tiny
-        )
+        counted = np.append(1.0, 0.5 * np.abs(self.gamma[1:]))
+        weight = counted * (np.abs(v) ** 2 + np.maximum(self.omega, 1.0) ** 2 * np.abs(u) ** 2)
+        weight /= np.abs(determinant) ** 2 + tiny
         return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
 
 
@@ -151,27 +226,10 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     instance("orbit", orbit, Orbit)
     modes = count("modes", modes, least=0, most=MAX_MODES)
     choice("side", side, "left", "right")
-    system, period = orbit.system, orbit.period
-    r, d = system.restitution, system.d
-    state = orbit.modal_state(modes)
-    omega = np.append(0.0, system.body.modes(modes, system.load.at).omega)
-    step = propagator(omega[1:], d, period)
-    decay = float(np.exp(-d * period))
-    a, e = np.append(1.0, step.a), np.append(decay, step.e)
-    b, c = np.append(period * float(phi1(d * period)), step.b), np.append(0.0, step.c)
-    sign = np.append(1.0, 2.0 * np.cos(np.pi * np.arange(1, modes + 1)))
-    velocity = np.append(orbit.rigid_velocity, state.velocity)
-    pull = float(system.load.value(orbit.phase, side)) - omega**2 * np.append(0.0, state.displacement)
-    return LinearMap(
-        a=a,
-        b=b,
-        c=c,
-        e=e,
-        omega=omega,
-        sign=sign,
-        g=(1.0 + r) * velocity,
-        g_velocity=-(1.0 + r) * pull,
-        speed=float(sign @ velocity),
-        restitution=r,
-        decay=decay,
-    )
+    state, system = orbit.modal_state(modes), orbit.system
+    gamma = system.body.modes(modes, system.load.at).gamma
+    # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
+    bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
+    rigid = (system.load.mean * orbit.period + system.d * bent) / (1.0 + system.restitution)
+    force = float(system.load.value(orbit.phase, side))
+    return LinearMap.at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))

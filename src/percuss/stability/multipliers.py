@@ -1,5 +1,9 @@
 """Exact Floquet multipliers of an orbit with N elastic modes (not in B77; theory §5), and which motion each belongs to.
 
+They are exact for the modes and the contact law of the system. What they say of the elastic modes is said by the law:
+where an impact keeps the strain (B77) some of these may grow, where it turns the strain over, as waves in a uniform bar
+do, their multipliers have a modulus of about R e^{−d_n T/2}.
+
 A multiplier belongs to a mode by its participation factor l_n·r_n, the product of the mode's parts of its left and
 right eigenvectors with l·r = 1 (Pérez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101 (1982) 3117–3125). No scale of
 the states enters. Over the modes the factors of one multiplier sum to 1, over the multipliers those of one mode to 2.
@@ -64,7 +68,7 @@ class Multipliers(Shown):
     @property
     def largest(self) -> float:
         """Largest modulus: less than 1 when the orbit is stable."""
-        return float(np.abs(self.values[0]))
+        return float(np.abs(self.values).max())  # of equal ones the first in `values` may be an ulp off
 
     @cached_property
     def rigid(self) -> tuple[int, int]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +14,11 @@ from percuss.errors import ParameterError
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers
+from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
-from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level_at
+from percuss.steady.phase_condition import phase_condition
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
@@ -69,12 +72,13 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     """Phases and B77's reduced criterion of a system for arrays of R and p_0/p_k, its alternating load kept.
 
     v_f does not depend on R or on the mean load, so that its arcs are cut once and every cell only asks where the arcs
-    meet its level. Cells in which the load does not push (load factor ≤ 0) hold no motion.
+    meet its level; for a contact law that changes the strain they are cut once for every R, and σ = 0. Cells in which
+    the load does not push (load factor ≤ 0) hold no motion.
 
     Parameters
     ----------
     system
-        Gives s, d and the alternating part of the load.
+        Gives the body, the contact law and the alternating part of the load.
     restitution, load_factor
         Arrays that broadcast together; R in [0, 1].
     periods
@@ -110,15 +114,14 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
         raise ParameterError("restitution", restitution, "numbers from 0 to 1")
     if system.load.is_constant:
         raise ParameterError("load", str(system.load), "a load with an alternating part")
-    arcs, elastic = Arcs.of(forced_response(system)), HarmonicResponse(system)
     unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
-    branches = arcs.ends.size - 1
-    out = np.full((8, branches, r.size), np.nan)
-    target = np.empty(r.size)
     flat_r, mean = r.reshape(-1), factor.reshape(-1) * unit
-    for i in range(0, r.size, _CHUNK):
-        cells = slice(i, i + _CHUNK)
-        _fill(out[:, :, cells], target[cells], system, m, arcs, elastic, flat_r[cells], mean[cells])
+    curves = list(phase_curves(system, m, flat_r))
+    branches = max((curve.arcs.ends.size - 1 for curve in curves), default=0)
+    out = np.full((8, branches, r.size), np.nan)
+    target = np.asarray(level_at(mean, system.d, flat_r, 2.0 * math.pi * m))
+    for curve in curves:
+        _fill(out, system, m, curve, target, flat_r, mean)
     shape = (branches, *r.shape)
     phase, slope, sigma, *rest = (x.reshape(shape) for x in out)
     a, schur = np.stack(rest[:3]), np.stack(rest[3:])
@@ -127,34 +130,58 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     return Plane(phase, target.reshape(r.shape), slope, sigma, a, schur, stable)
 
 
-def _fill(
-    out: Array,
-    target: Array,
-    system: System,
-    periods: int,
-    arcs: Arcs,
-    elastic: HarmonicResponse,
-    r: Array,
-    mean: Array,
-) -> None:
-    """Fill one chunk: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
+class PhaseCurve(NamedTuple):
+    """The arcs of the curve that meets c less `raised` times the mean load at the impact phases, for some cells."""
+
+    cells: slice | npt.NDArray[np.intp]
+    arcs: Arcs
+    raised: float
+
+
+def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[PhaseCurve]:
+    """The curves for cells of a system with other R and mean loads, shape (n,); v_f for all where the strain is kept.
+
+    Where the contact law changes the strain, each R has a curve (`percuss.steady.phase_condition`). Under steps of the
+    load v_f stands for it, which is right to second order in 1/s.
+    """
+    response = forced_response(system)
+    if system.contact.strain_factor == 1.0 or not response.is_smooth:
+        for i in range(0, restitution.size, _CHUNK):
+            yield PhaseCurve(slice(i, i + _CHUNK), Arcs.of(response), 0.0)
+        return
+    pushed = system.with_load(system.load.with_mean(1.0))
     period = 2.0 * math.pi * periods
-    target[:] = level_at(mean, system.d, r, period)
-    end = elastic.end_shape()
+    values, which = np.unique(restitution, return_inverse=True)
+    for i, value in enumerate(values):
+        condition = phase_condition(pushed.with_restitution(float(value)), periods)
+        raised = float(level_at(1.0, system.d, float(value), period)) - condition.level
+        yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), condition.arcs, raised)
+
+
+def _fill(
+    out: Array, system: System, periods: int, curve: PhaseCurve, target: Array, restitution: Array, force: Array
+) -> None:
+    """Fill some cells: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
+    period, response, arcs = 2.0 * math.pi * periods, forced_response(system), curve.arcs
+    elastic, feeds = response.by_harmonics, system.contact.holds(Result.FEEDBACK)
+    r, mean = restitution[curve.cells], force[curve.cells]
+    level = target[curve.cells] - curve.raised * mean
+    end = elastic.end_shape() if feeds else np.zeros(elastic.k.size, dtype=complex)
     for branch in range(arcs.ends.size - 1):
         low, high = sorted((arcs.velocities[branch], arcs.velocities[branch + 1]))
-        index = np.flatnonzero((target > low) & (target <= high) & (mean > 0.0))
+        index = np.flatnonzero((level > low) & (level <= high) & (mean > 0.0))
         if not index.size:
             continue
         look()
-        phase = arcs.invert(np.full(index.size, branch), target[index])
+        phase = arcs.invert(np.full(index.size, branch), level[index])
         k = elastic.k
         ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
-        if not isinstance(arcs.response, HarmonicResponse):
-            slope = arcs.response.rigid_acceleration(phase)  # exact where the series would ring
+        if not response.is_smooth:
+            slope = response.rigid_acceleration(phase)  # exact where the series would ring
         sigma, slope = ringing / (mean[index] * period), slope / mean[index]
         a_0, a_1, a_2 = quadratic_coefficients(system.d, r[index], period, sigma, slope)
         first, second = schur_quotients(a_0, a_1, a_2)
         rows = (on_circle(phase), slope, sigma, a_0, a_1, a_2, first, second)
+        places = index + curve.cells.start if isinstance(curve.cells, slice) else curve.cells[index]
         for row, values in zip(out[:, branch], rows, strict=True):
-            row[index] = values
+            row[places] = values

@@ -1,4 +1,8 @@
-"""B77's reduced stability criterion (29)–(32): valid for s ≫ 1/π."""
+"""B77's reduced stability criterion (29)–(32): valid for s ≫ 1/π.
+
+For s → ∞ it is the criterion of the rigid bar and holds for every contact law. What it adds for a finite s, the
+feedback σ of the elastic modes, holds for the law that keeps the strain; for others σ = 0.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array, instance
+from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
-from percuss.steady.harmonic import HarmonicResponse
 
 __all__ = ["Reduced", "elastic_feedback", "quadratic_coefficients", "reduced_criterion", "schur_quotients"]
 
@@ -26,7 +30,7 @@ class Reduced(Shown):
     Parameters
     ----------
     sigma
-        σ, the feedback of the elastic modes.
+        σ, the feedback of the elastic modes; 0 for a contact law that it does not hold for.
     a
         a_0, a_1, a_2 of a_2 ξ² + a_1 ξ + a_0 = 0.
     schur
@@ -51,14 +55,19 @@ class Reduced(Shown):
 
 
 def elastic_feedback(orbit: Orbit) -> float:
-    """σ = (2/(p_0 T)) Σ_{n≥1} (−1)ⁿ Σ_k Re[H_nk p_k ik exp(ikφ)], the sum over n in closed form.
+    """σ = (1/(p_0 T)) Σ_k Re[g_k(1) p_k ik exp(ikφ)] with the body's receptance g_k, the sum over all modes.
 
-    That is the forced elastic velocity of the striking end at the impact, in units of p_0 T. A piecewise load enters
-    with the harmonics that it keeps: the sum over all k does not converge without damping.
+    For B77's bar g_k(1) = 2 Σ_{n≥1} (−1)ⁿ H_nk. That is the forced elastic velocity of the striking end at the impact,
+    in units of p_0 T. A piecewise load enters with the harmonics that it keeps: the sum over all k does not converge
+    without damping.
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that changes the strain: the multipliers do not depend on σ then.
     """
-    known = orbit.response
-    response = known if isinstance(known, HarmonicResponse) else HarmonicResponse(orbit.system)
-    return response.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
+    orbit.system.contact.need(Result.FEEDBACK)
+    return orbit.response.by_harmonics.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
 
 
 def quadratic_coefficients(
@@ -89,6 +98,9 @@ def schur_quotients(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
 def reduced_criterion(orbit: Orbit) -> Reduced:
     """B77's criterion for an orbit, with both one-sided values where the load jumps at the impact.
 
+    For a contact law that turns the strain over it is that of the rigid bar, σ = 0; the multipliers of an elastic one
+    differ from it at first order in 1/s there.
+
     References
     ----------
     U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (29)–(32).
@@ -104,7 +116,7 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     system = orbit.system
     v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
-    sigma = elastic_feedback(orbit)
+    sigma = elastic_feedback(orbit) if system.contact.holds(Result.FEEDBACK) else 0.0
     a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.restitution, sigma, slope)
     schur = _quotient(a_0, a_2), _quotient(a_1, a_0 + a_2)
     return Reduced(sigma, (a_0, a_1, a_2), schur, _moduli(a_0, a_1, a_2), other)

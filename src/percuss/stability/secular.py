@@ -1,4 +1,4 @@
-"""All roots of the secular function F(μ) = 1 + Σ r_j/(μ − ξ_j) with real poles and residues, in nearly linear time.
+"""All roots of the secular function F(μ) = 1 + Σ r_j/(μ − ξ_j) in nearly linear time; poles real or complex.
 
 Newton's method for every root at once, each multiplied by the distance from its own pole and deflated by all the others
 (Ehrlich–Aberth); for many poles the sums are taken by a tree of multipole expansions (Barnes and Hut's scheme), so that
@@ -7,7 +7,10 @@ one sweep costs O(n log n) and not O(n²).
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from percuss.halting import look
 from percuss.model.checks import Array, ComplexArray
@@ -24,10 +27,11 @@ _SETTLED = 1e-11  # steps below this that no longer shrink are rounding
 _PATIENCE = 12  # sweeps without a smaller step after which a root is left where it is
 _LOOSE = 1e-7  # and counts as found only if its steps were this small
 
-Index = np.typing.NDArray[np.intp]
+Index = npt.NDArray[np.intp]
+Numbers = npt.NDArray[Any]  # real or complex
 
 
-def secular_roots(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
+def secular_roots(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
     """Roots of 1 + Σ r_j/(μ − ξ_j) = 0, as many as there are poles, and whether all of them converged.
 
     A pole whose residue vanishes is itself a root; equal poles are taken together. Each root is right to rounding when
@@ -36,7 +40,7 @@ def secular_roots(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
     Parameters
     ----------
     poles, residues
-        Real, equal shapes (n,).
+        Real or complex, equal shapes (n,).
 
     Returns
     -------
@@ -45,24 +49,39 @@ def secular_roots(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
     """
     if not poles.size:
         return np.empty(0, dtype=complex), True
-    order = np.argsort(poles)
-    poles, residues = poles[order], residues[order]
     scale = max(1.0, float(np.abs(poles).max()))
-    starts = np.flatnonzero(np.append(True, np.diff(poles) > 4.0 * _EPS * scale))
+    order, starts = _groups(poles, 4.0 * _EPS * scale)
+    poles, residues = poles[order], residues[order]
     merged = np.add.reduceat(residues, starts)
     lone = poles[starts]
     repeated = np.delete(poles, starts)
     live = np.abs(merged) > _EPS * _EPS * scale
     settled = np.concatenate([repeated, lone[~live]]).astype(complex)
-    roots, converged = _iterate(lone[live], merged[live])
+    lone, merged = lone[live], merged[live]
+    if np.iscomplexobj(lone) and np.all(np.diff(lone.real) > 0.0) and not lone.imag.any():
+        lone, merged = lone.real, merged.real
+    roots, converged = _iterate(lone, merged)
     return np.concatenate([settled, roots]), converged
 
 
-def _iterate(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
+def _groups(poles: Numbers, width: float) -> tuple[Index, Index]:
+    """An order in which equal poles follow each other, and where each of them begins; real parts increase."""
+    order = np.argsort(poles.real)
+    column = np.cumsum(np.append(0, np.diff(poles.real[order]) > width))
+    if np.iscomplexobj(poles):
+        order = order[np.lexsort((poles.imag[order], column))]
+        fresh = (np.diff(column) > 0) | (np.diff(poles.imag[order]) > width)
+    else:
+        fresh = np.diff(column) > 0
+    return order, np.flatnonzero(np.append(True, fresh))
+
+
+def _iterate(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
     n = poles.size
     if n == 0:
         return np.empty(0, dtype=complex), True
-    z = _first_guess(poles, residues)
+    flat = not np.iscomplexobj(poles)
+    z = _first_guess(poles.real, residues.real) if flat else _guess_in_the_plane(poles, residues)
     active = np.arange(n)
     best, stalled = np.full(n, np.inf), np.zeros(n, dtype=int)
     weights = np.stack([residues, np.ones(n)], axis=1)
@@ -70,14 +89,14 @@ def _iterate(poles: Array, residues: Array) -> tuple[ComplexArray, bool]:
         look()
         here = z[active]
         own, strength = poles[active], residues[active]
-        sums, slopes = cauchy_sums(here, poles.astype(complex), weights)
+        sums, slopes = cauchy_sums(here, poles.astype(complex), weights, flat=flat)
         away = here - own
         by_real = z[np.argsort(z.real)]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             others = sums[:, 0] - strength / away
             bend = slopes[:, 0] + strength / away**2  # derivative of the sum over the other poles
             newton = (away * (1.0 + others) + strength) / (1.0 + others + away * bend)
-            crowd, _ = cauchy_sums(here, by_real, np.ones((n, 1)))
+            crowd, _ = cauchy_sums(here, by_real, np.ones((n, 1)), flat=flat)
             pull = sums[:, 1] - 1.0 / away - crowd[:, 0]
             step = newton / (1.0 + newton * pull)
         step = np.where(np.isfinite(step), step, 1e-3 * (np.abs(away) + np.abs(strength)) * (0.6 + 0.8j))
@@ -107,7 +126,14 @@ def _first_guess(poles: Array, residues: Array) -> ComplexArray:
     return np.asarray(poles + lone + 0.3j * tilt * np.minimum(np.abs(lone) + 1e-16, room))
 
 
-def cauchy_sums(z: ComplexArray, sources: ComplexArray, weights: Array) -> tuple[ComplexArray, ComplexArray]:
+def _guess_in_the_plane(poles: ComplexArray, residues: ComplexArray) -> ComplexArray:
+    """Beside each pole, where it would stand alone; turned a little, so that two of a pair can part along the axis."""
+    return np.asarray(poles - residues * (1.0 + 0.1j))
+
+
+def cauchy_sums(
+    z: ComplexArray, sources: ComplexArray, weights: Numbers, *, flat: bool = True
+) -> tuple[ComplexArray, ComplexArray]:
     """Σ_j w_j/(z − s_j) and its derivative −Σ_j w_j/(z − s_j)² at every z; a source at z itself does not count.
 
     Direct for few sources, else by a tree; both right to rounding relative to the sum of the moduli.
@@ -120,6 +146,8 @@ def cauchy_sums(z: ComplexArray, sources: ComplexArray, weights: Array) -> tuple
         Shape (n,), real parts increasing.
     weights
         Shape (n, w).
+    flat
+        Whether the sources lie along the real axis: a tree over the plane is parted along both axes.
 
     Returns
     -------
@@ -129,13 +157,15 @@ def cauchy_sums(z: ComplexArray, sources: ComplexArray, weights: Array) -> tuple
     total = np.zeros((z.size, weights.shape[1]), dtype=complex)
     slope = np.zeros_like(total)
     with np.errstate(divide="ignore", invalid="ignore"):
-        visit = _add_direct if sources.size <= _DIRECT else _visit
-        visit(z, np.arange(z.size), sources, weights, total, slope)
+        if sources.size <= _DIRECT:
+            _add_direct(z, np.arange(z.size), sources, weights, total, slope)
+        else:
+            _visit(z, np.arange(z.size), sources, weights, total, slope, flat)
     return total, slope
 
 
 def _add_direct(
-    z: ComplexArray, where: Index, sources: ComplexArray, weights: Array, total: ComplexArray, slope: ComplexArray
+    z: ComplexArray, where: Index, sources: ComplexArray, weights: Numbers, total: ComplexArray, slope: ComplexArray
 ) -> None:
     off = z[where, None] - sources[None, :]
     inverse = np.where(off == 0.0, 0.0, 1.0 / off)
@@ -144,9 +174,19 @@ def _add_direct(
 
 
 def _visit(
-    z: ComplexArray, where: Index, sources: ComplexArray, weights: Array, total: ComplexArray, slope: ComplexArray
+    z: ComplexArray,
+    where: Index,
+    sources: ComplexArray,
+    weights: Numbers,
+    total: ComplexArray,
+    slope: ComplexArray,
+    flat: bool,
 ) -> None:
     """Add one node of the tree to the targets `where`: by its expansion if they are far, else through its halves."""
+    if not flat:  # the longer side of the node is parted
+        sides = np.ptp(sources.real), np.ptp(sources.imag)
+        along = np.argsort(sources.imag if sides[1] > sides[0] else sources.real, kind="stable")
+        sources, weights = sources[along], weights[along]
     centre = 0.5 * (sources[0] + sources[-1])
     radius = float(np.abs(sources - centre).max())
     off = z[where] - centre
@@ -170,5 +210,5 @@ def _visit(
         _add_direct(z, where, sources, weights, total, slope)
         return
     half = sources.size // 2
-    _visit(z, where, sources[:half], weights[:half], total, slope)
-    _visit(z, where, sources[half:], weights[half:], total, slope)
+    _visit(z, where, sources[:half], weights[:half], total, slope, flat)
+    _visit(z, where, sources[half:], weights[half:], total, slope, flat)

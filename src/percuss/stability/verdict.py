@@ -68,6 +68,9 @@ class Stability(Shown):
 def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
+    The multipliers are exact for the contact law of the system. Under the law that keeps the strain (B77) an elastic
+    mode may grow where the rigid motion is stable; that is a property of the law, not of bars, as the reason says then.
+
     Parameters
     ----------
     orbit
@@ -142,8 +145,9 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Red
         return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per impact"
     if kind is Reason.NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
-    if kind is Reason.ELASTIC:
-        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact"
+    if kind is Reason.ELASTIC:  # what B77's criterion cannot see
+        note = orbit.system.contact.elastic_growth
+        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
     if kind is Reason.SPIRAL:
         turn = abs(float(np.angle(first)))
         grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from percuss.model.checks import instance
+from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
 
@@ -62,8 +63,14 @@ class Waveform(Shown):
 
 
 def waveform_criterion(orbit: Orbit) -> Waveform:
-    """The criterion −[(1 − R)/(1 + R)]² < p(φ)/p_0 < 1 for an orbit."""
-    instance("orbit", orbit, Orbit)
+    """The criterion −[(1 − R)/(1 + R)]² < p(φ)/p_0 < 1 for an orbit.
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that it does not hold for.
+    """
+    instance("orbit", orbit, Orbit).system.contact.need(Result.WAVEFORM)
     load, r = orbit.system.load, orbit.system.restitution
     lower, upper = -(((1.0 - r) / (1.0 + r)) ** 2), 1.0
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]

@@ -85,6 +85,8 @@ class Balanced(Protocol):
     @property
     def requested_modes(self) -> int | None: ...
     @property
+    def cut(self) -> bool: ...
+    @property
     def modes(self) -> int: ...
     @property
     def state(self) -> ModalState: ...
@@ -129,7 +131,8 @@ def _elastic_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
     free = 0.5 * (state.z_velocity**2 - end_velocity**2 + square * (state.z**2 - end**2))
     cross = 2.0 * modes.damping * ((gain * work) @ (1j * k * turned)).real
     damped = float(weight @ np.where(modes.damping > 0.0, free + cross, 0.0))
-    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * waves.driven).real))
+    driven = weight @ gain if motion.cut else waves.driven
+    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * driven).real))
     return put_in + forced, damped + forced if np.any(modes.damping) else 0.0
 
 

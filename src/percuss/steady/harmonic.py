@@ -122,12 +122,12 @@ class HarmonicResponse:
         """g_k(1) of all modes, or of the first ones; shape (K,). Not to be written into."""
         if modes is None:
             return _end_shape(self.system.body, self.system.load.at, self.k.tobytes())
-        return self.shapes(np.array([1.0]), modes)[0][:, 0]
+        return self.system.body.modes(modes, self.system.load.at).gamma @ self.gains(modes)
 
-    def driven_shape(self, modes: int | None = None) -> ComplexArray:
-        """The motion of the place where the load acts, per harmonic, of all modes or of the first ones; shape (K,)."""
+    def driven_shape(self) -> ComplexArray:
+        """The motion of the place where the load acts, per harmonic, of all modes; shape (K,)."""
         body, at = self.system.body, self.system.load.at
-        return self.shapes(np.array([body.place(at)]), modes)[0][:, 0]
+        return self.shapes(np.array([body.place(at)]))[0][:, 0]
 
     def gains(self, modes: int) -> ComplexArray:
         """1/(ω_n² + ik d_n − k²) of the modes n = 1 … `modes`; shape (modes, K). Not to be written into."""

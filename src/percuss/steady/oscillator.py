@@ -129,28 +129,42 @@ def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Arra
     tuple of numpy.ndarray
         Two arrays of shape (ni, nt).
     """
-    modes = rows.shape[1]
+    modes, half_d = rows.shape[1], 0.5 * _one_for_all(d)
+    half_d = half_d[:modes] if half_d.ndim else half_d
     omega, z, v = omega[:modes], start[0][:modes], start[1][:modes]
-    half_d = 0.5 * np.broadcast_to(np.asarray(d, dtype=float), start[0].shape)[:modes]
     ringing = omega > half_d * (1.0 + 1e-3)  # the others do not oscillate, or nearly so
-    rate = np.sqrt(omega[ringing] ** 2 - half_d[ringing] ** 2)
-    exponent = -half_d[ringing] + 1j * rate
-    phasor = z[ringing] - 1j * (v[ringing] + half_d[ringing] * z[ringing]) / rate
-    weights = np.concatenate([rows[:, ringing] * phasor, rows[:, ringing] * (phasor * exponent)])
+    if ringing.all():
+        both = _ringing_sum(omega, half_d, (z, v), t, rows)
+    else:
+        half_d = np.broadcast_to(half_d, omega.shape)
+        both = _ringing_sum(omega[ringing], half_d[ringing], (z[ringing], v[ringing]), t, rows[:, ringing])
+        slow = ~ringing
+        both += _creeping_sum(omega[slow], 2.0 * half_d[slow], (z[slow], v[slow]), t, rows[:, slow])
+    return both[: rows.shape[0]], both[rows.shape[0] :]
+
+
+def _ringing_sum(omega: Array, half_d: Array, start: tuple[Array, Array], t: Array, rows: Array) -> Array:
+    """`free_sum` of modes that oscillate; the sum and its derivative, shape (2 ni, nt)."""
+    z, v = start
+    rate = np.sqrt(omega**2 - half_d**2)
+    exponent = -half_d + 1j * rate
+    turned = rows * (z - 1j * (v + half_d * z) / rate)
+    weights = np.concatenate([turned, turned * exponent])
     much = rate.size * t.size >= _MUCH
-    both = _even_sum(weights, exponent, t) if much and _is_even(t) else _plain_sum(weights, exponent, t)
-    total, speed = both[: rows.shape[0]], both[rows.shape[0] :]
-    if not ringing.all():
-        creeping = ~ringing
-        width = max(1, _CHUNK // int(creeping.sum()))
-        for i in range(0, t.size, width):
-            look()
-            part = slice(i, i + width)
-            step = propagator(omega[creeping, None], 2.0 * half_d[creeping, None], t[None, part])
-            slow, slow_v = z[creeping, None], v[creeping, None]
-            total[:, part] += rows[:, creeping] @ (step.a * slow + step.b * slow_v)
-            speed[:, part] += rows[:, creeping] @ (step.c * slow + step.e * slow_v)
-    return total, speed
+    return _even_sum(weights, exponent, t) if much and _is_even(t) else _plain_sum(weights, exponent, t)
+
+
+def _creeping_sum(omega: Array, d: Array, start: tuple[Array, Array], t: Array, rows: Array) -> Array:
+    """The same of modes that do not oscillate, or nearly so."""
+    z, v = start[0][:, None], start[1][:, None]
+    both = np.empty((2 * rows.shape[0], t.size))
+    width = max(1, _CHUNK // omega.size)
+    for i in range(0, t.size, width):
+        look()
+        step = propagator(omega[:, None], d[:, None], t[None, i : i + width])
+        both[: rows.shape[0], i : i + width] = rows @ (step.a * z + step.b * v)
+        both[rows.shape[0] :, i : i + width] = rows @ (step.c * z + step.e * v)
+    return both
 
 
 def _plain_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:

@@ -6,14 +6,16 @@ from typing import Any
 
 from percuss.case.file_format.damping_table import damping_law, drag_in
 from percuss.case.file_format.schema import BarTable, ContactTable, SystemTable
+from percuss.case.file_format.section_tables import sectioned_bar
 from percuss.errors import ParameterError
-from percuss.model import Bar, Contact, External, Kept, Reversed, SizedBody, UniformBar
+from percuss.model import Bar, Contact, External, Kept, Ratio, Reversed, SizedBody, SteppedBar, UniformBar
 from percuss.model.body import Body, Damping
+from percuss.model.body.damping import share_of_critical
 from percuss.model.checks import non_negative
 from percuss.model.contact import LAWS
 from percuss.units import si
 
-__all__ = ["contact_of", "plain_body", "plain_contact", "sized_body"]
+__all__ = ["body_table", "contact_of", "plain_body", "plain_contact", "sized_body"]
 
 DEFAULT_RATIO = 1e-3
 """The share of critical damping of a bar in SI of which nothing is known: steel, with a joint or two."""
@@ -27,12 +29,26 @@ def sized_body(table: BarTable) -> SizedBody:
     ParameterError
         By the key of the table.
     """
+    if table.sections is not None:
+        return _sectioned(table)
     if (table.area is None) == (table.diameter is None):
         raise ParameterError("diameter", table.diameter, "either a diameter or an area")
     sizes: dict[str, Any] = {
         name: _size(table, name, dimension) for name, dimension in _SIZES.items() if getattr(table, name) is not None
     }
     return Bar(**sizes, **_damping(table))
+
+
+def _sectioned(table: BarTable) -> SizedBody:
+    assert table.sections is not None
+    for name in ("length", "area", "diameter"):
+        if getattr(table, name) is not None:
+            raise ParameterError(name, getattr(table, name), f"either sections or a {name}, not both")
+    given = _damping(table)
+    ratio, law = given.get("damping_ratio"), given.get("damping")
+    if ratio is not None:
+        law = Ratio(share_of_critical("damping_ratio", ratio))
+    return sectioned_bar(table.sections, table, law, given.get("drag", 0.0))
 
 
 _SIZES = {
@@ -73,7 +89,13 @@ def plain_body(table: SystemTable) -> Body:
     ParameterError
         By the key of the table.
     """
-    return UniformBar(table.s, _plain_damping(table))
+    damping = _plain_damping(table)
+    if table.impedances is None and table.transit_times is None:
+        return UniformBar(table.s, damping)
+    for name in ("impedances", "transit_times"):
+        if getattr(table, name) is None:
+            raise ParameterError(name, None, "both impedances and transit_times, or neither")
+    return SteppedBar(table.s, table.impedances or (), table.transit_times or (), damping)
 
 
 def _plain_damping(table: SystemTable) -> Damping:
@@ -86,6 +108,13 @@ def _plain_damping(table: SystemTable) -> Damping:
         remedy = f'leave d out: the law "{law.kind}" says it all'
         raise ParameterError("d", table.d, "0 or no d beside another law of damping", remedy)
     return law
+
+
+def body_table(body: Body) -> dict[str, Any]:
+    """What the table [system] says of a body beside s and the damping; `plain_body` backwards."""
+    if not isinstance(body, SteppedBar):
+        return {}
+    return {"impedances": list(body.impedances), "transit_times": list(body.transit_times)}
 
 
 # -- the contact --

@@ -41,7 +41,11 @@ class Parts:
         self._problems: list[CaseError] = []
         self._file = file
         if isinstance(tables, PhysicalCase):
-            self.bar = self._try("bar", tables.bar, sized_body)
+            if tables.bar.length is None and tables.bar.sections is None:
+                remedy = 'give it with its unit, for example length = "341 mm", or give sections'
+                self._problems.append(CaseError(file, "bar.length", None, "missing", remedy))
+            else:
+                self.bar = self._try("bar", tables.bar, sized_body)
             self.contact = self._try("contact", tables.contact, lambda table: contact_of(table, self.bar))
         elif tables.system.d is None and tables.system.damping is None:
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case, _tables
+from percuss.case.file_format.body_building import body_table
 from percuss.case.file_format.damping_table import damping_table
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.schema import PhysicalCase, PlainCase
@@ -123,7 +124,7 @@ def fourier_table(load: Load) -> dict[str, Any]:
 
 
 def system_table(system: System) -> dict[str, Any]:
-    """The table [system] of a system on a uniform bar.
+    """The table [system] of a system.
 
     Examples
     --------
@@ -131,7 +132,7 @@ def system_table(system: System) -> dict[str, Any]:
     >>> system_table(System(UniformBar(20.0, Ratio(0.001)), Load.harmonic(0.9, 1.0), Kept(0.6)))
     {'s': 20.0, 'restitution': 0.6, 'damping': {'kind': 'ratio', 'value': 0.001}}
     """
-    table: dict[str, Any] = {"s": system.s, "restitution": system.restitution}
+    table: dict[str, Any] = {"s": system.s, "restitution": system.restitution, **body_table(system.body)}
     law = system.body.damping
     if isinstance(law, External):
         table["d"] = system.d

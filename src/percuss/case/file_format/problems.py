@@ -67,7 +67,7 @@ def from_validation(
     problems: list[CaseError] = []
     for key, item in extra.items():
         table, _, name = key.rpartition(".")
-        known = fields.get(table, ())
+        known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
         hint = did_you_mean(name, known)
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
         what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
@@ -144,7 +144,7 @@ def _near(value: object, words: str) -> str:
 _KINDS = "harmonic, square, fourier, history, steps"
 
 _EXAMPLES = {
-    "bar": "a table [bar] with length and diameter (or area)",
+    "bar": "a table [bar] with length and diameter (or area), or with sections",
     "load": f"a table [load] with its kind: {_KINDS}",
     "contact": "a table [contact] with restitution (0 to 1) or receiving_area",
     "system": "a table [system] with s, d and restitution",

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
 from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
+from percuss.case.file_format.section_tables import SectionTable, SectionTables
 from percuss.case.file_format.values import (
     Area,
     Density,
@@ -47,12 +48,15 @@ Strain = Literal["kept", "reversed"]
 
 
 class BarTable(Table):
-    length: Length
-    """Length from the driven to the striking end. Allowed: greater than 0."""
+    length: Length | None = None
+    """Length from the driven to the striking end. Allowed: greater than 0. When left out: `sections` are needed."""
     area: Area | None = None
     """Area of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
     diameter: Length | None = None
     """Diameter of a solid round bar. Allowed: greater than 0. When left out: `area` is needed."""
+    sections: SectionTables | None = None
+    """Sections from the driven to the striking end, instead of `length`, `area` and `diameter`, see below. Allowed: up
+    to 200 of them. When left out: the bar is uniform."""
     youngs_modulus: Stress | None = None
     """Young's modulus of the material. Allowed: greater than 0. When left out: steel, `"210 GPa"`."""
     density: Density | None = None
@@ -89,6 +93,12 @@ class SystemTable(Table):
     damping: SystemDamping | None = None
     """The damping by another law, `{kind = "…", value = …}`, see below; `d` is 0 or left out beside it. When left
     out: `d` is needed."""
+    impedances: Numbers | None = None
+    """Impedances of the sections of a stepped bar from the driven to the striking end, in any one unit. Allowed:
+    positive, up to 200 of them. When left out: the bar is uniform."""
+    transit_times: Numbers | None = None
+    """Times that a wave takes through these sections, in any one unit: together they count as 1/s. Allowed: positive,
+    as many as `impedances`. When left out: the bar is uniform."""
     strain: Strain | None = None
     """What the impact does to the strain in the bar: keep it (B77), or turn it over together with the velocity, as the
     waves in a uniform bar do. When left out: `"kept"`."""
@@ -188,6 +198,8 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
     fields = {"": keys_of(form)}
     fields |= {name: keys_of(table) for name, table in _TABLES.items() if name in form.model_fields}
     fields |= {f"{name}.damping": keys_of(DampingTable) for name in ("bar", "system") if name in fields}
+    if "bar" in fields:
+        fields["bar.sections"] = keys_of(SectionTable)
     load = _LOADS[form].get(kind) if isinstance(kind, str) else None
     fields["load"] = keys_of(load) if load else ["kind"]
     return fields

@@ -17,7 +17,7 @@ LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
 _TABLES = ("system", "bar", "contact", "load")
 _NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
-_NO_NUMBERS |= {"breaks", "values"}
+_NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times"}
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar, NamedTuple
-
-import numpy as np
+from itertools import accumulate
+from typing import ClassVar
 
 from percuss.errors import ParameterError
 from percuss.model.body.bar import Bar
@@ -20,7 +19,8 @@ from percuss.model.checks import instance, non_negative, positive, several
 __all__ = ["Section", "SectionedBar"]
 
 
-class Section(NamedTuple):
+@dataclass(frozen=True)
+class Section:
     """One section of a bar; steel unless told otherwise.
 
     Parameters
@@ -28,7 +28,7 @@ class Section(NamedTuple):
     length
         In m.
     area
-        Cross-sectional area in m²; or give `diameter`.
+        Cross-sectional area in m², a bore taken off; or give `diameter`.
     diameter
         Outer diameter in m of a round section, instead of `area`.
     bore
@@ -37,6 +37,17 @@ class Section(NamedTuple):
         In Pa.
     density
         In kg/m³.
+
+    Raises
+    ------
+    ParameterError
+        For sizes that are not positive and finite, a bore as wide as the section, both or neither of an area and
+        a diameter.
+
+    Examples
+    --------
+    >>> Section(0.25, diameter=0.04, bore=0.01).youngs_modulus
+    210000000000.0
     """
 
     length: float
@@ -45,6 +56,16 @@ class Section(NamedTuple):
     bore: float = 0.0
     youngs_modulus: float = Bar.STEEL_MODULUS
     density: float = 7850.0
+
+    def __post_init__(self) -> None:
+        checks = {"length": positive, "bore": non_negative, "youngs_modulus": positive, "density": positive}
+        if (self.area is None) == (self.diameter is None):
+            raise ParameterError("area", self.area, "either an area or a diameter")
+        checks |= {"area": positive} if self.diameter is None else {"diameter": positive}
+        for name, check in checks.items():
+            object.__setattr__(self, name, check(name, getattr(self, name)))
+        if self.diameter is not None and self.bore >= self.diameter:
+            raise ParameterError("bore", self.bore, f"less than the diameter, {self.diameter:g}")
 
 
 @dataclass(frozen=True)
@@ -61,8 +82,7 @@ class SectionedBar(SizedBody):
     Raises
     ------
     ParameterError
-        For sizes that are not positive and finite, a bore as wide as its section, both or neither of an area and
-        a diameter, or too many sections.
+        For too many sections, none, or what is none.
 
     Examples
     --------
@@ -89,8 +109,8 @@ class SectionedBar(SizedBody):
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the driven end to the striking end."""
-        ends = [0.0, *np.cumsum([section.length for section in self.sections]).tolist()]
-        return tuple(_piece(ends[i], ends[i + 1], section) for i, section in enumerate(self.sections))
+        starts = accumulate((section.length for section in self.sections[:-1]), initial=0.0)
+        return tuple(_piece(section, start) for section, start in zip(self.sections, starts, strict=True))
 
     @property
     def length(self) -> float:  # type: ignore[override]  # what the contract reads
@@ -119,37 +139,25 @@ class SectionedBar(SizedBody):
 
 
 def _section(number: int, given: object) -> Section:
-    """A section whose sizes are checked; errors say which one it is."""
+    """A section, or the one that a dict makes; errors say which one it is."""
     name = f"sections[{number}]"
-    if isinstance(given, Mapping):
-        unknown = [key for key in given if key not in Section._fields]
-        if unknown or "length" not in given:
-            raise ParameterError(name, unknown or dict(given), f"a length, and of {', '.join(Section._fields[1:])}")
-        given = Section(**given)
-    if not isinstance(given, Section):
-        raise ParameterError(name, given, "a Section")
-    if (given.area is None) == (given.diameter is None):
-        raise ParameterError(f"{name}.area", given.area, "either an area or a diameter")
-    bore = non_negative(f"{name}.bore", given.bore)
-    area = None if given.area is None else positive(f"{name}.area", given.area)
-    diameter = None if given.diameter is None else positive(f"{name}.diameter", given.diameter)
-    if diameter is not None and bore >= diameter:
-        raise ParameterError(f"{name}.bore", bore, f"less than the diameter, {diameter:g}")
-    return Section(
-        positive(f"{name}.length", given.length),
-        area,
-        diameter,
-        bore,
-        positive(f"{name}.youngs_modulus", given.youngs_modulus),
-        positive(f"{name}.density", given.density),
-    )
+    if isinstance(given, Section):
+        return given
+    keys = [field.name for field in fields(Section)]
+    if not isinstance(given, Mapping) or not {"length"} <= given.keys() <= set(keys):
+        raise ParameterError(name, given, f"a Section, or a dict with a length and of {', '.join(keys[1:])}")
+    try:
+        return Section(**given)
+    except ParameterError as error:
+        raise ParameterError(f"{name}.{error.name}", error.value, error.accepted, error.remedy) from None
 
 
-def _piece(start: float, end: float, section: Section) -> Piece:
+def _piece(section: Section, start: float) -> Piece:
     if section.diameter is None:
         area = float(section.area or 0.0)
         outer = math.sqrt(4.0 / math.pi * area + section.bore**2)
     else:
         outer = section.diameter
         area = math.pi / 4.0 * (outer - section.bore) * (outer + section.bore)
+    end = start + section.length
     return Piece(start, end, area, section.youngs_modulus, section.density, outer, section.bore)

@@ -20,9 +20,10 @@ class Reversed(Contact):
     itself, velocity and strain alike. Phases and speeds of the steady motions differ from B77's at second order in the
     elastic motion only.
 
-    The multipliers of the elastic modes are −R e^{−d_n T/2 ± iλ_n T}, moved by the load alone, p(φ)/W against ω_n: with
-    the same damping for all modes and the rigid motion they stay on the circle of the modulus R e^{−dT/2} exactly,
-    until two of them meet on it, which takes a slow wave.
+    The multipliers of the elastic modes are −R e^{−d_n T/2 ± iλ_n T}, moved by the load alone, and by p(φ)/W beside ω_n
+    only. With the same damping for all modes and the rigid motion they stay on the circle of the modulus R e^{−dT/2},
+    until two of them, or one of them and one of the rigid motion, meet on it; such a pair leaves it for two places
+    mirrored in it, for a fast wave by some per cent of R.
 
     Of B77's criterion of stability the limit s → ∞ holds, which is that of the rigid bar, and so does that of the
     waveform; its feedback σ does not. There the elastic modes act on the two multipliers of the rigid motion at second
