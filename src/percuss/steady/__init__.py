@@ -4,11 +4,11 @@ from percuss.steady.admissible import Violation
 from percuss.steady.drag import Drag, drag_of, greatest_drag
 from percuss.steady.energy import Energy
 from percuss.steady.full_rebound import grows
+from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
 from percuss.steady.reason import Reason
-from percuss.steady.response import Field
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states

@@ -238,8 +238,9 @@ class HarmonicResponse:
     def exchange(self, motion: Balanced) -> tuple[float, float]:
         """Energy put in by the load and taken by the damping over an impact period of a motion."""
         kept = motion.state.omega.size
-        driven = self.driven_shape(None if motion.requested_modes is None else kept)
-        return harmonic_exchange(motion, Waves(self.k, self.p, self.rigid_factor, self.gains(kept), driven))
+        return harmonic_exchange(
+            motion, Waves(self.k, self.p, self.rigid_factor, self.gains(kept), self.driven_shape())
+        )
 
     def _waves(self, theta: Array, factor: ComplexArray) -> Array:
         theta = np.asarray(theta, dtype=float)
