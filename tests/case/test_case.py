@@ -15,6 +15,7 @@ from percuss.case import Case, CaseErrors, steady_answer
 from percuss.case.file_format.writing import toml_text
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import CaseError, LoadError, ResonanceError
+from percuss.model import Ratio, Reversed
 
 SI = """
 title = "Hydraulic drifter"
@@ -51,7 +52,11 @@ def test_si_form() -> None:
     assert system.frequency == 60.0
     assert system.restitution == 0.2
     assert system.load.mean * system.force_scale == pytest.approx(4000.0, rel=1e-14)
-    assert system.d == pytest.approx(2e-3 * math.pi * system.s, rel=1e-14)  # 2 zeta times the first mode, pi s
+    assert system.body.damping == Ratio(1e-3)
+    assert system.contact == Reversed(0.2)
+    assert (
+        Case.from_text(SI.replace("damping_ratio = 1e-3\n", "")).system() == system
+    )  # what holds when nothing is known
 
 
 def test_plain_form() -> None:
@@ -151,6 +156,7 @@ def refusal(text: str) -> str:
         ('diameter = "49 mm"\n', "", ["bar.diameter: expected either a diameter or an area"]),
         ('"49 mm"', '"49 mm"\narea = "1 cm^2"', ["bar.diameter", "either a diameter or an area"]),
         ("damping_ratio = 1e-3", "damping_ratio = -1.0", ["bar.damping_ratio = -1.0", "0 or greater"]),
+        ("damping_ratio = 1e-3", "damping_ratio = 1.5", ["bar.damping_ratio = 1.5", "critical damping, 0 to 1"]),
         ("damping_ratio = 1e-3", "damping_ratio = nan", ["bar.damping_ratio = nan", "finite"]),
         ("damping_ratio = 1e-3", 'damping_ratio = "much"', ["bar.damping_ratio = 'much'", "plain number"]),
         ("restitution = 0.2", "restitution = 1.2", ["contact.restitution = 1.2", "from 0 to 1"]),

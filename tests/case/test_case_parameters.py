@@ -64,9 +64,10 @@ def test_a_key_takes_the_place_of_the_others_that_set_the_same() -> None:
     family = CaseFamily(case, {})
     assert family.key("damping_ratio") == "bar.damping_ratio" and family.key("restitution") == ""
     assert family.system({"damping_ratio": 2e-3}).is_si  # by the key of the bar, which keeps the scales
-    for names in ({"bar.area": "", "bar.diameter": ""}, {"load_factor": "", "mean": ""}):
+    dragged = CaseFamily(case.varied({"bar.damping_ratio": None, "bar.drag": "4 N*s/m^2"}), {})
+    for one, names in ((dragged, {"damping_ratio": "", "d": ""}), (family, {"load_factor": "", "mean": ""})):
         with pytest.raises(ParameterError, match="sets the same"):
-            family.check(names)
+            one.check(names)
 
 
 def test_a_table_of_a_kind_and_a_value_holds_its_value() -> None:

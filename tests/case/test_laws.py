@@ -326,8 +326,7 @@ def test_one_damping_takes_the_place_of_another(change: dict[str, Any], gone: st
 @pytest.mark.parametrize("text", CASES)
 def test_json_tells_of_body_and_contact(text: str) -> None:
     system = system_of(text)
-    told = steady_answer(Case.from_text(text)).to_json_dict() if system.body.damping.rigid else None
-    for found in filter(None, (told, case_dict(Case.from_text(text)))):
+    for found in (steady_answer(Case.from_text(text)).to_json_dict(), case_dict(Case.from_text(text))):
         body = found["body"]
         n = range(1, 9)
         assert body["kind"] == "uniform"
@@ -341,3 +340,36 @@ def test_json_tells_of_body_and_contact(text: str) -> None:
         hertz = case_dict(Case.from_text(text))["body"]["frequencies_Hz"]
         bar = Bar(length=0.341, diameter=0.049)
         assert hertz == pytest.approx(bar.natural_frequencies(8).tolist(), rel=1e-12)
+
+
+# -- reports --
+
+
+def test_reports_name_both_laws() -> None:
+    from percuss.cli.steady_report import steady_report
+
+    for keys, damping, contact in (
+        ("d = 0", "none", "keeps the strain (B77)"),
+        ("d = 0.01", "d = 0.01: every motion is braked alike", "keeps the strain (B77)"),
+        ('damping = {kind = "ratio", value = 0.01}\nstrain = "reversed"', "damping ratio 0.01: ", "strain over"),
+    ):
+        rows = dict(steady_report(steady_answer(Case.from_text(plain_case(keys)))).sections[0].rows)
+        assert rows["damping"].startswith(damping)
+        assert contact in rows["contact"]
+        laws = case_dict(Case.from_text(plain_case(keys)))["laws"]
+        assert laws == {"damping": rows["damping"], "contact": rows["contact"]}
+
+
+def test_a_report_in_si_tells_the_drag_of_a_damping_that_drags() -> None:
+    from percuss.cli.steady_report import system_section
+
+    rows = dict(system_section("case", system_of(si_case('drag = "400 N*s/m^2"')), ()).rows)
+    assert rows["damping"].endswith("c = 136.4 N·s/m")
+    assert "c = " not in dict(system_section("case", system_of(si_case()), ()).rows)["damping"]
+
+
+def test_nothing_known_of_a_bar_in_si_is_steel_whose_strain_turns_over() -> None:
+    system = system_of(si_case())
+    assert (system.body.damping, system.contact, system.d) == (Ratio(1e-3), Reversed(0.2), 0.0)
+    assert system_of(si_case("damping_ratio = 0")).body.damping.is_zero
+    assert system_of(si_case(contact='strain = "kept"')).contact == Kept(0.2)

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from percuss import Bar, Kept, Load, System
 from percuss.errors import ParameterError, PercussError
+from percuss.model import Ratio
 from strategies import coefficients, dampings, kappas, restitutions, wave_speeds
 
 BAR = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
@@ -320,8 +321,8 @@ def test_two_pairs_of_numbers_are_pairs() -> None:
 
 @given(st.floats(0.01, 10.0), st.floats(0.005, 1.0), st.floats(0.0, 2.0))
 def test_bar_formulas(length: float, diameter: float, ratio: float) -> None:
-    bar = Bar(length=length, diameter=diameter, damping_ratio=ratio)
     area, wave = math.pi * diameter**2 / 4, math.sqrt(210e9 / 7850)
+    bar = Bar(length=length, diameter=diameter, drag=2.0 * ratio * math.pi * wave / length * 7850 * area)
     assert bar.area == pytest.approx(area, rel=1e-15)
     assert bar.mass == pytest.approx(7850 * area * length, rel=1e-14)
     assert bar.wave_speed == pytest.approx(wave, rel=1e-15)
@@ -334,6 +335,21 @@ def test_bar_formulas(length: float, diameter: float, ratio: float) -> None:
     frequencies = bar.natural_frequencies(3)
     expected = [math.sqrt(max((n * omega) ** 2 - (ratio * omega) ** 2, 0.0)) / (2 * math.pi) for n in (1, 2, 3)]
     assert frequencies == pytest.approx(expected, rel=1e-7, abs=1e-6 * omega)
+
+
+@given(st.floats(0.01, 10.0), st.floats(0.0, 1.0))
+def test_a_damping_ratio_is_that_of_every_elastic_mode(length: float, ratio: float) -> None:
+    bar = Bar(length=length, diameter=0.05, damping_ratio=ratio)
+    assert bar.damping == Ratio(ratio)
+    assert bar.rigid_drag == 0.0
+    first = bar.wave_speed / (2.0 * length)
+    expected = [n * first * math.sqrt(1.0 - ratio**2) for n in (1, 2, 3)]
+    assert bar.natural_frequencies(3) == pytest.approx(expected, rel=1e-7, abs=1e-6 * first)
+
+
+def test_a_damping_ratio_is_at_most_1() -> None:
+    with pytest.raises(ParameterError, match=r"damping_ratio.*critical damping, 0 to 1"):
+        Bar(length=0.3, diameter=0.03, damping_ratio=1.1)
 
 
 def test_receiving_rod_of_the_laboratory_striker() -> None:
@@ -492,7 +508,8 @@ def test_load_factor_takes_the_lowest_harmonic_present() -> None:
     restitutions,
 )
 def test_si_round_trip(length: float, diameter: float, ratio: float, frequency: float, force: float, r: float) -> None:
-    bar = Bar(length=length, diameter=diameter, damping_ratio=ratio)
+    critical = 2.0 * math.pi * math.sqrt(210e9 * 7850) * math.pi / 4 * diameter**2 / length
+    bar = Bar(length=length, diameter=diameter, drag=ratio * critical)
     load = Load.harmonic(0.4 * force, force, frequency=frequency)
     system = System.from_si(bar, load, Kept(r))
     omega = 2 * math.pi * frequency

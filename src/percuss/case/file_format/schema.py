@@ -79,7 +79,7 @@ class ContactTable(Table):
     out: `restitution` is needed."""
     strain: Strain | None = None
     """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
-    in a uniform bar do. When left out: `"reversed"` for a uniform bar."""
+    in a uniform bar do. When left out: `"reversed"`, but `"kept"` for a bar that is not uniform."""
 
 
 class SystemTable(Table):
