@@ -31,7 +31,7 @@ h1 { margin-bottom: 0; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; } td, th { border-bottom: 1px solid
   var(--line); padding: .3rem .5rem; text-align: left; vertical-align: top; } .scroll { overflow-x: auto; }
 figure { margin: 1.5rem 0; background: #fff; border-radius: .5rem; padding: .5rem; }
-figure svg { width: 100%; height: auto; }
+.outline { width: 100%; max-height: 10rem; margin: 1rem 0 0; } figure svg { width: 100%; height: auto; }
 pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x: auto; } footer { opacity: .7; }
 """
 
@@ -54,8 +54,11 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
         When matplotlib is not installed.
     """
     from percuss import plot
+    from percuss.plot.bar_outline import bar_outline
 
     parts = [f"<h1>{_safe(answer.title)}</h1>", _summary(answer), _cards(answer)]
+    if answer.system.is_si:
+        parts.append(f"<div>{bar_outline(answer.system)}</div>")
     parts += [
         _laws(answer),
         _notes(answer),

@@ -16,8 +16,8 @@ from percuss.simulate import Start, Stop, run
 
 RESOLUTION = 1e-12 * 2.0 * np.pi
 KINDS = ("steady", "ringing", "free", "steps", "damped", "touching")
-MANY = 2200
-CONTACTS = {"steady": 0.85, "ringing": 0.85, "free": 0.75, "steps": 0.85, "damped": 0.75, "touching": 0.75}
+MANY = 2500
+CONTACTS = {"steady": 0.55, "ringing": 0.65, "free": 0.8, "steps": 0.6, "damped": 0.63, "touching": 0.83}
 assert MANY * sum(CONTACTS.values()) > 1e4
 
 
@@ -136,7 +136,7 @@ def check(flown: Flown) -> str:
 def test_first_contacts(kind: str) -> None:
     rng = np.random.default_rng(1977)
     seen = [check(stepped_flight(rng, kind)) for _ in range(40)]
-    assert seen.count("contact") > 20
+    assert seen.count("contact") > 15
 
 
 @pytest.mark.slow

@@ -514,7 +514,7 @@ def test_the_report_is_one_file(client: Client) -> None:
     assert found.status_code == 200, found.text
     text = found.text
     assert "<script" not in text and "&lt;script&gt;" in text
-    assert text.count("<svg") == 2 and "blow energy" in text and "src=" not in text
+    assert text.count("<svg") == 3 and "blow energy" in text and "src=" not in text
     assert "http-equiv" in text and "default-src 'none'" in text
     none = client.post("/api/report", {"case": {**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}})
     assert "No steady motion with one impact every load period exists" in none.text

@@ -14,10 +14,13 @@ from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer
-    from percuss.model import System
+    from percuss.model import SizedBody, System
     from percuss.recordings.history import HistoryReport
 
 __all__ = ["steady_report", "system_section"]
+
+_FEW = 8
+"""Sections of a bar that are told one by one."""
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
@@ -46,7 +49,7 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
         rows.append(
             (
                 "bar",
-                f"{quantity(bar.length, 'm')} long, {number(1e4 * bar.pieces[-1].area)} cm², {number(bar.mass)} kg, "
+                f"{quantity(bar.length, 'm')} long, {_areas(bar)}, {number(bar.mass)} kg, "
                 f"wave speed {number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
             )
         )
@@ -64,6 +67,15 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
         rows += [("warning", warning) for warning in history.warnings]
     rows += [("note", note) for note in notes]
     return Section("Hammer", tuple(rows))
+
+
+def _areas(bar: SizedBody) -> str:
+    """The cross-section of a bar, or those of its sections from the driven end on."""
+    areas = [number(1e4 * piece.area) for piece in bar.pieces]
+    if len(areas) == 1:
+        return f"{areas[0]} cm²"
+    told = areas if len(areas) <= _FEW else [*areas[: _FEW - 1], "…", areas[-1]]
+    return f"{len(areas)} sections of {', '.join(told)} cm²"
 
 
 def _damping_text(system: System) -> str:

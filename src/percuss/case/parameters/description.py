@@ -107,4 +107,13 @@ def _bar(system: System) -> dict[str, Any] | None:
         "density_kg_m3": number(bar.pieces[-1].density),
         "first_mode_Hz": number(system.body.frequencies(1)[0] * (system.frequency or 0.0)),
         "contact_time_us": number(1e6 * bar.contact_duration),
+        "sections": [
+            {
+                "length_m": number(piece.end - piece.start),
+                "area_m2": number(piece.area),
+                "diameter_m": number(piece.diameter),
+                "bore_m": number(piece.bore),
+            }
+            for piece in bar.pieces
+        ],
     }

@@ -213,7 +213,7 @@ function facts() {
   const machine = bar && [
     ["mass", si(bar.mass_kg * 1000, "g")],
     ["length", si(bar.length_m, "m")],
-    ["cross-section", withUnit(bar.area_m2 * 1e4, "cm²")],
+    ["cross-section", bar.sections.map(({ area_m2: own }) => withUnit(own * 1e4, "cm²")).join(", ")],
     ["wave speed", withUnit(bar.wave_speed_m_s, "m/s")],
     ["first elastic mode", si(bar.first_mode_Hz, "Hz")],
     ["contact time", withUnit(bar.contact_time_us, "µs")],

@@ -118,7 +118,7 @@ const askMotion = latest(
 function take() {
   const { arrays } = motion;
   units = unitsOf(motion);
-  parts.stage.show(motion, force());
+  parts.stage.show(motion, force(), data.info?.bar?.sections);
   knobs();
   drawCharts(motion, units);
   facts();

@@ -26,8 +26,10 @@ export class Stage {
     }).observe(canvas);
   }
 
-  show(motion, force) {
+  /** `sections` are those of a bar with sizes, drawn to scale; without them it has one thickness. */
+  show(motion, force, sections) {
     const { arrays } = motion;
+    this.shares = thicknesses(sections ?? [], arrays.x.length - 1);
     this.motion = motion;
     this.force = force;
     this.length = arrays.t.at(-1); // the frames may cover only the first part of the stretch
@@ -163,19 +165,24 @@ export class Stage {
     const edge = scale.wall + end * scale.travel;
     const put = (j) => edge - (1 - j / (places - 1)) * scale.bar + (value(displacement, j) - end) * scale.stretch;
     let left = put(0);
-    const start = left;
+    const edges = [left];
     for (let j = 0; j < places - 1; j++) {
       const right = put(j + 1);
       const share = (value(strain, j) + value(strain, j + 1)) / (2 * this.strain);
       pen.fillStyle = signed(share);
-      const swell = thick * (1 - 0.06 * share);
+      const swell = thick * this.shares[j] * (1 - 0.06 * share);
       pen.fillRect(left - 0.4, mid - swell / 2, right - left + 0.8, swell);
-      left = right;
+      edges.push((left = right));
     }
     pen.strokeStyle = colours.ink;
     pen.lineWidth = 1.2;
-    pen.strokeRect(start, mid - thick / 2, left - start, thick);
-    this.push(pen, start, mid, colours);
+    for (let j = 0, from = 0; j < places - 1; j++) {
+      if (this.shares[j] === this.shares[j + 1]) continue; // the outline goes on
+      const tall = thick * this.shares[j];
+      pen.strokeRect(edges[from], mid - tall / 2, edges[j + 1] - edges[from], tall);
+      from = j + 1;
+    }
+    this.push(pen, edges[0], mid, colours);
     if (this.flash.left > 0) this.burst(pen, scale.wall, mid, thick, colours);
     this.words(pen, width, height, colours);
   }
@@ -250,4 +257,15 @@ export class Stage {
       pen.fillRect(left + i, y, 1.5, 10);
     }
   }
+}
+
+/** The thickness of the bar in `count` equal parts of its length, as shares of the greatest. */
+function thicknesses(sections, count) {
+  const length = sections.reduce((sum, { length_m: own }) => sum + own, 0);
+  const most = Math.max(...sections.map(({ diameter_m: own }) => own));
+  return Array.from({ length: count }, (_, j) => {
+    let left = ((j + 0.5) / count) * length;
+    const here = sections.find(({ length_m: own }) => (left -= own) <= 0) ?? sections.at(-1);
+    return here ? here.diameter_m / most : 1;
+  });
 }
