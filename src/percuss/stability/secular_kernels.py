@@ -27,7 +27,6 @@ SWEEPS = 100
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
 
 
-
 @inner
 def joined(count, work):
     """Equal poles taken together; those without residue, and all but one of equal ones, are roots already.

@@ -40,10 +40,10 @@ def _spare_blas() -> None:
         raise ImportError
 
     with suppress(ImportError, AttributeError):
-        linalg = import_module("numba.np.linalg")
+        linalg: Any = import_module("numba.np.linalg")
         looks, linalg.ensure_blas = linalg.ensure_blas, absent
         try:
-            arraymath = import_module("numba.np.arraymath")
+            arraymath: Any = import_module("numba.np.arraymath")
         finally:
             linalg.ensure_blas = looks
         arraymath.ensure_blas, arraymath._HAVE_BLAS = looks, find_spec("scipy") is not None
