@@ -407,7 +407,7 @@ def table(folder: Path) -> dict[str, Entry]:
             Starts, {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]}, {},
         ),
         "simulate.Starts.of": (
-            Starts.of, {"starts": [Start.rigid()], "modes": 0, "systems": ()}, {"systems": PLACES | OPTIONAL},
+            Starts.of, {"starts": [Start.rigid()], "modes": 0, "systems": ()}, {"systems": PLACES},
         ),
         "simulate.Starts.random": (
             Starts.random, {"system": SYSTEM, "size": 2, "seed": 0, "distribution": "rigid", "modes": 4},
