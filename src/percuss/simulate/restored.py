@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.simulate.kernels.layout import COUNT, GRAZED, LOST_CYCLE, NOW, PAST, SUMS, WINDOW
-from percuss.simulate.remembered import remembered
-from percuss.simulate.snapshot import Snapshot
 from percuss.simulate.soundness import MOST_PERIODS, TURN, numbers, shaped, true, within
-from percuss.simulate.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from percuss.simulate.snapshot import Snapshot
+    from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["RECORDS", "restored"]
 
@@ -34,6 +35,8 @@ def restored(motion: Trajectory) -> Snapshot:
     PercussError
         When a simulation cannot have left it: it comes from a file that was changed, or made up.
     """
+    from percuss.simulate.snapshot import Snapshot  # the compiled room, which nobody needs who only reads a file
+
     try:
         _check(motion)
     except ValueError as error:
@@ -57,6 +60,8 @@ def _check(motion: Trajectory) -> None:
         numbers(f"engine_{name}", values, values.shape)
     _now(snapshot["now"])
     _counts(snapshot["count"], max(len(system.load.values), 1), motion.impacts, len(motion.events))
+    from percuss.simulate.remembered import remembered
+
     remembered(motion)
 
 
