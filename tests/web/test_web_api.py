@@ -60,6 +60,7 @@ def test_about_and_the_catalogue(client: Client) -> None:
     assert about["limits"]["upload_bytes"] == 10_000_000
     assert about["palette"] == palette_dict() and len(about["palette"]["families"]) == 7
     assert {"stable", "label", "margin"} <= {quantity["name"] for quantity in about["quantities"]}
+    assert about["materials"]["titanium"] == {"youngs_modulus_Pa": 114e9, "density_kg_m3": 4430.0}
     machines = client.get("/api/machines").json()["machines"]
     assert [machine["name"] for machine in machines] == NAMES
 

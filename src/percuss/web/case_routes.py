@@ -13,6 +13,7 @@ from percuss._version import __version__
 from percuss.case import MACHINES
 from percuss.case.catalogue.sample_cases import is_machine, machine_text, uses_history
 from percuss.case.file_format.plain_tables import without_recording
+from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moved_case import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
@@ -64,6 +65,10 @@ async def about(request: Request) -> Response:
             "cards": [_card(key) for key in CARDS],
             "distributions": ["wall", "field", "gentle"],
             "starts": ["rigid", "still", "ringing"],
+            "materials": {
+                word: {"youngs_modulus_Pa": found.youngs_modulus, "density_kg_m3": found.density}
+                for word, found in MATERIALS.items()
+            },
         }
     )
 

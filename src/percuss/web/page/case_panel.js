@@ -1,12 +1,14 @@
 // The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
 
-import { $$, download, h, put, select } from "./dom.js";
+import { download, h, put, select } from "./dom.js";
 import { number, si, withUnit } from "./format.js";
 import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
 import { coefficients, fillCoefficients } from "./coefficients.js";
-import { BAR, CONTACT, KINDS, START, SYSTEM, TITLE, loadFields, otherLoad, typed } from "./fields.js";
-import { valueAt } from "./moves.js";
-import { data, on, setKey, setTables, view } from "./state.js";
+import { BAR, CONTACT, KINDS, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad } from "./fields.js";
+import { field, fill, problemOf, tellProblems } from "./form_fields.js";
+import { chosenLaws, dampingFields, placeField, strainField } from "./law_choices.js";
+import { sectioned, sectionsTable, uniformOrSections } from "./sections_table.js";
+import { data, on, setTables, view } from "./state.js";
 
 export const panel = {
   name: "case",
@@ -85,110 +87,64 @@ function build() {
   parts.before.hidden = !back;
   const words = "SI brings back the machine as it was: changes made in this form are not carried over.";
   put(parts.before, back ? words : "");
-  const now = JSON.stringify([Boolean(tables.bar), tables.load?.kind, tables.load?.coefficients?.length]);
+  const { kind, coefficients: pairs } = tables.load ?? {};
+  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, ...chosenLaws(tables)]);
   if (now !== shape) {
     shape = now;
-    const first = tables.bar ? [...TITLE, ...BAR] : [...TITLE, ...SYSTEM];
-    const groups = tables.bar
-      ? [group("Bar", first), load(tables), h("div", { class: "stack" }, group("Contact", CONTACT), parts.files)]
-      : [h("div", { class: "stack" }, group("System", first), parts.files), load(tables)];
-    put(parts.form, groups, group("Simulation", START, true));
+    put(parts.form, tables.bar ? inSI(tables) : inPlainNumbers(tables), simulation());
     problems();
   }
-  fill();
+  fill(parts.form);
+  fillCoefficients(parts.form);
 }
 
-const group = (title, fields, folded = false) => {
-  const inside = h(
-    "div",
-    { class: "fields" },
-    fields.map(([key, label, hint]) => field(key, label, hint)),
-  );
-  if (!folded) return h("fieldset", {}, h("legend", {}, title), inside);
-  return h(
-    "fieldset",
-    {},
-    h("legend", {}, title),
-    h("p", { class: "hint small muted" }, "For the motion from a start. When empty: at rest, one bar length off the wall."),
-    inside,
-  );
-};
+function inSI(tables) {
+  const sizes = sectioned(tables) ? SHARED : BAR;
+  return [
+    group("Bar", uniformOrSections(tables), fields([...TITLE, ...sizes].map(field), dampingFields(tables))),
+    load(tables),
+    sectioned(tables) && sectionsTable(tables),
+    h("div", { class: "stack" }, group("Contact", fields(CONTACT.map(field), strainField(tables))), parts.files),
+  ];
+}
 
-const idOf = (key) => `field-${key.replaceAll(".", "-")}`;
+function inPlainNumbers(tables) {
+  const inside = [[...TITLE, ...SYSTEM].map(field), dampingFields(tables), strainField(tables)];
+  return [
+    h("div", { class: "stack" }, group("System", uniformOrSections(tables), fields(inside)), parts.files),
+    load(tables),
+    sectioned(tables) && sectionsTable(tables),
+  ];
+}
 
-function field(key, label, hint) {
-  const id = idOf(key);
-  const input = h("input", {
-    type: "text",
-    id,
-    "data-key": key,
-    spellcheck: "false",
-    "aria-describedby": `${id}-hint ${id}-problem`,
-    oninput: (event) => setKey(key, key === "title" ? event.target.value || undefined : typed(event.target.value, key)),
-  });
-  return h(
-    "div",
-    { class: "field" },
-    h("label", { for: id }, label),
-    input,
-    h("div", { class: "hint", id: `${id}-hint` }, h("code", {}, key.split(".").at(-1)), ": ", hint),
-    h("div", { class: "problem", id: `${id}-problem` }),
-  );
+const group = (title, ...inside) => h("fieldset", {}, h("legend", {}, title), inside);
+const fields = (...inside) => h("div", { class: "fields" }, inside);
+
+function simulation() {
+  const words = "For the motion from a start. When empty: at rest, one bar length off the wall.";
+  return group("Simulation", h("p", { class: "hint small muted" }, words), fields(START.map(field)));
 }
 
 function load(tables) {
   const kind = tables.load?.kind ?? "harmonic";
-  const inSI = Boolean(tables.bar);
-  const change = (value) => setTables({ ...data.tables, load: otherLoad(data.tables.load, value, inSI) });
+  const si = Boolean(tables.bar);
+  const factor = () => data.info?.system.load_factor;
+  const change = (value) => setTables({ ...data.tables, load: otherLoad(data.tables.load, value, si, factor()) });
   const known = KINDS.some(([name]) => name === kind) ? KINDS : [[kind, kind], ...KINDS];
-  const pick = select("Kind", known, kind, change, { id: "field-load-kind", "data-key": "load.kind" });
-  const inside = h(
-    "div",
-    { class: "fields" },
-    loadFields(kind, inSI).map(([key, label, hint]) => field(key, label, hint)),
-  );
-  return h(
-    "fieldset",
-    {},
-    h("legend", {}, "Load"),
+  const pick = select("Kind", known, kind, change, { id: "field-load-kind" });
+  return group(
+    "Load",
     h("div", { class: "row" }, pick),
-    h("div", { class: "problem", id: "field-load-kind-problem" }),
+    problemOf("load.kind"),
     kind === "fourier" && coefficients(tables.load.coefficients),
-    inside,
+    fields(loadFields(kind, si).map(field), placeField(tables)),
   );
-}
-
-/** The fields from the tables; the one that is being typed into is left alone. */
-function fill() {
-  for (const input of $$("input[data-key]", parts.form)) {
-    if (input === document.activeElement) continue;
-    const value = valueAt(data.tables, input.dataset.key);
-    const text = value === undefined || value === null ? "" : Array.isArray(value) ? value.join(", ") : String(value);
-    if (input.value !== text) input.value = text;
-  }
-  fillCoefficients(parts.form);
 }
 
 /** Each problem beside its field; those of no field above the form. */
 function problems() {
-  const beside = new Map();
-  const general = [];
   const ofFile = fileProblems().map((problem) => ({ ...problem, message: `In the file: ${problem.message}` }));
-  for (const problem of [...data.problems, ...ofFile]) {
-    const key = problem.key.replace(/\[.*$/, "");
-    if (key && document.getElementById(`${idOf(key)}-problem`)) beside.set(key, [...(beside.get(key) ?? []), problem]);
-    else general.push(problem);
-  }
-  for (const place of $$(".problem[id]", parts.form)) {
-    const key = place.id
-      .replace(/^field-/, "")
-      .replace(/-problem$/, "")
-      .replace(/-(?=\w+$)/, ".");
-    const words = (beside.get(key) ?? []).map(said).join(" ");
-    put(place, words);
-    const input = document.getElementById(idOf(key));
-    if (input) words ? input.setAttribute("aria-invalid", "true") : input.removeAttribute("aria-invalid");
-  }
+  const general = tellProblems(parts.form, [...data.problems, ...ofFile], said);
   const refused = ofFile.length > 0 && "The file was not accepted; the previous case is kept.";
   put(
     parts.general,

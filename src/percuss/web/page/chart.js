@@ -40,15 +40,15 @@ export class Chart {
     this.canvas = h("canvas", { role, "aria-label": about || title });
     this.key = h("ul", { class: "legend" });
     this.caption = h("span", {}, title);
-    const button = h(
+    this.larger = h(
       "button",
-      { type: "button", "aria-label": `Enlarge: ${title}`, onclick: () => enlarge(this) },
+      { type: "button", "aria-label": `Enlarge: ${title}`, onclick: () => enlarge(this), ".disabled": true },
       "Enlarge",
     );
     this.figure = h(
       "figure",
       { class: `chart ${kind}` },
-      h("figcaption", {}, this.caption, zoom && button),
+      h("figcaption", {}, this.caption, zoom && this.larger),
       this.canvas,
       this.key,
     );
@@ -68,6 +68,7 @@ export class Chart {
   /** Draw this: at once, or when the chart comes into sight. */
   draw(spec) {
     this.spec = spec;
+    this.larger.disabled = false; // until now there was nothing to enlarge
     if (spec.about) this.canvas.setAttribute("aria-label", spec.about);
     this.legends(spec.items);
     this.repaint();

@@ -2,6 +2,7 @@
 
 import { $$, h } from "./dom.js";
 import { typed } from "./fields.js";
+import { problemOf } from "./form_fields.js";
 import { data, setKey } from "./state.js";
 
 /** A field with all coefficients; what a link has in their place, which may be anything, is told of by the server. */
@@ -42,7 +43,7 @@ export function coefficients(found) {
       h("button", { type: "button", onclick: add }, "Add a harmonic"),
       h("button", { type: "button", onclick: drop, ".disabled": pairs.length < 3 }, "Remove the last"),
     ),
-    h("div", { class: "problem", id: "field-load-coefficients-problem" }),
+    problemOf("load.coefficients"),
   );
 }
 

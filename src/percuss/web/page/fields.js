@@ -1,26 +1,26 @@
 // The fields of the case form: what each key is called and what may stand there. The server checks what is typed.
 
+import { plainNumber, quantity } from "./format.js";
+
 export const BAR = [
   ["bar.length", "Length", "from the driven to the striking end, as 341 mm"],
   ["bar.diameter", "Diameter", "of a solid round bar; or give the area"],
   ["bar.area", "Cross-section", "as 18.9 cm^2; or give the diameter"],
   ["bar.youngs_modulus", "Young's modulus", "steel, 210 GPa, when empty"],
   ["bar.density", "Density", "steel, 7850 kg/m^3, when empty"],
-  ["bar.damping_ratio", "Damping ratio", "share of critical damping of every elastic mode; 0.001 when empty"],
-  ["bar.drag", "Drag", "instead: force per velocity and length, N*s/m^2"],
 ];
+
+/** Of a bar of sections, which may have materials of their own. */
+export const SHARED = BAR.slice(-2);
 
 export const CONTACT = [
   ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
   ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
-  ["contact.strain", "Strain at the impact", "kept or reversed; reversed when empty"],
 ];
 
 export const SYSTEM = [
   ["system.s", "Wave speed s", "C/(LΩ)"],
-  ["system.d", "Damping d", "D/(MΩ)"],
   ["system.restitution", "Restitution R", "0 to 1"],
-  ["system.strain", "Strain at the impact", "kept or reversed; kept when empty"],
 ];
 
 const SI_ONLY = [
@@ -39,12 +39,19 @@ const LOADS = {
     ["load.kappa", "κ", "0 to 2: the load pushes for κ/2 of each period"],
     ["load.harmonics", "Harmonics", "Fourier coefficients kept; 64 when empty"],
   ],
+  steps: [
+    ["load.breaks", "Phases of the jumps", "in radians, increasing, from 0 to less than 2π: 0, 1.9", true],
+    ["load.values", "Values", "the load from each of these phases to the next: 1, -1", true],
+    ["load.unit", "Unit of the values", "as kN or bar"],
+    ["load.harmonics", "Harmonics", "Fourier coefficients kept; 64 when empty"],
+  ],
   fourier: [["load.unit", "Unit of the coefficients", "as kN or bar"]],
 };
 
 export const KINDS = [
   ["harmonic", "mean + cosine"],
   ["square", "square wave"],
+  ["steps", "steps"],
   ["fourier", "Fourier coefficients"],
 ];
 
@@ -71,27 +78,35 @@ export const START = [
   ["simulation.tolerance", "Tolerance", "for calling a motion periodic; 1e-9 when empty"],
 ];
 
-/** A load of another kind in the numbers of the present one. */
-export function otherLoad(load, kind, si) {
-  const kept = si
-    ? { ...(load.frequency && { frequency: load.frequency }), ...(load.area && { area: load.area }) }
-    : {};
+/** A load of another kind in the numbers of the present one, whose load factor tells the mean in the same unit. */
+export function otherLoad(load, kind, si, factor) {
+  const { frequency, area, at } = load;
+  const kept = { ...(si && frequency && { frequency }), ...(si && area && { area }), ...(at && { at }) };
   const unit = unitOf(load);
-  const mean = load.mean ?? (load.coefficients ? joined(load.coefficients[0][0], unit) : joined(0.4, unit));
-  const amplitude =
-    load.amplitude ??
-    (load.coefficients ? joined(Math.hypot(...(load.coefficients[1] ?? [1, 0])), unit) : joined(1, unit));
-  if (kind === "harmonic") return { kind, mean, amplitude, ...kept };
-  if (kind === "square") return { kind, amplitude, kappa: 1.2, ...kept };
-  const numberOf = (text) => (typeof text === "number" ? text : Number.parseFloat(text));
-  const coefficients = [
-    [numberOf(mean), 0],
-    [numberOf(amplitude), 0],
-  ];
-  return { kind, coefficients, ...(si && { unit: unit || "N" }), ...kept };
+  const [mean, amplitude] = meanAndAmplitude(load, factor ?? 0.4);
+  if (kind === "harmonic") return { kind, mean: joined(mean, unit), amplitude: joined(amplitude, unit), ...kept };
+  if (kind === "square") return { kind, amplitude: joined(amplitude, unit), kappa: 1.2, ...kept };
+  const inUnit = si && { unit: unit || "N" };
+  if (kind === "fourier")
+    return { kind, coefficients: [mean, amplitude].map((part) => [plainNumber(part, 5), 0]), ...inUnit, ...kept };
+  const square = load.kind === "square"; // which is a load of two steps
+  const push = square ? (load.kappa ?? 1) * Math.PI : Math.PI;
+  const [high, low] = square ? [amplitude, -amplitude] : [mean + amplitude, mean - amplitude];
+  const [breaks, values] = [[0, push], [high, low]].map((pair) => pair.map((part) => plainNumber(part, 8)));
+  return { kind, breaks, values, ...inUnit, ...kept };
 }
 
-const joined = (value, unit) => (unit ? `${Number(value.toPrecision(5))} ${unit}` : Number(value.toPrecision(5)));
+function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, factor) {
+  if (coefficients) return [coefficients[0]?.[0] ?? 0, Math.hypot(...(coefficients[1] ?? [1, 0]))];
+  if (Array.isArray(values)) {
+    const [most, least] = [Math.max(...values), Math.min(...values)];
+    return [(most + least) / 2, (most - least) / 2];
+  }
+  const [own, size] = [quantity(mean), quantity(amplitude) ?? { value: 1, unit: "" }];
+  return [own?.unit === size.unit ? own.value : factor * size.value, size.value];
+}
+
+const joined = (value, unit) => (unit ? `${plainNumber(value, 5)} ${unit}` : plainNumber(value, 5));
 
 function unitOf(load) {
   if (load.unit) return load.unit;
@@ -102,10 +117,10 @@ function unitOf(load) {
 const LISTS = /modal_(displacement|velocity)$/;
 
 /** What a field's text stands for: a number, a list for some keys, else the text; undefined when empty. */
-export function typed(text, key = "") {
+export function typed(text, key = "", list = LISTS.test(key)) {
   const clean = text.trim().replaceAll("−", "-");
   if (clean === "") return undefined;
-  if (LISTS.test(key)) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
+  if (list) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
   const plain = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(clean) && Number.isFinite(Number(clean));
   return plain ? Number(clean) : clean; // 1e400 is no number of JSON: the server is told the text
 }

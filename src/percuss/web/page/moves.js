@@ -3,22 +3,27 @@
 
 import { quantity } from "./format.js";
 
-/** The tables with one dotted key set, or taken out when the value is undefined. */
+/** The steps of a key: "bar.sections[1].length" → bar, sections, 1, length. */
+export const steps = (key) => key.split(/[.[\]]+/).filter(Boolean);
+
+/** The tables with one key set, or taken out when the value is undefined. */
 export function withKey(tables, key, value) {
-  const [table, name] = key.includes(".") ? key.split(".") : ["", key];
-  const inside = table ? { ...(tables[table] ?? {}) } : { ...tables };
-  if (value === undefined) delete inside[name];
-  else inside[name] = value;
-  if (!table) return inside;
-  const found = { ...tables, [table]: inside };
-  if (!Object.keys(inside).length && (table === "start" || table === "simulation")) delete found[table];
+  const found = withStep(tables, steps(key), value);
+  for (const table of ["start", "simulation"])
+    if (key.startsWith(`${table}.`) && !Object.keys(found[table]).length) delete found[table];
   return found;
 }
 
-export function valueAt(tables, key) {
-  const [table, name] = key.includes(".") ? key.split(".") : ["", key];
-  return table ? tables[table]?.[name] : tables[name];
+function withStep(inside, [step, ...rest], value) {
+  const found = Array.isArray(inside) ? [...inside] : typeof inside === "object" ? { ...inside } : {};
+  const next = rest.length ? withStep(found[step], rest, value) : value;
+  if (next !== undefined) found[step] = next;
+  else if (Array.isArray(found)) found[step] = null; // the others keep their places
+  else delete found[step];
+  return found;
 }
+
+export const valueAt = (tables, key) => steps(key).reduce((found, step) => found?.[step], tables);
 
 /** The number that a parameter stands at now; undefined when it has none. */
 export function present(data, name) {
