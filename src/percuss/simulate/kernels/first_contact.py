@@ -18,11 +18,12 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.bounds import ringing, ringing_left
+from percuss.simulate.kernels.codes import AWAY, CONTACT, EPS, GRAZE, NOTHING, POWERS, TIRED, TURN
 from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.creeping import creeping
 from percuss.simulate.kernels.elementary import below, drift, reach, reach_cubic
-from percuss.simulate.kernels.layout import AWAY, CONTACT, EPS, GRAZE, NOTHING, POWERS, TIRED, TURN
-from percuss.simulate.kernels.modes import elastic, ringing, ringing_left
+from percuss.simulate.kernels.modes import elastic
 from percuss.simulate.kernels.rounding import blur, blur_of
 from percuss.simulate.kernels.smooth import smooth_and_drift
 from percuss.simulate.kernels.touch import approach, refined

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
-from percuss.simulate.kernels.compiled import copied, inlined
-from percuss.simulate.kernels.cycles import clear, recurrence
-from percuss.simulate.kernels.first_contact import like_flight, next_contact
-from percuss.simulate.kernels.flight import advance, left_for_good, step_load
-from percuss.simulate.kernels.impact import impact, undeformed
-from percuss.simulate.kernels.layout import (
+from percuss.simulate.kernels.codes import (
     ASKED,
     AT_REST,
     AWAY,
@@ -35,9 +31,14 @@ from percuss.simulate.kernels.layout import (
     TO_VERIFY,
     TURN,
 )
+from percuss.simulate.kernels.compiled import copied, inlined
+from percuss.simulate.kernels.cycles import clear, recurrence
+from percuss.simulate.kernels.first_contact import like_flight, next_contact
+from percuss.simulate.kernels.flight import advance, left_for_good, step_load
+from percuss.simulate.kernels.impact import impact, undeformed
 from percuss.simulate.kernels.load import first_pull, pull_ahead, pull_lasts, push_left, release_at
 from percuss.simulate.kernels.log import record
-from percuss.simulate.kernels.modes import amplitudes, elastic, turn_modes
+from percuss.simulate.kernels.modes import elastic, turn_modes
 from percuss.simulate.kernels.rest import chatter_left, held, set_down, stays
 from percuss.simulate.kernels.smooth import drifted, rigid_rate, smooth, smooth_at_anchor
 from percuss.simulate.kernels.statistics import tally
