@@ -17,10 +17,10 @@ LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing
 FLYING, ON_WALL, RESTING, GRAZED = range(4)
 # kinds of events
 IMPACT, GRAZING, CHATTER, REST, RELEASE = range(5)
-# what a call ends with
-FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED = range(9)
-# what a search for the next contact ends with
-NOTHING, CONTACT, GRAZE, AWAY, TIRED = range(5)
+# what a call ends with, or that the motion goes on
+FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
+# what a search for the next contact ends with, or that it is still open
+NOTHING, CONTACT, GRAZE, AWAY, TIRED, OPEN = range(6)
 # `count.verdict` on two equal releases: none yet, none in a twin yet, to be tested, the cycle is sure, lost in rounding
 UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
 # `bar.law`: the frequencies are multiples of one, and one damping holds for all; frequencies and dampings are multiples
