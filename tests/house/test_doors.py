@@ -402,11 +402,13 @@ def table(folder: Path) -> dict[str, Entry]:
             Start.rigid, {"position": -1.0, "velocity": 0.0, "time": 0.0},
             {"position": REAL, "velocity": REAL, "time": REAL},
         ),
-        "simulate.Start.state": (Start.rigid().state, {"modes": 2}, {}),
+        "simulate.Start.state": (Start.rigid().state, {"modes": 2, "system": SYSTEM}, {"system": OPTIONAL}),
         "simulate.Starts": (
             Starts, {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]}, {},
         ),
-        "simulate.Starts.of": (Starts.of, {"starts": [Start.rigid()], "modes": 0}, {}),
+        "simulate.Starts.of": (
+            Starts.of, {"starts": [Start.rigid()], "modes": 0, "systems": ()}, {"systems": PLACES},
+        ),
         "simulate.Starts.random": (
             Starts.random, {"system": SYSTEM, "size": 2, "seed": 0, "distribution": "rigid", "modes": 4},
             {"seed": {"400 digits"}},

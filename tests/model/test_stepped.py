@@ -69,10 +69,8 @@ def test_equal_sections_are_a_uniform_bar(s: float, parts: list[float], x: float
         assert own == pytest.approx(other, abs=1e-14 / s**2)
     frequency = np.array([complex(abs(z.real), -max(abs(z.imag), 1e-2 * abs(z)))]) * s
     found, wanted = (own.lossless_receptance(frequency, at, source) for own in (bar, uniform))
-    for own, other in zip(found, wanted, strict=True):
-        assert np.abs(own - other).max() <= 1e-12 * max(np.abs(other).max(), 1e-3 / abs(frequency[0]) ** 2) * max(
-            1.0, abs(z)
-        )
+    for own, other, least in zip(found, wanted, (abs(frequency[0]) ** -2, s**-2), strict=True):
+        assert np.abs(own - other).max() <= 1e-12 * max(np.abs(other).max(), 1e-3 * least) * max(1.0, abs(z))
     assert bar.coupling_bound == pytest.approx(2.0, rel=1e-13)
     assert bar.frequency_floor(7) == pytest.approx(uniform.frequency_floor(7), rel=1e-14)
 
@@ -218,11 +216,12 @@ def test_a_bar_turned_round(bar: SteppedBar) -> None:
     """Reciprocity: the same frequencies and couplings of the ends, whichever end strikes."""
     turned = SteppedBar(bar.s, bar.impedances[::-1], bar.transit_times[::-1])
     assert bar.frequencies(40) == pytest.approx(turned.frequencies(40), rel=1e-11)
-    apart = np.diff(bar.frequencies(41)) > 1e-6 * bar.frequencies(40)
-    alone = apart & np.append(True, apart[:-1])
-    own, other = bar.modes(40).gamma[alone], turned.modes(40).gamma[alone]
-    scale = np.sqrt(bar.modes(40).weight / bar.inertia(40))[alone] + 1e-12
-    assert np.all(np.abs(np.abs(own) - np.abs(other)) <= 1e-7 * np.maximum(scale, 1e-3))
+    gap = np.diff(bar.frequencies(41)) / bar.frequencies(40)
+    gap = np.minimum(gap, np.append(1.0, gap[:-1]))
+    modes, own, other = bar.modes(40), bar.modes(40).gamma, turned.modes(40).gamma
+    # modes that are near each other mix by rounding over their gap, the one at home here with the one at home there
+    mixed = 1e-14 / gap * np.sqrt(modes.weight.max() / modes.inertia.min())
+    assert np.all(np.abs(np.abs(own) - np.abs(other)) <= 1e-11 * np.maximum(np.abs(own), 1e-3) + mixed)
     z = np.array([0.3 - 0.01j, 40.0 - 3.0j]) * bar.s
     ends = bar.lossless_receptance(z, np.array([1.0])), turned.lossless_receptance(z, np.array([1.0]))
     assert np.abs(ends[0].displacement - ends[1].displacement).max() <= 1e-11 * np.abs(ends[0].displacement).max()

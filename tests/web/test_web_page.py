@@ -345,7 +345,7 @@ def test_a_measured_history_becomes_the_load(desk: Desk, tmp_path: Path, request
     page.get_by_role("button", name="Read it again").click()
     expect(page.locator("#history-report")).to_contain_text("cycles used")
     expect(page.locator("#field-load-kind")).to_have_value("fourier")
-    expect(page.locator("#headline .figures dd").first).to_contain_text("309.8")
+    expect(page.locator("#headline .figures dd").first).to_contain_text("309.9")
 
 
 DROP = """files => {
@@ -373,7 +373,7 @@ def test_a_case_and_its_recording_are_taken_together(
         page.evaluate(DROP, [[file.name, file.read_text(encoding="utf-8")] for file in files])
     expect(page.locator("#history-report")).to_contain_text("cycles used")
     expect(page.locator("#field-load-kind")).to_have_value("fourier")
-    expect(page.locator("#headline .figures dd").first).to_contain_text("309.8")
+    expect(page.locator("#headline .figures dd").first).to_contain_text("309.9")
     expect(page.locator("#case-problems")).to_have_text("")
 
 

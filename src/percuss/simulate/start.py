@@ -11,7 +11,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.body import UniformBar
-from percuss.model.checks import Array, count, finite, having
+from percuss.model.checks import Array, count, finite, having, instance
 from percuss.simulate.drawn import DEFAULT_RANDOM_MODES, drawn
 from percuss.simulate.profile import Profile, modal_parts, number_tuple, sampled, values_at
 from percuss.simulate.spectrum import units
@@ -179,6 +179,8 @@ class Start:
             When the start has more modes than `modes`, or the striking end stands beyond the wall.
         """
         size = count("modes", modes, least=0, most=1 << 20) + 1
+        if system is not None:
+            instance("system", system, System)
         u, v = np.zeros(size), np.zeros(size)
         for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
             if self.gap is None and len(given) > size and any(given[size:]):

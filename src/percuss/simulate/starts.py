@@ -81,6 +81,7 @@ class Starts(Shown):
         """Single starts joined, for simulations with `modes` modes of one system, or of as many as starts."""
         listed = several("starts", starts, "one or more starts")
         checked = [instance("starts", start, Start) for start in listed]
+        systems = [instance("systems", system, System) for system in several("systems", systems, "a list of systems")]
         apart = len({(system.body, system.load.at) for system in systems}) > 1
         if apart and len(checked) == 1:
             checked *= len(systems)

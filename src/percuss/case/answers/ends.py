@@ -135,7 +135,7 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
     >>> from percuss.case import load_case
     >>> ends = ends_of(load_case("heavy-drifter"), 24)
     >>> sum(end.starts for end in ends.ends), sorted(end.label for end in ends.ends)
-    (24, ['aperiodic', 'z=1/1'])
+    (24, ['z=1/1'])
     """
     from percuss.case.answers.exploration_jobs import experiment_job_of
 
