@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +11,11 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.simulate.kernels.codes import GRAZED, LOST_CYCLE, WINDOW
 from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS
-from percuss.simulate.remembered import remembered
 from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.snapshot import Snapshot
 from percuss.simulate.soundness import MOST_PERIODS, TURN, numbers, shaped, true, within
+
+if TYPE_CHECKING:
+    from percuss.simulate.snapshot import Snapshot
 
 __all__ = ["RECORDS", "restored"]
 
@@ -35,6 +36,8 @@ def restored(motion: SimulatedMotion) -> Snapshot:
     PercussError
         When a simulation cannot have left it: it comes from a file that was changed, or made up.
     """
+    from percuss.simulate.snapshot import Snapshot  # the compiled room, which nobody needs who only reads a file
+
     try:
         _check(motion)
     except ValueError as error:
@@ -58,6 +61,8 @@ def _check(motion: SimulatedMotion) -> None:
         numbers(f"engine_{name}", values, values.shape)
     _now(snapshot["now"])
     _counts(snapshot["count"], max(len(system.load.values), 1), motion.impacts, len(motion.events))
+    from percuss.simulate.remembered import remembered
+
     remembered(motion)
 
 
