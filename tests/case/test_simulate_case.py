@@ -15,7 +15,7 @@ from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
-from percuss.simulate.starts import DISTRIBUTIONS
+from percuss.simulate import DISTRIBUTIONS
 from percuss.stability import floquet_multipliers
 
 SI = """

@@ -22,20 +22,6 @@ SPELLINGS = {
 WAVES_OF_A_UNIFORM_BAR = {"steady/near_resonance.py", "steady/step_waves.py"}
 """The contact force of a resting uniform bar by its waves, echo by echo: a closed form of that bar alone."""
 
-TO_BE_PORTED = {
-    "explore/tangent.py",
-    "paper/claim_stiffness.py",
-    "simulate/balance.py",
-    "simulate/kernels.py",
-    "simulate/remembered.py",
-    "simulate/spectrum.py",
-    "simulate/start.py",
-    "simulate/starts.py",
-    "simulate/tables.py",
-    "simulate/trajectory.py",
-}
-"""Files outside `model/body` that still spell them; this only ever gets shorter."""
-
 
 def spelled(text: str) -> list[str]:
     """What of a uniform bar's modes a text spells out."""
@@ -65,6 +51,4 @@ def test_nothing_else_is(text: str) -> None:
 def test_only_bodies_know_their_modes() -> None:
     files = [path for path in SOURCE.rglob("*.py") if "model/body" not in path.as_posix()]
     knowing = {path.relative_to(SOURCE).as_posix() for path in files if spelled(path.read_text(encoding="utf-8"))}
-    assert knowing - WAVES_OF_A_UNIFORM_BAR <= TO_BE_PORTED
-    assert not any(name.startswith("steady/") for name in TO_BE_PORTED)
-    assert knowing >= WAVES_OF_A_UNIFORM_BAR
+    assert knowing == WAVES_OF_A_UNIFORM_BAR

@@ -12,15 +12,6 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "percuss"
 
-ALLOWED = {
-    frozenset({"simulate.balance", "simulate.trajectory"}),
-    frozenset({"simulate.ensemble", "simulate.netcdf"}),
-    frozenset({"simulate.netcdf", "simulate.trajectory"}),
-    frozenset({"simulate.running", "simulate.trajectory"}),
-    frozenset({"simulate.start", "simulate.starts"}),
-}
-"""Pairs that do import each other: a simulated motion is saved, read, continued and balanced by methods of its own."""
-
 
 def imported(text: str, module: str, is_package: bool, known: set[str]) -> Iterator[str]:
     """The modules of the package that a module names in any import: at its top, for types, and inside functions."""
@@ -90,15 +81,12 @@ def package() -> dict[str, set[str]]:
 
 
 def test_no_two_modules_import_each_other(package: dict[str, set[str]]) -> None:
-    assert {short(pair) for pair in pairs(package)} <= ALLOWED
+    assert {short(pair) for pair in pairs(package)} == set()
 
 
 def test_no_longer_circle_of_imports_either(package: dict[str, set[str]]) -> None:
-    """Without the pairs that are allowed there is no way from a module back to itself."""
-    rest = {
-        name: {other for other in others if short({name, other}) not in ALLOWED} for name, others in package.items()
-    }
-    assert [sorted(short(circle)) for circle in circles(rest)] == []
+    """There is no way from a module back to itself."""
+    assert [sorted(short(circle)) for circle in circles(package)] == []
 
 
 def test_circles_of_every_kind_are_seen(tmp_path: Path) -> None:

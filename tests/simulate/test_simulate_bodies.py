@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from percuss import Load, Start, Stop, System, run
 from percuss.model.body import Body, Damping, External, KelvinVoigt, Ratio, Shape, Table, UniformBar
 from percuss.model.contact import Kept, Reversed
-from percuss.simulate.kernels.layout import POWERS, RATIO, SINGLY
+from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
 from percuss.simulate.kernels.modes import damped_phasors
 from percuss.simulate.snapshot import desk_for
 from percuss.simulate.tables import table_of

@@ -14,7 +14,8 @@ import pytest
 from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.simulate import Start, Stop, Trajectory, netcdf, run
-from percuss.simulate.kernels.layout import COUNT, GRAZED
+from percuss.simulate.kernels.codes import GRAZED
+from percuss.simulate.kernels.layout import COUNT
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")

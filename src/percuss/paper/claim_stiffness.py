@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from percuss.model import System
+from percuss.model.body import UniformBar
 from percuss.paper.claim_common import (
     DAMPED,
     HOLDS,
@@ -77,6 +78,11 @@ class Stiffness:
     noise: float
 
     @property
+    def first(self) -> float:
+        """The first natural frequency, sπ: B77's measure of stiffness."""
+        return float(UniformBar(self.s).frequencies(1)[0])
+
+    @property
     def same(self) -> dict[str, bool]:
         """Each test by itself."""
         return {
@@ -88,7 +94,7 @@ class Stiffness:
 
 def verdict_f(found: Sequence[Stiffness]) -> Verdict:
     """Among the stiff bars: everything the same, something, or nothing."""
-    stiff = [item for item in found if item.s * math.pi >= STIFF]
+    stiff = [item for item in found if item.first >= STIFF]
     if not stiff:
         return Verdict(NOT, "nothing was tried")
     names = list(stiff[0].same)
@@ -175,7 +181,7 @@ def claim_f(trial: Trial) -> Claim:
             found.append(item)
             rows.append(
                 (
-                    s, s * math.pi, "2πd = 0.03" if d else "none", 100 * threshold, percent(kept.agree, kept.cells),
+                    s, item.first, "2πd = 0.03" if d else "none", 100 * threshold, percent(kept.agree, kept.cells),
                     kept.growth, *kept.worst, kept.why, 100 * shift, 100 * noise,
                 )
             )  # fmt: skip
@@ -188,7 +194,7 @@ def _told(found: Sequence[Stiffness], rows: Sequence[tuple[Any, ...]], each: int
         "s", "sπ", "damping", "lower curve moves by, %", "stable where the rigid bar is", "greatest multiplier", "at R",
         "p_0/p_1", "reason there", "share of z=1/1 shifts by, points", "by chance up to",
     )  # fmt: skip
-    stiff = [item for item in found if item.s * math.pi >= STIFF]
+    stiff = [item for item in found if item.first >= STIFF]
     return Claim(
         "f",
         "stiffness",

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 from percuss.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
+    from percuss.simulate.balance import EnergyBalance
+    from percuss.simulate.drawn import DISTRIBUTIONS
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress
     from percuss.simulate.events import Event, Events
     from percuss.simulate.many import simulate_many
     from percuss.simulate.running import run
     from percuss.simulate.start import Start
-    from percuss.simulate.starts import DISTRIBUTIONS, Starts
+    from percuss.simulate.starts import Starts
     from percuss.simulate.stop import OUTCOMES, Stop
     from percuss.simulate.summary import Cycle, SISummary, Summary
-    from percuss.simulate.trajectory import EnergyBalance, Trajectory
+    from percuss.simulate.trajectory import Trajectory
 
 ensure_cache()  # before anything here is compiled
 
@@ -42,14 +44,14 @@ __all__ = [
 ]
 
 _HOME = {
-    "DISTRIBUTIONS": "starts",
+    "DISTRIBUTIONS": "drawn",
     "OUTCOMES": "stop",
     "Cycle": "summary",
     "Ensemble": "ensemble",
     "EnsembleProgress": "ensemble",
     "Starts": "starts",
     "simulate_many": "many",
-    "EnergyBalance": "trajectory",
+    "EnergyBalance": "balance",
     "Event": "events",
     "Events": "events",
     "Progress": "engine",

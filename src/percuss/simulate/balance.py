@@ -2,25 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, finite
-from percuss.simulate.trajectory import EnergyBalance
+from percuss.shown import Shown
+from percuss.simulate.simulated_motion import SimulatedMotion
 
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
-
-__all__ = ["energy_balance"]
+__all__ = ["EnergyBalance", "energy_balance"]
 
 _TURN = 2.0 * np.pi
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-def energy_balance(motion: Trajectory, first: float | None = None, last: float | None = None) -> EnergyBalance:
+@dataclass(frozen=True)
+class EnergyBalance(Shown):
+    """Energy between two instants; dimensionless.
+
+    Attributes
+    ----------
+    input
+        Work of the load.
+    damping, impacts
+        Taken by damping, and by impacts, chatter and rest.
+    stored
+        Rise of the kinetic and elastic energy of the bar.
+    """
+
+    input: float
+    damping: float
+    impacts: float
+    stored: float
+
+    @property
+    def imbalance(self) -> float:
+        """Input less damping, impacts and what is stored: 0 but for rounding."""
+        return self.input - self.damping - self.impacts - self.stored
+
+
+def energy_balance(motion: SimulatedMotion, first: float | None = None, last: float | None = None) -> EnergyBalance:
     """Energy between two times; see `Trajectory.energy_balance`."""
     begin = motion.begin_time if first is None else finite("first", first)
     end = motion.end_time if last is None else finite("last", last)
@@ -47,7 +70,7 @@ def energy_balance(motion: Trajectory, first: float | None = None, last: float |
     return EnergyBalance(put_in, lost, taken, float(stored[1] - stored[0]))
 
 
-def _breaks(motion: Trajectory, begin: float, end: float) -> Array:
+def _breaks(motion: SimulatedMotion, begin: float, end: float) -> Array:
     breaks = np.asarray(motion.system.load.breaks)
     if not breaks.size:
         return breaks

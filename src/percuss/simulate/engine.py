@@ -12,22 +12,9 @@ import numpy.typing as npt
 
 from percuss.model.checks import Array
 from percuss.simulate.events import Events
-from percuss.simulate.kernels.layout import (
-    AT_REST,
-    BY_IMPACTS,
-    BY_TIME,
-    BY_WORK,
-    DEPARTED,
-    EVENT,
-    MEMBER,
-    PAST,
-    PERIODIC,
-    STATE_NUMBERS,
-    UNRESOLVED,
-    Log,
-    Rules,
-    Table,
-)
+from percuss.simulate.kernels.calls import EVENT, MEMBER, STATE_NUMBERS, Log, Rules
+from percuss.simulate.kernels.codes import AT_REST, BY_IMPACTS, BY_TIME, BY_WORK, DEPARTED, PERIODIC, UNRESOLVED
+from percuss.simulate.kernels.layout import PAST, Table
 from percuss.simulate.kernels.many import follow as follow_compiled
 from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for
 from percuss.simulate.stop import Stop

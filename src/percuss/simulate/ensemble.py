@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -131,4 +131,6 @@ class Ensemble(Shown):
         """All columns, over the dimensions ``member`` and ``last``."""
         from percuss.simulate.netcdf import ensemble_dataset
 
-        return ensemble_dataset(self)
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays = {name: values for name, values in columns.items() if isinstance(values, np.ndarray)}
+        return ensemble_dataset(self.modes, {"label": self.label, "outcome": self.outcome, **arrays})

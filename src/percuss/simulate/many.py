@@ -17,7 +17,9 @@ from percuss.model.checks import callback, count, instance, several
 from percuss.notebook import watched
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
-from percuss.simulate.kernels.layout import BY_WORK, MEMBER, PAST, TURN, WINDOW, Desk, Motion, Rules, Table
+from percuss.simulate.kernels.calls import MEMBER, Rules
+from percuss.simulate.kernels.codes import BY_WORK, TURN, WINDOW
+from percuss.simulate.kernels.layout import PAST, Desk, Motion, Table
 from percuss.simulate.kernels.many import follow
 from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.running import run

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,18 +22,18 @@ from percuss.recordings.untrusted_files import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
 from percuss.simulate.restored import RECORDS
+from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.soundness import sound
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.summary import Cycle
-from percuss.simulate.trajectory import Trajectory
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.simulate.ensemble import Ensemble
-
 __all__ = ["ensemble_dataset", "read", "to_dataset", "write"]
+
+Kind = TypeVar("Kind", bound=SimulatedMotion)
 
 _FORMAT = "percuss trajectory 3"
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
@@ -60,7 +61,7 @@ _MEANING = {
 }
 
 
-def to_dataset(motion: Trajectory) -> xarray.Dataset:
+def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
     package = _xarray()
     variables: dict[str, Any] = {}
@@ -104,27 +105,23 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
     return dataset.assign_attrs(sha256=_digest(dataset))
 
 
-def ensemble_dataset(ensemble: Ensemble) -> xarray.Dataset:
-    """See `Ensemble.to_xarray`."""
+def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xarray.Dataset:
+    """See `Ensemble.to_xarray`: its columns, each of shape (members,) or (members, last)."""
     package = _xarray()
-    variables: dict[str, Any] = {"label": ("member", ensemble.label), "outcome": ("member", ensemble.outcome)}
-    for field in fields(ensemble):
-        values = getattr(ensemble, field.name)
-        if isinstance(values, np.ndarray):
-            variables[field.name] = (("member", "last")[: values.ndim], values)
+    variables = {name: (("member", "last")[: values.ndim], values) for name, values in columns.items()}
     dataset: xarray.Dataset = package.Dataset(
-        variables, attrs={"modes": ensemble.modes, "percuss_version": __version__, "title": "percuss ensemble"}
+        variables, attrs={"modes": modes, "percuss_version": __version__, "title": "percuss ensemble"}
     )
     return dataset
 
 
-def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
+def write(motion: SimulatedMotion, path: str | os.PathLike[str]) -> None:
     """Write the file: whole, or not at all."""
     write_dataset(to_dataset(motion), checked_path("path", path))
 
 
-def read(path: str | os.PathLike[str]) -> Trajectory:
-    """See `Trajectory.load`."""
+def read(path: str | os.PathLike[str], kind: type[Kind]) -> Kind:
+    """See `Trajectory.load`; `kind`: the class of the motion."""
     name = checked_path("path", path)
     package = _xarray()
     _need("h5netcdf")
@@ -148,7 +145,9 @@ def read(path: str | os.PathLike[str]) -> Trajectory:
         raise PercussError(f"{name}: {found}", f"this version reads '{_FORMAT}'")
     try:
         if dataset.attrs["sha256"] == _digest(dataset):
-            return sound(_from_dataset(dataset))
+            motion = _from_dataset(dataset, kind)
+            sound(motion)
+            return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise _damaged(name, str(error)[:200]) from None
     raise _damaged(name, "its numbers are not the ones that were written")
@@ -181,7 +180,7 @@ def _digest(dataset: xarray.Dataset) -> str:
     return found.hexdigest()
 
 
-def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
+def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     about = json.loads(dataset.attrs["description"])
     system = system_from(json.loads(dataset.attrs["system"]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
@@ -189,7 +188,7 @@ def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     engine = {
         name: _records(name, dataset[f"engine_{name}"]) for name in ("z", "now", "count", "cycle", "past", "sums")
     }
-    return Trajectory(
+    return kind(
         system=system,
         modes=modes,
         events=Events(**{field.name: dataset[field.name].values for field in fields(Events)}),

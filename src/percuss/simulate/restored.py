@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.simulate.kernels.layout import COUNT, GRAZED, LOST_CYCLE, NOW, PAST, SUMS, WINDOW
+from percuss.simulate.kernels.codes import GRAZED, LOST_CYCLE, WINDOW
+from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS
+from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.soundness import MOST_PERIODS, TURN, numbers, shaped, true, within
 
 if TYPE_CHECKING:
     from percuss.simulate.snapshot import Snapshot
-    from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["RECORDS", "restored"]
 
@@ -27,7 +28,7 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 """Type and number of the records of a snapshot."""
 
 
-def restored(motion: Trajectory) -> Snapshot:
+def restored(motion: SimulatedMotion) -> Snapshot:
     """The state at the end of a motion, in arrays as the kernels want them.
 
     Raises
@@ -46,7 +47,7 @@ def restored(motion: Trajectory) -> Snapshot:
     return Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in names})
 
 
-def _check(motion: Trajectory) -> None:
+def _check(motion: SimulatedMotion) -> None:
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
     for name in ("z", "now", "count", "cycle", "past", "sums"):
         if name not in snapshot:

@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
 
 from percuss.model import System
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
-from percuss.simulate.engine import Progress, Stretch, follow
-from percuss.simulate.events import Events
+from percuss.simulate.engine import Progress, follow
 from percuss.simulate.flight import Anchor
-from percuss.simulate.kernels.layout import LOST_CYCLE, RESTING
-from percuss.simulate.restored import restored
+from percuss.simulate.going_on import ending
+from percuss.simulate.kernels.codes import RESTING
 from percuss.simulate.snapshot import begin
 from percuss.simulate.start import Start
 from percuss.simulate.stop import MAX_MODES, Stop
-from percuss.simulate.summary import Cycle, label_of
 from percuss.simulate.tables import prepared
 from percuss.simulate.trajectory import Trajectory
 
-__all__ = ["cycle_of", "go_on", "run", "unresolved"]
-
-_ARRAYS = ("z", "now", "count", "cycle", "past", "sums")
+__all__ = ["run"]
 
 
 def run(
@@ -82,57 +74,11 @@ def run(
     )
     with watched(progress) as watch:
         stretch = follow(table, snapshot, stop, start.time, watch)
-    return _trajectory(system, spectrum.modes, stretch, anchor, int(count_["mode"]) == RESTING, stop, start.time)
-
-
-def go_on(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Trajectory:
-    """A motion followed further."""
-    snapshot = restored(motion)
-    with watched(progress) as watch:
-        stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, watch)
-    whole = Stretch(
-        Events.of_all([motion.events, stretch.events]),
-        np.concatenate([motion.states, stretch.states]),
-        stretch.snapshot,
-        stretch.outcome,
-        stretch.wanders,
-    )
-    return _trajectory(motion.system, motion.modes, whole, motion.start, motion.resting, stop, motion.begin_time)
-
-
-def cycle_of(count: npt.NDArray[Any]) -> Cycle | None:
-    """The confirmed cycle that the engine's whole numbers tell of."""
-    if count["confirmed"][0] < 2:
-        return None
-    names = ("found_at", "cycle_impacts", "cycle_periods", "cycle_kind")
-    first, impacts, periods, kind = (int(count[name][0]) for name in names)
-    return Cycle(first - 1, impacts, periods, kind)
-
-
-def unresolved(count: npt.NDArray[Any]) -> bool:
-    """Whether the engine's whole numbers tell of equal releases with a number of load periods that is lost."""
-    return bool(count["verdict"][0] == LOST_CYCLE)
-
-
-def _trajectory(
-    system: System, modes: int, stretch: Stretch, start: Anchor, resting: bool, stop: Stop, begin_time: float
-) -> Trajectory:
-    state = stretch.snapshot
-    cycle = cycle_of(state.count)
-    wanders = not system.load.is_constant and stretch.wanders
-    end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
     return Trajectory(
         system=system,
-        modes=modes,
-        events=stretch.events,
-        states=stretch.states,
-        start=start,
-        resting=resting,
-        snapshot={name: getattr(state, name) for name in _ARRAYS},
-        outcome=stretch.outcome,
-        label=label_of(stretch.outcome, cycle, wanders or unresolved(state.count)),
-        cycle=cycle,
-        stop=stop,
-        begin_time=begin_time,
-        end_time=max(end, begin_time),
+        modes=spectrum.modes,
+        start=anchor,
+        resting=int(count_["mode"]) == RESTING,
+        begin_time=start.time,
+        **ending(system, stretch, stop, start.time),
     )

@@ -9,21 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
-from percuss.simulate.kernels.layout import (
-    COUNT,
-    EVENT,
-    NOW,
-    PAST,
-    SUMS,
-    TURN,
-    TURN_LOW,
-    WINDOW,
-    Desk,
-    Log,
-    Motion,
-    Starts,
-    Table,
-)
+from percuss.simulate.kernels.calls import EVENT, Log, Starts
+from percuss.simulate.kernels.codes import TURN, TURN_LOW, WINDOW
+from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS, Desk, Motion, Table
 from percuss.simulate.kernels.place import place
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start

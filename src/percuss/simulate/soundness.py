@@ -17,9 +17,9 @@ import numpy.typing as npt
 from percuss.model.checks import count, finite
 from percuss.simulate.events import IMPACT, KINDS, Events
 from percuss.simulate.flight import Anchor
+from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES
 from percuss.simulate.summary import Cycle
-from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["MOST_PERIODS", "TURN", "numbers", "shaped", "sound", "true", "within"]
 
@@ -33,8 +33,8 @@ _EVENT_TYPES = {"code": np.int8, "period": np.int64, "resolved": np.int64, "piec
 """Of the columns of events; the others are float64."""
 
 
-def sound(motion: Trajectory) -> Trajectory:
-    """The same motion, when all of it can be what a simulation has left.
+def sound(motion: SimulatedMotion) -> None:
+    """Refuse a motion of which not all can be what a simulation has left.
 
     Raises
     ------
@@ -54,7 +54,6 @@ def sound(motion: Trajectory) -> Trajectory:
     _impacts(motion)
     impacts = int(np.count_nonzero(motion.events.code == IMPACT))
     _cycle(motion.cycle, impacts)
-    return motion
 
 
 def true(good: object, what: str) -> None:
@@ -105,7 +104,7 @@ def _events(events: Events, pieces: int) -> None:
     true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
 
 
-def _impacts(motion: Trajectory) -> None:
+def _impacts(motion: SimulatedMotion) -> None:
     """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
     events, r, at = motion.events, motion.system.restitution, motion.events.code == IMPACT
     speed, blow, most = events.impact_velocity[at], events.kinetic_energy[at], 1.0 + _ROUNDING

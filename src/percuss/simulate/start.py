@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -12,16 +10,13 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.body import Body, UniformBar
-from percuss.model.checks import Array, count, finite, having, instance, numbers
+from percuss.model.body import UniformBar
+from percuss.model.checks import Array, count, finite, having, instance
+from percuss.simulate.drawn import DEFAULT_RANDOM_MODES, drawn
+from percuss.simulate.profile import Profile, modal_parts, number_tuple, sampled, values_at
 from percuss.simulate.spectrum import units
 
 __all__ = ["Start"]
-
-Profile = npt.ArrayLike | Callable[[Array], npt.ArrayLike]
-
-DEFAULT_RANDOM_MODES = 32
-"""Elastic modes that a random start excites."""
 
 MOST = 1e12
 """The largest load phase, displacement and velocity of a start: beyond, no digit of an impact's phase is left."""
@@ -91,7 +86,7 @@ class Start:
         if abs(self.time) > MOST:
             raise ParameterError("time", self.time, f"a load phase of at most {MOST:g} radians")
         for name in ("displacement", "velocity"):
-            values = _numbers(name, getattr(self, name))
+            values = number_tuple(name, getattr(self, name))
             if max(map(abs, values)) > MOST:
                 raise ParameterError(name, max(values, key=abs), f"numbers of at most {MOST:g}")
             object.__setattr__(self, name, values)
@@ -121,8 +116,8 @@ class Start:
     @classmethod
     def modal(cls, displacement: npt.ArrayLike, velocity: npt.ArrayLike | None = None, time: float = 0.0) -> Start:
         """Full modal vectors u_n and u_n', n = 0 … N."""
-        u = _numbers("modal_displacement", displacement)
-        v = (0.0,) * len(u) if velocity is None else _numbers("modal_velocity", velocity)
+        u = number_tuple("modal_displacement", displacement)
+        v = (0.0,) * len(u) if velocity is None else number_tuple("modal_velocity", velocity)
         if len(u) != len(v):
             raise ParameterError("modal_velocity", f"{len(v)} numbers", f"as many as modal_displacement: {len(u)}")
         return cls(u, v, time)
@@ -139,8 +134,9 @@ class Start:
         time
             Load phase in radians.
         """
-        profile = (_sampled("displacement", displacement), _sampled("velocity", velocity))
-        end, _ = (float(_values(part, np.array([1.0]))[0]) for part in profile)  # a wrong velocity is told of here, too
+        profile = (sampled("displacement", displacement), sampled("velocity", velocity))
+        # a wrong velocity is told of here, too
+        end, _ = (float(values_at(part, np.array([1.0]))[0]) for part in profile)
         return cls(time=time, gap=finite("displacement(1)", end), profile=profile)
 
     @classmethod
@@ -150,7 +146,7 @@ class Start:
         A perturbation of displacement moves the striking end off the wall: it must not move it beyond.
         """
         having("orbit", orbit, ("modal_state",), "a steady motion, such as one of steady_states(system).orbits")
-        du, dv = _numbers("displacement", displacement), _numbers("velocity", velocity)
+        du, dv = number_tuple("displacement", displacement), number_tuple("velocity", velocity)
         return cls(du, dv, float(orbit.phase), source=orbit)
 
     @classmethod
@@ -158,9 +154,8 @@ class Start:
         cls, system: System, seed: int = 0, distribution: str = "rigid", modes: int = DEFAULT_RANDOM_MODES
     ) -> Start:
         """One start drawn from a named distribution; see `Starts.random`."""
-        from percuss.simulate.starts import Starts
-
-        return Starts.random(system, 1, seed=seed, distribution=distribution, modes=modes)[0]
+        u, v, gap, time = drawn(system, 1, seed, distribution, modes)
+        return cls(tuple(u[0].tolist()), tuple(v[0].tolist()), float(time[0]), gap=float(gap[0]))
 
     # -- the state --
 
@@ -196,7 +191,7 @@ class Start:
         body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
         unit = units(body.modes(modes, place))
         if self.profile is not None:
-            u, v = (_parts(profile, body, unit) for profile in self.profile)
+            u, v = (modal_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
             at = self.source.modal_state(size - 1)
             v[1:] += at.z_velocity + at.forced_velocity
@@ -224,15 +219,6 @@ class Start:
         return f"Start.modal({len(self.displacement)} modes, time={self.time!r})"
 
 
-def _numbers(name: str, values: object) -> tuple[float, ...]:
-    if isinstance(values, tuple) and len(values) == 1 and type(values[0]) is float and math.isfinite(values[0]):
-        return values  # of an undeformed bar
-    array = numbers(name, values, "one or more finite numbers").reshape(-1)
-    if not array.size:
-        raise ParameterError(name, values, "one or more finite numbers")
-    return tuple(array.tolist())
-
-
 def _not_beyond(position: float) -> float:
     if position > 0.0:
         raise ParameterError("position", position, "0 (on the wall) or less", "the bar is on the negative side")
@@ -246,71 +232,3 @@ def _on_wall(gap: float, size: float) -> float:
     if gap > 0.0:
         raise ParameterError("gap", gap, "a striking end at or before the wall, u(1) ≤ 0", "lower u_0")
     return gap
-
-
-# -- fields along the bar -------------------------------------------------------------------------------------------
-
-
-def _sampled(name: str, profile: Profile) -> Profile:
-    if callable(profile):
-        return profile
-    values = np.atleast_1d(np.asarray(_numbers(name, profile)))
-    return tuple((np.repeat(values, 2) if values.size == 1 else values).tolist())
-
-
-def _values(profile: Profile, x: Array) -> Array:
-    if callable(profile):
-        accepted = "finite values on 0 ≤ x ≤ 1, as many as x or one"
-        found = numbers("displacement or velocity", profile(x), accepted)
-        if found.shape not in ((), (1,), x.shape):
-            raise ParameterError("displacement or velocity", f"shape {found.shape}", accepted)
-        return np.broadcast_to(found, x.shape)
-    samples = np.asarray(profile, dtype=float)
-    return np.asarray(np.interp(x, np.linspace(0.0, 1.0, samples.size), samples))
-
-
-def _parts(profile: Profile, body: Body, unit: Array) -> Array:
-    """u_n of a profile, n = 0 … N; of other bodies than the uniform bar those that fit it best along the bar."""
-    size = unit.size + 1
-    if isinstance(body, UniformBar):
-        alternating = 2.0 * np.where(np.arange(1, size) % 2, -1.0, 1.0)
-        return np.asarray(_cosines(profile, size) * np.append(1.0, alternating / unit))
-    x, w = _gauss(max(16, 2 * size))
-    shapes = np.column_stack([np.ones(x.size), body.shapes(x, unit.size).displacement * unit])
-    values = np.asarray(_values(profile, x), dtype=float)
-    if not np.all(np.isfinite(values)):
-        raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
-    root = np.sqrt(w)
-    return np.asarray(np.linalg.lstsq(shapes * root[:, None], values * root)[0], dtype=float)
-
-
-def _cosines(profile: Profile, size: int) -> Array:
-    """∫₀¹ u(x) cos nπx dx for n < size: exact for samples joined by straight lines, else by Gauss's rule, refined."""
-    n = np.arange(size)
-    if not callable(profile):
-        u = np.asarray(profile, dtype=float)
-        x = np.linspace(0.0, 1.0, u.size)
-        slope = np.diff(u) / np.diff(x)
-        found = np.empty(size)
-        found[0] = np.trapezoid(u, x)
-        found[1:] = np.diff(np.cos(np.pi * np.outer(n[1:], x)), axis=1) @ slope / (np.pi * n[1:]) ** 2
-        return found
-    last = np.full(size, np.inf)
-    panels = max(8, size)
-    while True:
-        x, w = _gauss(panels)
-        values = np.asarray(_values(profile, x), dtype=float)
-        if not np.all(np.isfinite(values)):
-            raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
-        found = np.cos(np.pi * np.outer(n, x)) @ (w * values)
-        if float(np.abs(found - last).max()) <= 1e-14 * float(np.abs(values).max()) or panels > 16384:
-            return np.asarray(found)
-        last, panels = found, 2 * panels
-
-
-def _gauss(panels: int, points: int = 8) -> tuple[Array, Array]:
-    """Points and weights of Gauss's rule on equal panels of [0, 1]."""
-    t, w = np.polynomial.legendre.leggauss(points)
-    left = np.arange(panels)[:, None] / panels
-    x = left + 0.5 * (t + 1.0)[None, :] / panels
-    return x.reshape(-1), np.tile(0.5 * w / panels, panels)

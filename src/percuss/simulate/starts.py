@@ -10,19 +10,12 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, choice, count, instance, numbers, several
+from percuss.model.checks import Array, instance, numbers, several
 from percuss.shown import Shown
-from percuss.simulate.spectrum import units
-from percuss.simulate.start import DEFAULT_RANDOM_MODES, MOST, Start
-from percuss.simulate.stop import MAX_MODES
+from percuss.simulate.drawn import DEFAULT_RANDOM_MODES, drawn
+from percuss.simulate.start import MOST, Start
 
-__all__ = ["DISTRIBUTIONS", "Starts"]
-
-DISTRIBUTIONS = ("rigid", "still", "ringing")
-"""The named distributions of random starts."""
-
-_TURN = 2.0 * np.pi
-_MOST_STARTS = 10**9
+__all__ = ["Starts"]
 
 
 @dataclass(frozen=True)
@@ -130,24 +123,7 @@ class Starts(Shown):
         seed
             Of numpy's default generator.
         """
-        instance("system", system, System)
-        n, number = count("modes", modes, least=0, most=MAX_MODES), count("size", size, least=1, most=_MOST_STARTS)
-        choice("distribution", distribution, *DISTRIBUTIONS)
-        draw = np.random.default_rng(count("seed", seed, least=0))
-        scale = float(np.abs(system.load.coefficients).sum())
-        gap = draw.uniform(-5.0 * scale, 0.0, number)
-        mean = draw.uniform(-3.0 * scale, 3.0 * scale, number) * (distribution != "still")
-        time = draw.uniform(0.0, _TURN, number)
-        if distribution != "ringing":
-            return cls(gap[:, None], mean[:, None], gap, time)
-        k = np.arange(1, n + 1)
-        size_of = draw.normal(0.0, 1.0, (number, n)) * scale / (3.0 * k)
-        turn = draw.uniform(0.0, _TURN, (number, n))
-        elastic = system.body.modes(n, system.load.at)
-        u = size_of * np.cos(turn) / elastic.omega
-        v = size_of * np.sin(turn)
-        first = gap - u @ units(elastic)
-        return cls(np.column_stack([first, u]), np.column_stack([mean, v]), gap, time)
+        return cls(*drawn(system, size, seed, distribution, modes))
 
     # -- as a sequence --
 

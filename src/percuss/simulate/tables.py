@@ -10,7 +10,8 @@ import numpy.typing as npt
 from percuss.model import Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
-from percuss.simulate.kernels.layout import BAR, POWERS, RATIO, SINGLY, Harmonics, Modes, Table
+from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
+from percuss.simulate.kernels.layout import BAR, Harmonics, Modes, Table
 from percuss.simulate.kernels.load import release_phases
 from percuss.simulate.spectrum import Spectrum, units
 
@@ -127,7 +128,7 @@ def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
 
 
 def _law(omega: Array, damping: Array, creeps: npt.NDArray[np.bool_]) -> int:
-    """How the phasors of the modes are computed best, see `percuss.simulate.kernels.layout`."""
+    """How the phasors of the modes are computed best, see `percuss.simulate.kernels.codes`."""
     if not omega.size:
         return POWERS
     number = np.arange(1.0, omega.size + 1.0)

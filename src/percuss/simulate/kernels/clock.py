@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.codes import TURN, TURN_LOW
 from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.elementary import sine_cosine
-from percuss.simulate.kernels.layout import TURN, TURN_LOW
 
 
 @inlined

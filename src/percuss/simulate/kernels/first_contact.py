@@ -18,12 +18,12 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inlined, inner
-from percuss.simulate.kernels.creeping import creeping
+from percuss.simulate.kernels.codes import AWAY, CONTACT, EPS, GRAZE, NOTHING, OPEN, TIRED, TURN
+from percuss.simulate.kernels.compiled import copied, inlined, inner
 from percuss.simulate.kernels.elementary import below, drift, reach, reach_cubic
-from percuss.simulate.kernels.layout import AWAY, CONTACT, EPS, GRAZE, NOTHING, POWERS, TIRED, TURN
-from percuss.simulate.kernels.modes import elastic, ringing, ringing_left
-from percuss.simulate.kernels.rounding import blur, blur_of
+from percuss.simulate.kernels.flight_bounds import bounds_anew, bounds_at_anchor, smooth_bounds
+from percuss.simulate.kernels.modes import elastic
+from percuss.simulate.kernels.rounding import blur
 from percuss.simulate.kernels.smooth import smooth_and_drift
 from percuss.simulate.kernels.touch import approach, refined
 
@@ -55,25 +55,131 @@ def like_flight(motion):
     return flight
 
 
-@inlined
-def bounds_anew(bar, modes, motion, desk, ring, tau):
-    """Bounds at τ: of the oscillating part f, of how much more the creeping one comes to, and of f', f'', f‴ of both.
+@copied
+def sure_rise(size, v, a, first, jerk, wide):
+    """Whether y grows for a time `wide` about one with its rate and acceleration, whatever rounding did to them."""
+    return v > size.rush + size.push * first + (abs(a) + size.crush + jerk * wide) * wide
 
-    `ring`: those of the oscillating part at the anchor.
+
+@copied
+def tried(table, motion, desk, way, bounds, guess):
+    """A time worth trying: since when the gap is known to be free when it is until some time after that, or inf.
+
+    Returns that time, the time tried with gap, rate and acceleration there, in what time the gap passes 0, and `slip`.
     """
-    z, work = motion.z, desk
-    if bar.law == POWERS:
-        fade = math.exp(-bar.half * tau) * (1.0 + 1e-12)
-        left, left1, left2, left3 = ring[0] * fade, ring[1] * fade, ring[2] * fade, ring[3] * fade
-    else:
-        grown = 1.0 + 1e-12
-        left, left1, left2, left3 = ringing_left(modes, z, work)
-        left, left1, left2, left3 = left * grown, left1 * grown, left2 * grown, left3 * grown
-    most = 0.0
-    if modes.creeping.shape[0]:
-        most, sup1, sup2, sup3 = creeping(modes, z, work, tau)
-        left1, left2, left3 = sup1 + left1, sup2 + left2, sup3 + left3
-    return left, most, left1, left2, left3
+    now, size = motion.now, way.size
+    ds, vs, sa, first, second = smooth_and_drift(table.bar, now, desk.osc, guess)
+    df, fv, fa, slip = elastic(table.bar, table.modes, motion.z, now, desk, guess)
+    y, v, a = now.gap + ds + df, vs + fv, sa + fa
+    wrong = abs(y) + blur(size, guess, first, second)
+    width, free_from = 2.0 * wrong / v, math.inf
+    if v > 0.0 and sure_rise(size, v, a, first, bounds.jerk, width):  # y grows from before to after its root …
+        top = max(ds + bounds.top + wrong, 0.0)
+        free_from = guess - below_since(wrong, vs - bounds.sup1, top, vs, bounds.up, width)
+        if free_from > guess:
+            free_from = math.inf
+    return free_from, (guess, y, v, a), width, slip
+
+
+@copied
+def let_go(table, motion, desk, way, begin, horizon):
+    """The end of the time for which a flight is known to be free: OPEN, and all there is at the last time looked at.
+
+    CONTACT: the load pushes again, and the bar is still, or back, on the wall. NOTHING: not before the horizon.
+    """
+    bar, now = table.bar, motion.now
+    here, part, df, noise, slip = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
+    for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
+        tau = begin + tries * bar.ripple
+        if tau >= horizon:
+            return NOTHING, here, part, df, noise, slip, tries
+        part = smooth_and_drift(bar, now, desk.osc, tau)
+        df, fv, fa, slip = elastic(bar, table.modes, motion.z, now, desk, tau)
+        here = (tau, now.gap + part[0] + df, part[1] + fv, part[2] + fa)
+        noise = blur(way.size, tau, part[3], part[4])
+        if here[1] + noise < 0.0:
+            return OPEN, here, part, df, noise, slip, tries + 1
+        if here[2] > 0.0 or tries == 8:
+            return CONTACT, here, part, df, noise, slip, tries + 1
+    return CONTACT, here, part, df, noise, slip, 9
+
+
+@copied
+def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon):
+    """How far the gap is free by the smooth part with a bound of the elastic one.
+
+    `part`, `df`, `noise`: the smooth part, the elastic one and the error at the time of `here`. `risen`: when the
+    bounds of S'' were taken. OPEN up to a time; CONTACT when `free_from` is reached; NOTHING before the horizon; AWAY.
+    Returns that, the time, when the smooth part was last looked at, what it was then, how often, and the bounds.
+    """
+    bar, now, n, size = table.bar, motion.now, table.modes.omega.shape[0], way.size
+    tau, t, at, looks = here[0], here[0], here[0], 0
+    u1, u2 = here[1] + noise, now.gap + part[0] + bounds.top + noise
+    for _ in range(200):
+        rate, first = part[1], part[3]
+        step = reach(u2, rate, bounds.up)
+        if n and step <= 0.0:
+            step = reach(u1, rate + bounds.sup1, bounds.up)
+        if at > TURN:  # … or, from afar, by the drift with a bound of all that oscillates …
+            far = now.gap + now.drift * first + bar.mean * part[4] + way.beat + bounds.top + noise
+            if far < 0.0:
+                step = max(step, reach(far, now.drift + way.pull * first, bounds.up - bar.curve))
+        if not at + step > t:
+            break
+        t = at + step
+        if math.inf > t >= free_from:
+            return CONTACT, t, at, part, noise, looks, bounds, risen
+        if t >= horizon:
+            return NOTHING, t, at, part, noise, looks, bounds, risen
+        part = smooth_and_drift(bar, now, desk.osc, t)
+        at, looks, rate = t, looks + 1, part[1]
+        noise = blur(size, t, part[3], part[4])
+        u2 = now.gap + part[0] + bounds.top + noise
+        u1 = now.gap + part[0] + df + bounds.sup1 * (t - tau) + noise
+        if bar.damping * (t - risen) > 0.25:
+            risen, bounds = t, smooth_bounds(bar, way, bounds, part[3])
+        curve, square = bounds.curve, rate * rate
+        if rate > 0.0 and -2.0 * curve * u2 < square and (n == 0 or -u2 <= bounds.top or -u2 * curve < 1e-3 * square):
+            break
+        if n == 0 and step < 1e-14 * t:
+            break
+        if bar.mean <= 0.0 and away(bar, now, u2, t):
+            return AWAY, t, at, part, noise, looks, bounds, risen
+    return OPEN, t, at, part, noise, looks, bounds, risen
+
+
+@copied
+def looked(table, motion, desk, way, bounds, here, part, at, tau, stuck, since, risen, horizon):
+    """The gap at τ, and whether its rate and its bounds there decide: CONTACT, with two times between which it is 0.
+
+    `part`: the smooth part when it was last looked at, `at`. `stuck`: whether there was no way on. Otherwise GRAZE,
+    NOTHING, or OPEN. `since`, `risen`: when the bounds were taken.
+    """
+    bar, now, size, behind = table.bar, motion.now, way.size, here[0]
+    if at != tau:
+        part = smooth_and_drift(bar, now, desk.osc, tau)
+    df, fv, fa, slip = elastic(bar, table.modes, motion.z, now, desk, tau)
+    y, v, a, first = now.gap + part[0] + df, part[1] + fv, part[2] + fa, part[3]
+    noise = blur(size, tau, first, part[4])
+    ahead, certain = math.inf, False
+    if y >= 0.0 and v > 0.0:  # the bounds from before hold for the time before as well
+        ahead = 2.0 * (y + noise) / v
+        certain = sure_rise(size, v, a, first, bounds.jerk, ahead)
+    if table.modes.creeping.shape[0] > 0 or bar.wane * (tau - since) > 0.25:  # damping has taken its part
+        since, risen = tau, tau
+        bounds = bounds_anew(table, motion, desk, way, tau, first)
+    if y < 0.0 and v > 0.0:
+        ahead = 2.0 * (noise - y) / v
+        certain = sure_rise(size, v, a, first, bounds.jerk, ahead)
+    here, found, low, high, more = (tau, y, v, a), OPEN, 0.0, math.inf, 0
+    if certain:  # y grows until it has surely passed 0
+        found = CONTACT
+        low, high = (tau, tau + ahead) if y < 0.0 else (max(tau - ahead, behind), tau)
+    elif y > -noise or stuck:
+        found, here, low, high, slip, more = approach(
+            table, motion, desk, here, behind, noise, size, bounds.jerk, horizon, slip
+        )
+    return found, here, part, df, noise, (low, high), bounds, since, risen, slip, more + 1
 
 
 @inlined
@@ -84,150 +190,55 @@ def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
     its time, the gap's rate there, the number of evaluations of the modal sum, how much later than the last one the
     contact is, and what `phasors` said.
     """
-    bar, modes, now, z, osc = table.bar, table.modes, motion.now, motion.z, desk.osc
-    n, d, creeps = modes.omega.shape[0], bar.damping, modes.creeping.shape[0] > 0
-    y0, free = now.gap, now.free_oscillating
-    pull = bar.mean - d * now.drift
-    curve, up = bar.curve + abs(pull), bar.curve + max(pull, 0.0)
-    ring = (now.sup, now.sup1, now.sup2, now.sup3)
-    most, sup1, sup2, sup3 = 0.0, now.sup1, now.sup2, now.sup3
-    if creeps:
-        grown = 1.0 + 1e-12
-        rung, rung1, rung2, rung3 = ringing(modes, z)
-        ring = (rung * grown, rung1 * grown, rung2 * grown, rung3 * grown)
-        most, sup1, sup2, sup3 = creeping(modes, z, desk, 0.0)
-        sup1, sup2, sup3 = ring[1] + sup1, ring[2] + sup2, ring[3] + sup3
-    top, jerk = ring[0] - free + most, bar.jerk + d * abs(pull) + sup3
-    size = blur_of(bar, modes, motion, osc, ring[1], ring[2], curve)
-    beat = bar.reach
-    for k in range(osc.shape[1]):
-        beat -= osc[0, k]
-    tau, y, v, a = 0.0, y0, now.gap_rate, now.acceleration
-    ds, vs, df, first, second = 0.0, now.smooth_rate, 0.0, 0.0, 0.0
-    noise = 0.0 if on_wall else size.at
-    evaluations, looks, slip, since, risen = 0, 0, 0.0, 0.0, 0.0
-    low, high, behind = 0.0, math.inf, 0.0
-    free_from, y_there, v_there, a_there, width = math.inf, 0.0, 0.0, 0.0, 0.0
+    now = motion.now
+    way, bounds = bounds_at_anchor(table, motion, desk)
+    here, part = (0.0, now.gap, now.gap_rate, now.acceleration), (0.0, now.smooth_rate, 0.0, 0.0, 0.0)
+    df, noise = 0.0, 0.0 if on_wall else way.size.at
+    evaluations, looks, slip, since, risen, free_from = 0, 0, 0.0, 0.0, 0.0, math.inf
+    there, width, span = here, 0.0, (0.0, math.inf)
     if 0.0 < guess < horizon:
-        ds, vs, sa, first, second = smooth_and_drift(bar, now, osc, guess)
-        df, fv, fa, slip = elastic(bar, modes, z, now, desk, guess)
-        evaluations += 1
-        y_there, v_there, a_there = y0 + ds + df, vs + fv, sa + fa
-        wrong = abs(y_there) + blur(size, guess, first, second)
-        width = 2.0 * wrong / v_there
-        # y grows from before to after its root …
-        if (
-            v_there > 0.0
-            and v_there > size.rush + size.push * first + (abs(a_there) + size.crush + jerk * width) * width
-        ):
-            free_from = guess - below_since(wrong, vs - sup1, max(ds + top + wrong, 0.0), vs, up, width)
-            if free_from > guess:
-                free_from = math.inf
-        ds, vs, df, first, second = 0.0, now.smooth_rate, 0.0, 0.0, 0.0
+        free_from, there, width, slip = tried(table, motion, desk, way, bounds, guess)
+        evaluations = 1
     elif begin > 0.0:
-        for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
-            tau = begin + tries * bar.ripple
-            if tau >= horizon:
-                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            ds, vs, sa, first, second = smooth_and_drift(bar, now, osc, tau)
-            df, fv, fa, slip = elastic(bar, modes, z, now, desk, tau)
-            evaluations += 1
-            y, v, a = y0 + ds + df, vs + fv, sa + fa
-            noise = blur(size, tau, first, second)
-            if y + noise < 0.0:
-                break
-            if v > 0.0 or tries == 8:  # the load pushes again: the bar is still, or back, on the wall
-                return CONTACT, tau, max(v, 0.0), evaluations + looks, 0.0, slip
+        found, here, part, df, noise, slip, evaluations = let_go(table, motion, desk, way, begin, horizon)
+        if found == NOTHING:
+            return NOTHING, horizon, 0.0, evaluations, 0.0, 0.0
+        if found == CONTACT:
+            return CONTACT, here[0], max(here[2], 0.0), evaluations, 0.0, slip
     while True:
-        found = NOTHING
-        # how far the gap is free by the smooth part with a bound of the elastic one …
-        t, at, u1, u2 = tau, tau, y + noise, y0 + ds + top + noise
-        for _ in range(200):
-            step = reach(u2, vs, up)
-            if n and step <= 0.0:
-                step = reach(u1, vs + sup1, up)
-            if at > TURN:  # … or, from afar, by the drift with a bound of all that oscillates …
-                far = y0 + now.drift * first + bar.mean * second + beat + top + noise
-                if far < 0.0:
-                    step = max(step, reach(far, now.drift + pull * first, up - bar.curve))
-            if not at + step > t:
-                break
-            gain = step
-            t = at + step
-            if math.inf > t >= free_from:
-                found = CONTACT
-                break
-            if t >= horizon:
-                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            ds, vs, sa, first, second = smooth_and_drift(bar, now, osc, t)
-            at, looks = t, looks + 1
-            noise = blur(size, t, first, second)
-            u2 = y0 + ds + top + noise
-            u1 = y0 + ds + df + sup1 * (t - tau) + noise
-            if d * (t - risen) > 0.25:  # what is left of the drift's acceleration
-                risen, left = t, pull * (1.0 - d * first)
-                curve, up = bar.curve + abs(left), bar.curve + max(left, 0.0) + 4.0 * EPS * abs(pull)
-            if vs > 0.0 and -2.0 * curve * u2 < vs * vs and (n == 0 or -u2 <= top or -u2 * curve < 1e-3 * vs * vs):
-                break
-            if n == 0 and gain < 1e-14 * t:
-                break
-            if bar.mean <= 0.0 and away(bar, now, u2, t):
-                return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
+        found, t, at, part, noise, more, bounds, risen = stepped(
+            table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon
+        )
+        looks += more
         if found == CONTACT:
-            tau, y, v, a = guess, y_there, v_there, a_there
-            low, high = (guess, guess + width) if y < 0.0 else (max(guess - width, 0.0), guess)
-        else:
-            # … and by its own Taylor polynomial
-            if evaluations > 1 or not t > tau:
-                t = max(t, tau + reach_cubic(min(y + noise, 0.0), v, a, jerk, up + sup2))
+            here, span = there, (guess, guess + width) if there[1] < 0.0 else (max(guess - width, 0.0), guess)
+        elif found == OPEN:
+            if evaluations > 1 or not t > here[0]:  # … and by its own Taylor polynomial
+                fall = min(here[1] + noise, 0.0)
+                t = max(t, here[0] + reach_cubic(fall, here[2], here[3], bounds.jerk, bounds.up + bounds.sup2))
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            stuck = not t > tau
+            stuck = not t > here[0]
             if stuck:
-                t = tau + EPS * max(tau, 1e-300)
-            behind, tau = tau, t
-            if at != tau:
-                ds, vs, sa, first, second = smooth_and_drift(bar, now, osc, tau)
-            df, fv, fa, slip = elastic(bar, modes, z, now, desk, tau)
-            evaluations += 1
-            y, v, a = y0 + ds + df, vs + fv, sa + fa
-            noise = blur(size, tau, first, second)
-            free_from = math.inf  # the phasors have moved on
-            ahead, certain = math.inf, False
-            if y >= 0.0 and v > 0.0:  # the bounds from before hold for the time before as well
-                ahead = 2.0 * (y + noise) / v
-                certain = v > size.rush + size.push * first + (abs(a) + size.crush + jerk * ahead) * ahead
-            if creeps or bar.wane * (tau - since) > 0.25:  # the bounds anew: damping has taken its part
-                since, risen, left = tau, tau, pull * (1.0 - d * first)
-                curve, up = bar.curve + abs(left), bar.curve + max(left, 0.0) + 4.0 * EPS * abs(pull)
-                rung, most, sup1, sup2, sup3 = bounds_anew(bar, modes, motion, desk, ring, tau)
-                top = rung - free + most
-                jerk = bar.jerk + d * (abs(left) + 4.0 * EPS * abs(pull)) + sup3
-            if y < 0.0 and v > 0.0:
-                ahead = 2.0 * (noise - y) / v
-                certain = v > size.rush + size.push * first + (abs(a) + size.crush + jerk * ahead) * ahead
-            if certain:  # y grows until it has surely passed 0
-                found = CONTACT
-                low, high = (tau, tau + ahead) if y < 0.0 else (max(tau - ahead, behind), tau)
-            elif y > -noise or stuck:
-                here = (tau, y, v, a)
-                found, here, low, high, slip, more = approach(
-                    table, motion, desk, here, behind, noise, size, jerk, horizon, slip
-                )
-                tau, y, v, a = here
-                evaluations += more
-                if found == GRAZE:
-                    return GRAZE, tau, 0.0, evaluations + looks, math.inf, 0.0
-                if found == NOTHING:
-                    return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
+                t = here[0] + EPS * max(here[0], 1e-300)
+            found, here, part, df, noise, span, bounds, since, risen, slip, more = looked(
+                table, motion, desk, way, bounds, here, part, at, t, stuck, since, risen, horizon
+            )
+            evaluations, free_from = evaluations + more, math.inf  # the phasors have moved on
         if found == CONTACT:
-            tau, speed, late, slip, more = refined(table, motion, desk, (tau, y, v, a), low, high, jerk, slip)
+            tau, speed, late, slip, more = refined(table, motion, desk, here, span[0], span[1], bounds.jerk, slip)
             evaluations += more
-            if tau > horizon:
-                return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
-            return CONTACT, tau, speed, evaluations + looks, late, slip
+            if tau <= horizon:
+                return CONTACT, tau, speed, evaluations + looks, late, slip
+            found = NOTHING
+        if found == NOTHING:
+            return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
+        if found == GRAZE:
+            return GRAZE, here[0], 0.0, evaluations + looks, math.inf, 0.0
+        if found == AWAY:
+            return AWAY, t, 0.0, evaluations + looks, 0.0, 0.0
         if evaluations + looks >= limit:
-            return TIRED, tau, v, evaluations + looks, 0.0, 0.0
+            return TIRED, here[0], here[2], evaluations + looks, 0.0, 0.0
 
 
 @inner

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.compiled import inlined, inner, summed
-from percuss.simulate.kernels.modes import amplitudes, forced_modes
+from percuss.simulate.kernels.modes import forced_modes
 
 
 @summed

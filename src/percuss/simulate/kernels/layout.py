@@ -1,4 +1,4 @@
-"""What the functions of this room share: the records of a system, of a motion and of a call, and the codes in them.
+"""The records of a system and of a motion; those of a call are in `calls`, the codes in them in `codes`.
 
 A record of single numbers is one element of a structured array (`NOW`, `COUNT`, …), which Python and compiled code
 change in place; a record of arrays is a `NamedTuple`. Python makes them, see `percuss.simulate.tables` and
@@ -7,7 +7,6 @@ change in place; a record of arrays is a `NamedTuple`. Python makes them, see `p
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,30 +14,6 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Wholes = npt.NDArray[np.int64]
-
-TURN = 2.0 * math.pi
-TURN_LOW = 2.4492935982947064e-16  # 2π less its double
-EPS = 2.0**-52
-SLICE = 1 << 17  # evaluations of a member of an ensemble between two looks at the outside
-WINDOW = 256  # last impacts kept for the classifier, at least; always a power of 2
-LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing more is asked
-
-# -- codes ----------------------------------------------------------------------------------------------------------
-
-# what the anchor is, `count.mode`
-FLYING, ON_WALL, RESTING, GRAZED = range(4)
-# kinds of events
-IMPACT, GRAZING, CHATTER, REST, RELEASE = range(5)
-# what a call ends with
-FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED = range(9)
-# what a search for the next contact ends with
-NOTHING, CONTACT, GRAZE, AWAY, TIRED = range(5)
-# `count.verdict` on two equal releases: none yet, none in a twin yet, to be tested, the cycle is sure, lost in rounding
-UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
-# `bar.law`: the frequencies are multiples of one, and one damping holds for all; frequencies and dampings are multiples
-# of one; each mode by itself
-POWERS, RATIO, SINGLY = range(3)
-
 
 # -- a system -------------------------------------------------------------------------------------------------------
 
@@ -267,78 +242,3 @@ class Desk(NamedTuple):
     forced: Floats
     aside_re: Floats
     aside_im: Floats
-
-
-# -- a call ---------------------------------------------------------------------------------------------------------
-
-
-class Rules(NamedTuple):
-    """When a motion ends. `skip`: impacts that the sums leave out; `budget`: evaluations at which the call returns."""
-
-    end_period: float
-    end_phase: float
-    most_impacts: int
-    until_cycle: bool
-    tolerance: float
-    skip: int
-    budget: int
-
-
-EVENT = np.dtype(
-    [
-        ("phase", "f8"),
-        ("before", "f8"),
-        ("after", "f8"),
-        ("lost", "f8"),
-        ("kinetic", "f8"),
-        ("kind", "i8"),
-        ("period", "i8"),
-        ("resolved", "i8"),
-        ("piece", "i8"),
-    ]
-)
-
-
-class Log(NamedTuple):
-    """The record of a stretch of motion: EVENTs, and the state after each: gap, u_0', and the two rows of z."""
-
-    events: npt.NDArray[np.void]
-    states: Floats
-
-
-STATE_NUMBERS = 2  # columns of a state before its amplitudes
-
-
-class Starts(NamedTuple):
-    """u_n and u_n', n = 0, 1, …, of the starts of many motions, rows; their gaps, and their clocks."""
-
-    displacement: Floats
-    velocity: Floats
-    gap: Floats
-    phase: Floats
-    period: Wholes
-    piece: Wholes
-
-
-MEMBER = np.dtype(
-    [
-        ("ended", "i8"),
-        ("strikes", "i8"),
-        ("first", "i8"),
-        ("cycle_impacts", "i8"),
-        ("cycle_periods", "i8"),
-        ("cycle_kind", "i8"),
-        ("wanders", "i8"),
-        ("end_time", "f8"),
-        ("blow_rate", "f8"),
-        ("main_blow_rate", "f8"),
-        ("interval_mean", "f8"),
-        ("interval_std", "f8"),
-        ("main_interval_mean", "f8"),
-        ("main_interval_std", "f8"),
-        ("impact_velocity", "f8"),
-        ("blow_energy", "f8"),
-        ("energy_lost_per_period", "f8"),
-    ]
-)
-"""What is kept of a member of an ensemble."""

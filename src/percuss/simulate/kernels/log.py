@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from percuss.simulate.kernels.calls import STATE_NUMBERS
+from percuss.simulate.kernels.codes import CHATTER, IMPACT
 from percuss.simulate.kernels.compiled import inlined
-from percuss.simulate.kernels.layout import CHATTER, IMPACT, STATE_NUMBERS
 
 
 @inlined

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.calls import Rules
 from percuss.simulate.kernels.clock import set_clock
-from percuss.simulate.kernels.compiled import entry, inner
-from percuss.simulate.kernels.cycles import forget_marked, mark, sure, wanders
-from percuss.simulate.kernels.layout import (
+from percuss.simulate.kernels.codes import (
     BY_WORK,
     LOOSE,
     LOST_CYCLE,
@@ -18,8 +17,9 @@ from percuss.simulate.kernels.layout import (
     TURN,
     TWIN,
     UNRESOLVED,
-    Rules,
 )
+from percuss.simulate.kernels.compiled import entry, inner
+from percuss.simulate.kernels.cycles import forget_marked, mark, sure, wanders
 from percuss.simulate.kernels.motion import fly
 from percuss.simulate.kernels.place import put
 from percuss.simulate.kernels.statistics import concluded

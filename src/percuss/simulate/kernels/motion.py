@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
-from percuss.simulate.kernels.compiled import copied, inlined
-from percuss.simulate.kernels.cycles import clear, recurrence
-from percuss.simulate.kernels.first_contact import like_flight, next_contact
-from percuss.simulate.kernels.flight import advance, left_for_good, step_load
-from percuss.simulate.kernels.impact import impact, undeformed
-from percuss.simulate.kernels.layout import (
+from percuss.simulate.kernels.codes import (
     ASKED,
     AT_REST,
     AWAY,
@@ -22,6 +18,7 @@ from percuss.simulate.kernels.layout import (
     EPS,
     FLYING,
     FULL,
+    GOES_ON,
     GRAZE,
     GRAZED,
     GRAZING,
@@ -35,9 +32,14 @@ from percuss.simulate.kernels.layout import (
     TO_VERIFY,
     TURN,
 )
+from percuss.simulate.kernels.compiled import copied, inlined
+from percuss.simulate.kernels.cycles import clear, recurrence
+from percuss.simulate.kernels.first_contact import like_flight, next_contact
+from percuss.simulate.kernels.flight import advance, left_for_good, step_load
+from percuss.simulate.kernels.impact import impact, undeformed
 from percuss.simulate.kernels.load import first_pull, pull_ahead, pull_lasts, push_left, release_at
 from percuss.simulate.kernels.log import record
-from percuss.simulate.kernels.modes import amplitudes, elastic, turn_modes
+from percuss.simulate.kernels.modes import elastic, turn_modes
 from percuss.simulate.kernels.rest import chatter_left, held, set_down, stays
 from percuss.simulate.kernels.smooth import drifted, rigid_rate, smooth, smooth_at_anchor
 from percuss.simulate.kernels.statistics import tally
@@ -51,8 +53,7 @@ def fly(table, motion, desk, rules, log):
 
     The anchor stays at the last event (or break of the load) when time ends, so that going on gives the same bits.
     """
-    bar, modes, harmonics, breaks = table.bar, table.modes, table.harmonics, table.breaks
-    now, count, z = motion.now, motion.count, motion.z
+    now, count = motion.now, motion.count
     room = log.events.shape[0] - 4
     while True:
         if count.impacts >= rules.most_impacts:
@@ -63,111 +64,148 @@ def fly(table, motion, desk, rules, log):
             return BY_WORK
         left = (rules.end_period - count.period) * TURN + (rules.end_phase - now.phase)
         if count.mode == RESTING:
-            wait, phase = pull_ahead(table, now)
-            if wait < 0.0:
-                return AT_REST
-            if wait >= left:
-                return BY_TIME
-            if phase != now.phase or bar.mean >= 0.0 or table.values.shape[0] == 0:
-                set_clock(
-                    table, now, count, phase
-                )  # else a start at a step of the load might fall before it by rounding
-            undeformed(table, motion, desk)
-            count.mode, count.run = ON_WALL, 0
-            count.work += 1
-            if modes.omega.shape[0]:
-                now.hold = max(pull_lasts(table, now, count), bar.wave)
-            else:
-                now.hold = first_pull(bar, harmonics, now)
-            now.last_flight, now.since = -1.0, 0.0
-            now.released = release_at(phase, table.releases)
-            count.release_period = count.period
-            record(RELEASE, 0.0, 0.0, motion, log)
+            code = released(table, motion, desk, left, log)
+            if code != GOES_ON:
+                return code
             continue
-        ahead = to_break(now, count, breaks)
-        smooth_at_anchor(bar, harmonics, now, desk.osc)
-        found, tau, speed = NOTHING, 0.0, 0.0
-        on_wall = count.mode == ON_WALL or count.mode == GRAZED
-        if on_wall and now.hold == 0.0:
-            slow = NO_SPEED * (abs(now.drift) + bar.rate + now.sup1)
-            if now.gap_rate > slow:
-                found, speed = CONTACT, now.gap_rate
-            elif now.gap_rate >= -slow:
-                if stays(table, now, count) or count.pile > 100:
-                    set_down(table, motion, desk, 0.0, log)
-                    continue
-                now.gap_rate = 0.0
-            else:
-                wait = 0.0 if held(table, motion) else chatter_left(table, motion, desk, ahead)
-                if wait >= left:
-                    return BY_TIME
-                if wait >= 0.0:
-                    set_down(table, motion, desk, wait, log)
-                    continue
-        if found == NOTHING:
-            if left <= 0.0:
-                return BY_TIME
-            horizon, guess = min(left, ahead), 0.0
-            if count.mode == ON_WALL and now.last_flight > 0.0 and now.hold == 0.0:
-                guess = like_flight(motion)
-            found, tau, speed, steps, late, slip = next_contact(
-                table, motion, desk, on_wall, now.hold, guess, horizon, rules.budget - count.work
-            )
-            if found == NOTHING and left <= ahead:
-                return BY_TIME if left < math.inf else DEPARTED  # nothing moved, so that going on gives the same bits
-            count.work += steps + 1
-            if found == AWAY:
-                found = NOTHING  # until the load's next step
-                if breaks.shape[0] == 0 or left <= ahead:
-                    return BY_TIME if left < math.inf else DEPARTED
-            if found == TIRED:
-                now.hold = tau
-                return BY_WORK
-            if found == NOTHING:
-                advance(table, motion, desk, ahead)
-                step_load(table, motion)
-                now.since += ahead
-                count.mode = FLYING
-                if now.hold > 0.0:  # just released: not out of the wall's reach before the load pushes again
-                    now.hold = now.hold - ahead if now.hold - ahead > 1e-12 else 0.0
-                    if now.hold == 0.0 and now.gap >= 0.0:
-                        now.gap, count.mode = 0.0, ON_WALL
-                if count.piece == 0 and left_for_good(table, now):
-                    return BY_TIME if left < math.inf else DEPARTED
-                continue
-            if found == GRAZE:  # the bar goes on from where it is, not from the wall
-                ds, _, _ = smooth(bar, now, desk.osc, tau)
-                df, _, _, _ = elastic(bar, modes, z, now, desk, tau)
-                now.gap += ds + df
-            if modes.omega.shape[0] or found == GRAZE:
-                rest = drifted(bar, now, tau)
-                turn_modes(bar, modes, z, desk, tau, late, slip)
-                turn_clock(now, count, tau)
-                now.rigid_rate = rigid_rate(bar, harmonics, rest, now.cosine, now.sine)
-            else:
-                turn_clock(now, count, tau)
-                now.rigid_rate = speed
-            if breaks.shape[0] and to_break(now, count, breaks) > ahead:
-                set_phase(now, breaks[(count.piece + 1) % breaks.shape[0]])  # rounded past the step
-            now.since += tau
-        now.hold, now.last_place = 0.0, 0.0
-        count.mode = GRAZED if found == GRAZE else ON_WALL
-        if found == GRAZE:
-            amplitudes(bar, modes, z, now)
-            now.gap_rate = 0.0
-            count.pile = count.pile + 1 if tau < 4.0 * EPS else 0
-            if count.pile > 100:
-                now.hold, count.pile = 1e-8, 0
-            record(GRAZING, 0.0, 0.0, motion, log)
+        ahead = to_break(now, count, table.breaks)
+        smooth_at_anchor(table.bar, table.harmonics, now, desk.osc)
+        code, found, speed = GOES_ON, NOTHING, now.gap_rate
+        if (count.mode == ON_WALL or count.mode == GRAZED) and now.hold == 0.0:
+            code, found = at_wall(table, motion, desk, left, ahead, log)
+        if code == GOES_ON and found == NOTHING:
+            code, found, speed = flown(table, motion, desk, rules, left, ahead, log)
+        if code == AT_REST or (code == GOES_ON and found != CONTACT):
             continue
-        now.gap_rate = speed
-        if count.run == 1 and now.since < bar.pushing:
+        if code != GOES_ON:
+            return code
+        count.mode, now.hold, now.last_place, now.gap_rate = ON_WALL, 0.0, 0.0, speed
+        if count.run == 1 and now.since < table.bar.pushing:
             now.pushes = push_left(table, now)
         strike(table, motion, desk, rules, log)
         if count.verdict == ASKED:
             return TO_VERIFY
         if rules.until_cycle and count.confirmed >= 2:
             return PERIODIC
+
+
+@copied
+def released(table, motion, desk, left, log):
+    """A bar that rests let go when the load begins to pull; or how its motion ends before."""
+    bar, now, count = table.bar, motion.now, motion.count
+    wait, phase = pull_ahead(table, now)
+    if wait < 0.0:
+        return AT_REST
+    if wait >= left:
+        return BY_TIME
+    if phase != now.phase or bar.mean >= 0.0 or table.values.shape[0] == 0:
+        set_clock(table, now, count, phase)  # else a start at a step of the load might fall before it by rounding
+    undeformed(table, motion, desk)
+    count.mode, count.run = ON_WALL, 0
+    count.work += 1
+    if table.modes.omega.shape[0]:
+        now.hold = max(pull_lasts(table, now, count), bar.wave)
+    else:
+        now.hold = first_pull(bar, table.harmonics, now)
+    now.last_flight, now.since = -1.0, 0.0
+    now.released = release_at(phase, table.releases)
+    count.release_period = count.period
+    record(RELEASE, 0.0, 0.0, motion, log)
+    return GOES_ON
+
+
+@copied
+def at_wall(table, motion, desk, left, ahead, log):
+    """What a bar on the wall does: CONTACT when it strikes at once, or NOTHING when it flies; AT_REST, laid down."""
+    now, count = motion.now, motion.count
+    slow = NO_SPEED * (abs(now.drift) + table.bar.rate + now.sup1)
+    if now.gap_rate > slow:
+        return GOES_ON, CONTACT
+    if now.gap_rate >= -slow:
+        if stays(table, now, count) or count.pile > 100:
+            set_down(table, motion, desk, 0.0, log)
+            return AT_REST, NOTHING
+        now.gap_rate = 0.0
+        return GOES_ON, NOTHING
+    wait = 0.0 if held(table, motion) else chatter_left(table, motion, desk, ahead)
+    if wait >= left:
+        return BY_TIME, NOTHING
+    if wait >= 0.0:
+        set_down(table, motion, desk, wait, log)
+        return AT_REST, NOTHING
+    return GOES_ON, NOTHING
+
+
+@copied
+def flown(table, motion, desk, rules, left, ahead, log):
+    """A flight to what ends it: a CONTACT, with the speed; a GRAZE or a step of the load, from which the bar flies on.
+
+    `left`, `ahead`: time to the end and to the load's next step. Returns besides how the motion ends, or GOES_ON.
+    """
+    now, count, over = motion.now, motion.count, BY_TIME if left < math.inf else DEPARTED
+    if left <= 0.0:
+        return BY_TIME, NOTHING, 0.0
+    on_wall, guess = count.mode == ON_WALL or count.mode == GRAZED, 0.0
+    if count.mode == ON_WALL and now.last_flight > 0.0 and now.hold == 0.0:
+        guess = like_flight(motion)
+    found, tau, speed, steps, late, slip = next_contact(
+        table, motion, desk, on_wall, now.hold, guess, min(left, ahead), rules.budget - count.work
+    )
+    if found == NOTHING and left <= ahead:
+        return over, NOTHING, 0.0  # nothing moved, so that going on gives the same bits
+    count.work += steps + 1
+    if found == TIRED:
+        now.hold = tau
+        return BY_WORK, NOTHING, 0.0
+    if found == AWAY and (table.breaks.shape[0] == 0 or left <= ahead):
+        return over, NOTHING, 0.0
+    if found != CONTACT and found != GRAZE:  # until the load's next step
+        over_step(table, motion, desk, ahead)
+        return (over if count.piece == 0 and left_for_good(table, now) else GOES_ON), NOTHING, 0.0
+    arrive(table, motion, desk, found, tau, speed, late, slip, ahead)
+    if found == GRAZE:
+        amplitudes(table.bar, table.modes, motion.z, now)
+        count.mode, now.hold, now.last_place, now.gap_rate = GRAZED, 0.0, 0.0, 0.0
+        count.pile = count.pile + 1 if tau < 4.0 * EPS else 0
+        if count.pile > 100:
+            now.hold, count.pile = 1e-8, 0
+        record(GRAZING, 0.0, 0.0, motion, log)
+    return GOES_ON, found, speed
+
+
+@copied
+def over_step(table, motion, desk, ahead):
+    """On to the load's next step, which comes after a time `ahead` without a contact."""
+    now, count = motion.now, motion.count
+    advance(table, motion, desk, ahead)
+    step_load(table, motion)
+    now.since += ahead
+    count.mode = FLYING
+    if now.hold > 0.0:  # just released: not out of the wall's reach before the load pushes again
+        now.hold = now.hold - ahead if now.hold - ahead > 1e-12 else 0.0
+        if now.hold == 0.0 and now.gap >= 0.0:
+            now.gap, count.mode = 0.0, ON_WALL
+
+
+@copied
+def arrive(table, motion, desk, found, tau, speed, late, slip, ahead):
+    """The anchor moved to a contact or a graze at τ."""
+    bar, modes, breaks, now, count, z = table.bar, table.modes, table.breaks, motion.now, motion.count, motion.z
+    if found == GRAZE:  # the bar goes on from where it is, not from the wall
+        ds, _, _ = smooth(bar, now, desk.osc, tau)
+        df, _, _, _ = elastic(bar, modes, z, now, desk, tau)
+        now.gap += ds + df
+    if modes.omega.shape[0] or found == GRAZE:
+        rest = drifted(bar, now, tau)
+        turn_modes(bar, modes, z, desk, tau, late, slip)
+        turn_clock(now, count, tau)
+        now.rigid_rate = rigid_rate(bar, table.harmonics, rest, now.cosine, now.sine)
+    else:
+        turn_clock(now, count, tau)
+        now.rigid_rate = speed
+    if breaks.shape[0] and to_break(now, count, breaks) > ahead:
+        set_phase(now, breaks[(count.piece + 1) % breaks.shape[0]])  # rounded past the step
+    now.since += tau
 
 
 @inlined

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from percuss.simulate.kernels.codes import EPS
 from percuss.simulate.kernels.compiled import inlined
 from percuss.simulate.kernels.creeping import creep_sizes
-from percuss.simulate.kernels.layout import EPS
 
 
 class Blur(NamedTuple):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.simulate.kernels.codes import LOST_CYCLE, TURN
 from percuss.simulate.kernels.compiled import entry, inlined, inner
 from percuss.simulate.kernels.cycles import wanders
-from percuss.simulate.kernels.layout import LOST_CYCLE, TURN
 
 
 @inlined

@@ -1,0 +1,43 @@
+"""Random starts: the numbers drawn for one or many of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from percuss.model import System
+from percuss.model.checks import Array, choice, count, instance
+from percuss.simulate.spectrum import units
+from percuss.simulate.stop import MAX_MODES
+
+__all__ = ["DEFAULT_RANDOM_MODES", "DISTRIBUTIONS", "drawn"]
+
+DISTRIBUTIONS = ("rigid", "still", "ringing")
+"""The named distributions of random starts."""
+
+DEFAULT_RANDOM_MODES = 32
+"""Elastic modes that a random start excites."""
+
+_TURN = 2.0 * np.pi
+_MOST_STARTS = 10**9
+
+
+def drawn(system: System, size: int, seed: int, distribution: str, modes: int) -> tuple[Array, Array, Array, Array]:
+    """u_n and u_n', each of shape (size, n), gaps and load phases, of shape (size,); see `Starts.random`."""
+    instance("system", system, System)
+    n, number = count("modes", modes, least=0, most=MAX_MODES), count("size", size, least=1, most=_MOST_STARTS)
+    choice("distribution", distribution, *DISTRIBUTIONS)
+    draw = np.random.default_rng(count("seed", seed, least=0))
+    scale = float(np.abs(system.load.coefficients).sum())
+    gap = draw.uniform(-5.0 * scale, 0.0, number)
+    mean = draw.uniform(-3.0 * scale, 3.0 * scale, number) * (distribution != "still")
+    time = draw.uniform(0.0, _TURN, number)
+    if distribution != "ringing":
+        return gap[:, None], mean[:, None], gap, time
+    k = np.arange(1, n + 1)
+    size_of = draw.normal(0.0, 1.0, (number, n)) * scale / (3.0 * k)
+    turn = draw.uniform(0.0, _TURN, (number, n))
+    elastic = system.body.modes(n, system.load.at)
+    u = size_of * np.cos(turn) / elastic.omega
+    v = size_of * np.sin(turn)
+    first = gap - u @ units(elastic)
+    return np.column_stack([first, u]), np.column_stack([mean, v]), gap, time

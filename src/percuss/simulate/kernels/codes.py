@@ -1,0 +1,28 @@
+"""Numbers that the functions of this room share, and the codes in their records."""
+
+from __future__ import annotations
+
+import math
+
+TURN = 2.0 * math.pi
+TURN_LOW = 2.4492935982947064e-16  # 2π less its double
+EPS = 2.0**-52
+SLICE = 1 << 17  # evaluations of a member of an ensemble between two looks at the outside
+WINDOW = 256  # last impacts kept for the classifier, at least; always a power of 2
+LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing more is asked
+
+# -- codes ----------------------------------------------------------------------------------------------------------
+
+# what the anchor is, `count.mode`
+FLYING, ON_WALL, RESTING, GRAZED = range(4)
+# kinds of events
+IMPACT, GRAZING, CHATTER, REST, RELEASE = range(5)
+# what a call ends with, or that the motion goes on
+FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
+# what a search for the next contact ends with, or that it is still open
+NOTHING, CONTACT, GRAZE, AWAY, TIRED, OPEN = range(6)
+# `count.verdict` on two equal releases: none yet, none in a twin yet, to be tested, the cycle is sure, lost in rounding
+UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
+# `bar.law`: the frequencies are multiples of one, and one damping holds for all; frequencies and dampings are multiples
+# of one; each mode by itself
+POWERS, RATIO, SINGLY = range(3)
