@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -36,6 +37,11 @@ def test_a_change_in_another_file_is_seen(tmp_path: Path) -> None:
     assert answer(tmp_path) == (0.5, 0)
     assert answer(tmp_path) == (0.5, 1)
     (room / "doubled.py").write_text(inner.format("3.0"))
+    [index] = tmp_path.rglob("*turned*.nbi")
+    with index.open("rb") as file:
+        version = pickle.load(file)
+    # what comes after the version may name classes that are no more
+    index.write_bytes(pickle.dumps(version) + b"cpercuss.simulate.kernels.layout\nGone\n.")
     assert answer(tmp_path) == (0.75, 0)
 
 

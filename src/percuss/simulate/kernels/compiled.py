@@ -77,7 +77,10 @@ def entry(function: Callable[..., Any]) -> Any:
     version of a function of another file in it.
     """
     dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON)(function)
-    dispatcher._cache._cache_file._source_stamp = sources_digest(Path(function.__code__.co_filename))
+    file, digest = dispatcher._cache._cache_file, sources_digest(Path(function.__code__.co_filename))
+    file._source_stamp = digest
+    # The version is all that is read of an index before its types are: those of other sources may be gone.
+    file._version = f"{file._version} {digest}"
     return dispatcher
 
 
