@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import mpmath
@@ -12,12 +12,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from percuss import Load, Start, Stop, System, run
-from percuss.model.body import Body, Damping, External, KelvinVoigt, Ratio, Shape, Table, UniformBar
+from percuss.model.body import Bar, Body, Damping, External, KelvinVoigt, Ratio, Shape, SteppedBar, Table, UniformBar
 from percuss.model.contact import Kept, Reversed
 from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
 from percuss.simulate.kernels.modes import damped_phasors
 from percuss.simulate.snapshot import desk_for
 from percuss.simulate.tables import table_of
+from percuss.steady import si_report, steady_states
 
 LOAD = Load.fourier([0.7, 1.0, 0.3j])
 
@@ -172,3 +173,25 @@ def test_one_compilation_serves_all():
     for table in tables:
         arrays = [*table.modes, *table.harmonics, *table[3:]]
         assert all(values.flags.writeable and values.flags.c_contiguous for values in arrays)
+
+
+def test_steady_motion_starts_where_the_load_acts_at_a_node():
+    """A mode with a node at the load is not moved by it: in a start from a steady motion it stands still, too."""
+    bar = SteppedBar(7.3, (1.0, 2.5), (0.5, 0.5), KelvinVoigt(3e-4))
+    load = replace(Load.harmonic(0.9, 1.0), at=1)
+    system = System(bar, load, Kept(0.8))
+    assert np.abs(bar.modes(8, 1).at_load).min() < 1e-12
+    orbit = steady_states(system, modes=16).orbits[0]
+    blow = run(system, Start.orbit(orbit), modes=16, stop=Stop(time=8.0)).events.of("impact")
+    assert abs(blow.time[0] - orbit.phase - 2.0 * np.pi) < 1e-12
+    assert abs(blow.impact_velocity[0] - orbit.impact_velocity) < 1e-12
+
+
+def test_what_a_blow_delivers_is_what_the_steady_motion_says():
+    """Where the impact turns the strain over, it takes strain energy besides (1 − R²) of the kinetic energy."""
+    bar = Bar(length=0.4, area=1.2566e-3, damping_ratio=1e-3)
+    system = System.from_si(bar, Load.harmonic(5000.0, 6000.0, frequency=300.0), Reversed(0.6))
+    orbit = steady_states(system, modes=32).orbits[1]
+    si = run(system, Start.orbit(orbit), modes=32, stop=Stop(time=100.0)).summary.si
+    assert abs(si.delivered_energy_J - si_report(orbit).delivered_energy_J) < 1e-9 * si.blow_energy_J
+    assert si.delivered_energy_J > (1.0 - 0.6**2) * si.blow_energy_J * (1.0 + 1e-9)

@@ -187,7 +187,8 @@ def _si_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]
     if si.impact_velocity_m_s is not None and si.blow_energy_J is not None and si.delivered_energy_J is not None:
         which = _which(figures)
         speed = _values(si.impact_velocity_m_s, si.cycle_velocities_m_s, lambda v: f"{number(v)} m/s")
-        share = f"of which the wall takes {number(100.0 * (1.0 - answer.system.restitution**2))} %"
+        taken = si.delivered_energy_J / si.blow_energy_J if si.blow_energy_J else 0.0
+        share = f"of which the wall takes {number(100.0 * taken)} %"
         blow = _values(si.blow_energy_J, si.cycle_energies_J, lambda e: quantity(e, "J"))
         rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}, {share}")]
     if si.delivered_power_kW is not None and si.delivered_energy_per_period_J is not None:

@@ -189,15 +189,17 @@ class Start:
                 )
             into[: min(len(given), size)] = given[:size]
         body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
-        unit = units(body.modes(modes, place))
+        elastic = body.modes(modes, place)
+        unit = units(elastic)
         if self.profile is not None:
             u, v = (modal_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
             at = self.source.modal_state(size - 1)
-            v[1:] += at.z_velocity + at.forced_velocity
+            driven = elastic.gamma / unit  # 1, and next to nothing where the load acts at a node of the mode
+            v[1:] += (at.z_velocity + at.forced_velocity) * driven
             v[0] -= self._restitution() * self.source.rigid_velocity
             moved = float(u[0] + unit @ u[1:])
-            u[1:] += at.rebound
+            u[1:] += at.rebound * driven
             u[0] = moved - float(unit @ u[1:])
             return u, v, _on_wall(moved, float(np.abs(u).max()))
         gap = float(u[0] + unit @ u[1:]) if self.gap is None else self.gap

@@ -155,11 +155,12 @@ def summary_of(system: System, events: Events, cycle: Cycle | None, over: bool =
         taken = float(events.energy_lost[at[0] + 1 : at[1] + 1].sum()) / (mean * (len(part) - 1)) * _TURN
     speed = float(blows.impact_velocity.mean()) if len(blows) else None
     blow = float(blows.kinetic_energy.mean()) if len(blows) else None
+    lost = float(blows.energy_lost.mean()) if len(blows) else None
     rate, main_rate = (None if not m else _TURN / m for m in (mean, main_mean))
     speeds, energies = _each(part[main], cycle)
     return Summary(
         n, first, last, rate, main_rate, mean, std, main_mean, main_std, speed, blow, speeds, energies, taken,
-        _si(system, rate, main_rate, speed, blow, taken, speeds, energies),
+        _si(system, rate, main_rate, speed, blow, lost, taken, speeds, energies),
     )  # fmt: skip
 
 
@@ -205,6 +206,7 @@ def _si(
     main_rate: float | None,
     speed: float | None,
     blow: float | None,
+    lost: float | None,
     taken: float | None,
     speeds: Each,
     energies: Each,
@@ -224,7 +226,7 @@ def _si(
         main_blow_rate_Hz=times(main_rate, f),
         impact_velocity_m_s=times(speed, system.speed_scale),
         blow_energy_J=times(blow, energy),
-        delivered_energy_J=times(blow, energy * (1.0 - system.restitution**2)),
+        delivered_energy_J=times(lost, energy),
         delivered_power_kW=times(taken, 1e-3 * energy * f),
         cycle_velocities_m_s=each(speeds, system.speed_scale),
         cycle_energies_J=each(energies, energy),
