@@ -123,7 +123,14 @@ def test_nonsense_is_refused_by_name(name: str, sections: object) -> None:
     assert caught.value.name == name and caught.value.accepted
 
 
-def test_areas_that_jump_by_a_million() -> None:
-    bar = SectionedBar([Section(0.2, 1e-6), Section(0.2, 1.0), Section(0.2, 1e-6)])
+def test_areas_that_jump_by_nearly_a_million() -> None:
+    bar = SectionedBar([Section(0.2, 1.1e-6), Section(0.2, 1.0), Section(0.2, 1.1e-6)])
     assert np.all(np.diff(bar.natural_frequencies(20)) > 0.0)
     assert bar.body(1.0).modes(20).inertia.min() > 0.0
+
+
+@pytest.mark.parametrize("areas", [(1e-3, 0.9e-9), (1e-9, 1e-3), (1e-3, 2e-3, 1e-9)])
+def test_areas_that_jump_by_a_million_are_a_slip(areas: tuple[float, ...]) -> None:
+    with pytest.raises(ParameterError, match=rf"sections\[{len(areas) - 1}\].area.*neighbour"):
+        SectionedBar(tuple(Section(0.1, area) for area in areas))
+    SectionedBar((Section(0.1, 1e-3), Section(0.1, 1.1e-9)))
