@@ -543,7 +543,7 @@ def test_the_report_of_the_command_line_stands_by_itself(tmp_path, capsys) -> No
     assert f"report: {target}" in capsys.readouterr().out
     text = target.read_text(encoding="utf-8")
     assert text.startswith("<!doctype html>")
-    assert text.count("<svg") == 1
+    assert text.count("<svg") == 2  # the bar to scale, and its motion
     assert "<script" not in text
     assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]+"', text)
     si = steady_answer(load_case("mini-breaker")).running[0].si
