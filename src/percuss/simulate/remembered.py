@@ -65,7 +65,7 @@ def _ends(motion: SimulatedMotion) -> None:
     off = np.abs(ends.sum(axis=1) - motion.events.rebound_velocity[at])
     true(np.all(off <= noise * (1.0 + _quickest(motion) / np.pi + _strongest(motion))), "the speed of a state")
     kinetic = 0.5 * rates[:, 0] ** 2 + 0.5 * (rates[:, 1:] ** 2) @ motion.spectrum.weight
-    left = motion.system.restitution**2 * blow
+    left = motion.system.contact.velocity_factor**2 * blow
     true(np.all(np.abs(kinetic - left) <= 1e-6 * blow + noise**2), "the kinetic energy of a state")
 
 

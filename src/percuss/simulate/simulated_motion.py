@@ -29,35 +29,7 @@ _TURN = 2.0 * np.pi
 
 @dataclass(frozen=True)
 class SimulatedMotion(Shown):
-    """What a simulation has left: the data of a `Trajectory`, and all that is read off them.
-
-    All quantities are dimensionless (theory §1): lengths in bar lengths, times in radians of the load's fundamental.
-    Times are absolute: `begin_time` is the load phase of the start, and the load has phase t at the time t.
-
-    Attributes
-    ----------
-    system, modes
-        What moved, and N, the number of its elastic modes.
-    events
-        The event table.
-    states
-        The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
-        `displacement` and `velocity` for u_n and u_n'.
-    outcome
-        How it ended: ``impacts``, ``time``, ``rest``, ``periodic``, ``departed``, ``work``, ``memory``,
-        ``cancelled`` or ``unresolved``; see `percuss.simulate.OUTCOMES`.
-    label
-        What motion it is at the end: ``z=p/n`` (p impacts in n load periods, no rest), ``chatter/n`` (a cycle of n
-        load periods with complete chatter and rest), ``rest/n`` (with rest, but finitely many impacts), ``rest`` (for
-        good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
-        of phase and speed; or `period_unresolved`), ``undecided``.
-    cycle
-        The periodic motion, or None when none was found.
-    stop
-        The rule it was stopped by.
-    begin_time, end_time
-        First and last time (rad) for which the motion is known.
-    """
+    """What a simulation has left, and all that is read off it; `Trajectory` says what each of its parts is."""
 
     system: System
     modes: int

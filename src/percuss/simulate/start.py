@@ -39,6 +39,8 @@ class ModalOrbit(Protocol):
     """What a start needs of a steady motion; an `Orbit` has it."""
 
     @property
+    def system(self) -> System: ...
+    @property
     def phase(self) -> float: ...
     @property
     def rigid_velocity(self) -> float: ...
@@ -53,7 +55,7 @@ class Start:
     ----------
     displacement, velocity
         u_n and u_n', n = 0, 1, …, of shape (n,), dimensionless; what a simulation has more of modes is 0.
-        `u(x) = u_0 + 2 Σ u_n cos nπx`.
+        `u(x) = u_0 + Σ φ_n(x) φ_n(x_p) u_n`, B77's u_n: `u_0 + 2 Σ u_n cos nπx` on a uniform bar driven at its end.
     time
         Load phase (rad) at which the motion starts; any number, the clock of the events counts on from it.
     gap
@@ -91,7 +93,7 @@ class Start:
                 raise ParameterError(name, max(values, key=abs), f"numbers of at most {MOST:g}")
             object.__setattr__(self, name, values)
         if self.source is not None:
-            having("source", self.source, ("modal_state", "phase"), "a steady motion, or None")
+            having("source", self.source, ("modal_state", "phase", "system"), "a steady motion, or None")
         if self.profile is not None and not (isinstance(self.profile, tuple) and len(self.profile) == 2):
             raise ParameterError("profile", self.profile, "displacement and velocity along the bar: see Start.field")
         if self.gap is not None:
@@ -145,7 +147,9 @@ class Start:
 
         A perturbation of displacement moves the striking end off the wall: it must not move it beyond.
         """
-        having("orbit", orbit, ("modal_state",), "a steady motion, such as one of steady_states(system).orbits")
+        having(
+            "orbit", orbit, ("modal_state", "system"), "a steady motion, such as one of steady_states(system).orbits"
+        )
         du, dv = number_tuple("displacement", displacement), number_tuple("velocity", velocity)
         return cls(du, dv, float(orbit.phase), source=orbit)
 
@@ -197,7 +201,7 @@ class Start:
             at = self.source.modal_state(size - 1)
             driven = elastic.gamma / unit  # 1, and next to nothing where the load acts at a node of the mode
             v[1:] += (at.z_velocity + at.forced_velocity) * driven
-            v[0] -= self._restitution() * self.source.rigid_velocity
+            v[0] += self.source.system.contact.velocity_factor * self.source.rigid_velocity
             moved = float(u[0] + unit @ u[1:])
             u[1:] += at.rebound * driven
             u[0] = moved - float(unit @ u[1:])
@@ -206,10 +210,6 @@ class Start:
         gap = _on_wall(gap, float(np.abs(u).max()))
         u[0] = gap - float(unit @ u[1:])
         return u, v, gap
-
-    def _restitution(self) -> float:
-        system = getattr(self.source, "system", None)
-        return float(getattr(system, "restitution", 0.0))
 
     def __repr__(self) -> str:
         if self.profile is not None:
