@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import percuss
-from percuss.simulate.kernels.compiled import sources_digest
+from percuss.compiled import sources_digest
 
 
 def answer(folder: Path) -> tuple[float, int]:
@@ -27,7 +27,7 @@ def test_a_change_in_another_file_is_seen(tmp_path: Path) -> None:
     source = Path(percuss.__file__).parent
     shutil.copytree(source, tmp_path / "percuss", ignore=shutil.ignore_patterns("__pycache__", "page"))
     room = tmp_path / "percuss" / "simulate" / "kernels"
-    head = "from percuss.simulate.kernels.compiled import {0}\n"
+    head = "from percuss.compiled import {0}\n"
     inner = head.format("inner") + "\n\n@inner\ndef doubled(x):\n    return {0} * x\n"
     (room / "doubled.py").write_text(inner.format("2.0"))
     (room / "turned.py").write_text(

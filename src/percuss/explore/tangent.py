@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from percuss.compiled import entry, inner
 from percuss.simulate.kernels.codes import IMPACT, TURN
-from percuss.simulate.kernels.compiled import entry, inner
 from percuss.simulate.kernels.creeping import free_motion
 from percuss.simulate.kernels.elementary import drift
 

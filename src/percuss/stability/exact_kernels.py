@@ -7,7 +7,7 @@ roots of a secular function 1 + Σ w_j/(μ − ξ_j), with poles ξ_j and residu
 
 import math
 
-from percuss.simulate.kernels.compiled import entry, inner, summed
+from percuss.compiled import entry, inner, summed
 from percuss.stability.secular_kernels import (
     IM,
     JUMP,

@@ -8,7 +8,7 @@ know nothing of poles: a root that was missed or found twice would show there.
 
 import math
 
-from percuss.simulate.kernels.compiled import inner, summed
+from percuss.compiled import inner, summed
 
 # rows of `work`, each of 2N + 2: poles and residues, roots, smallest steps so far, imaginary parts of the poles and
 # residues where they have some; and g_n, g_n' (N + 1 of them)

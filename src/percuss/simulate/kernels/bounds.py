@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from percuss.compiled import entry, summed
 from percuss.simulate.kernels.codes import POWERS
-from percuss.simulate.kernels.compiled import entry, summed
 from percuss.simulate.kernels.creeping import most_of
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.codes import TURN, TURN_LOW
-from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.elementary import sine_cosine
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inner
 from percuss.simulate.kernels.codes import EPS
-from percuss.simulate.kernels.compiled import inner
 
 
 @inner

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.codes import ASKED, LOOSE, LOST_CYCLE, SURE, TURN, TWIN, UNSEEN
-from percuss.simulate.kernels.compiled import inlined, inner
 
 SAME = 64  # last impacts looked at
 SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.simulate.kernels.compiled import inlined, inner
+from percuss.compiled import inlined, inner
 
 
 @inner

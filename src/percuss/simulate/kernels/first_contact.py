@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import copied, inlined, inner
 from percuss.simulate.kernels.codes import AWAY, CONTACT, EPS, GRAZE, NOTHING, OPEN, TIRED, TURN
-from percuss.simulate.kernels.compiled import copied, inlined, inner
 from percuss.simulate.kernels.elementary import below, drift, reach, reach_cubic
 from percuss.simulate.kernels.flight_bounds import bounds_anew, bounds_at_anchor, smooth_bounds
 from percuss.simulate.kernels.modes import elastic

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inner
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_phase
 from percuss.simulate.kernels.codes import TURN
-from percuss.simulate.kernels.compiled import inner
 from percuss.simulate.kernels.modes import elastic, turn_modes
 from percuss.simulate.kernels.smooth import drifted, smooth
 

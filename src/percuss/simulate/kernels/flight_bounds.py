@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from percuss.compiled import copied
 from percuss.simulate.kernels.bounds import ringing, ringing_left
 from percuss.simulate.kernels.codes import EPS, POWERS
-from percuss.simulate.kernels.compiled import copied
 from percuss.simulate.kernels.creeping import creeping
 from percuss.simulate.kernels.rounding import Blur, blur_of
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from percuss.compiled import inlined, inner, summed
 from percuss.simulate.kernels.bounds import amplitudes
-from percuss.simulate.kernels.compiled import inlined, inner, summed
 from percuss.simulate.kernels.modes import forced_modes
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import entry, inner
 from percuss.simulate.kernels.clock import to_break
 from percuss.simulate.kernels.codes import EPS, TURN
-from percuss.simulate.kernels.compiled import entry, inner
 from percuss.simulate.kernels.elementary import reach, sine_cosine
 
 

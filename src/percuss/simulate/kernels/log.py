@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from percuss.compiled import inlined
 from percuss.simulate.kernels.calls import STATE_NUMBERS
 from percuss.simulate.kernels.codes import CHATTER, IMPACT
-from percuss.simulate.kernels.compiled import inlined
 
 
 @inlined

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import entry, inner
 from percuss.simulate.kernels.calls import Rules
 from percuss.simulate.kernels.clock import set_clock
 from percuss.simulate.kernels.codes import (
@@ -18,7 +19,6 @@ from percuss.simulate.kernels.codes import (
     TWIN,
     UNRESOLVED,
 )
-from percuss.simulate.kernels.compiled import entry, inner
 from percuss.simulate.kernels.cycles import forget_marked, mark, sure, wanders
 from percuss.simulate.kernels.motion import fly
 from percuss.simulate.kernels.place import put

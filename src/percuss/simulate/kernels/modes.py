@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inner, summed
 from percuss.simulate.kernels.codes import POWERS, SINGLY
-from percuss.simulate.kernels.compiled import inner, summed
 from percuss.simulate.kernels.creeping import creep
 from percuss.simulate.kernels.elementary import fading, sine_cosine
 

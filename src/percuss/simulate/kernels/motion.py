@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import copied, inlined
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
 from percuss.simulate.kernels.codes import (
@@ -32,7 +33,6 @@ from percuss.simulate.kernels.codes import (
     TO_VERIFY,
     TURN,
 )
-from percuss.simulate.kernels.compiled import copied, inlined
 from percuss.simulate.kernels.cycles import clear, recurrence
 from percuss.simulate.kernels.first_contact import like_flight, next_contact
 from percuss.simulate.kernels.flight import advance, left_for_good, step_load

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from percuss.compiled import entry, inner
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_phase
 from percuss.simulate.kernels.codes import FLYING, ON_WALL, RESTING
-from percuss.simulate.kernels.compiled import entry, inner
 from percuss.simulate.kernels.modes import forced_modes
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.clock import turn_clock
 from percuss.simulate.kernels.codes import CHATTER, ON_WALL, POWERS, REST, RESTING
-from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.impact import all_energy, undeformed
 from percuss.simulate.kernels.load import load_at
 from percuss.simulate.kernels.log import record

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from percuss.compiled import inlined
 from percuss.simulate.kernels.codes import EPS
-from percuss.simulate.kernels.compiled import inlined
 from percuss.simulate.kernels.creeping import creep_sizes
 
 

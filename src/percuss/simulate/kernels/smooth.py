@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from percuss.simulate.kernels.compiled import inlined
+from percuss.compiled import inlined
 from percuss.simulate.kernels.elementary import drift, sine_cosine
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import entry, inlined, inner
 from percuss.simulate.kernels.codes import LOST_CYCLE, TURN
-from percuss.simulate.kernels.compiled import entry, inlined, inner
 from percuss.simulate.kernels.cycles import wanders
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.codes import CONTACT, EPS, GRAZE, NOTHING
-from percuss.simulate.kernels.compiled import inlined, inner
 from percuss.simulate.kernels.modes import elastic
 from percuss.simulate.kernels.rounding import blur
 from percuss.simulate.kernels.smooth import smooth, smooth_and_drift

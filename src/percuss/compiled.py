@@ -1,4 +1,4 @@
-"""How the functions of this room are compiled, and what their cache on disk is valid for.
+"""How functions are compiled, and what their cache on disk is valid for.
 
 Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python nor a cache of its own.
@@ -71,7 +71,7 @@ summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls, cached for as long as no source of the room changes.
+    """Compile a function that Python calls, cached for as long as none of its sources changes.
 
     By itself numba looks at the date of the function's own file, and would go on using machine code that has an older
     version of a function of another file in it.
@@ -84,11 +84,23 @@ def entry(function: Callable[..., Any]) -> Any:
     return dispatcher
 
 
+_ROOM = "kernels"
+"""Name of a folder of compiled functions."""
+
+
 @cache
 def sources_digest(own: Path) -> str:
-    """SHA-256 of the sources that a compiled function may consist of: this room, its file, `*_kernels.py` beside it."""
-    beside = [*Path(__file__).parent.glob("*.py"), *own.parent.glob("*_kernels.py"), own]
-    files = {path.resolve() for path in beside}
+    """SHA-256 of the sources that a compiled function may consist of.
+
+    Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` beside it, and the
+    room of the simulation. And this file, for all.
+    """
+    here = Path(__file__)
+    if own.parent.name == _ROOM:
+        sources = [*own.parent.glob("*.py")]
+    else:
+        sources = [own, *own.parent.glob("*_kernels.py"), *(here.parent / "simulate" / _ROOM).glob("*.py")]
+    files = {path.resolve() for path in (here, *sources)}
     found = hashlib.sha256()
     for path in sorted(files):
         found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
