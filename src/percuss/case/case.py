@@ -25,6 +25,7 @@ from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
+    from percuss.case.file_format.load_tables import AnyLoad
     from percuss.case.file_format.tool_building import BlowQuestion
     from percuss.model import Load, System
     from percuss.model.contact import Timed
@@ -114,6 +115,25 @@ class Case:
     def is_si(self) -> bool:
         """Whether the case is in SI units."""
         return isinstance(self.tables, PhysicalCase)
+
+    @property
+    def load_table(self) -> AnyLoad:
+        """The table [load].
+
+        Raises
+        ------
+        CaseError
+            When the case describes one blow and has none.
+        """
+        check_motion(self.tables, self.file)
+        assert self.tables.load is not None
+        return self.tables.load
+
+    @property
+    def is_from_blow(self) -> bool:
+        """Whether the restitution is that of the blow on the tool, which is resolved by waves."""
+        contact = self.tables.contact if isinstance(self.tables, PhysicalCase) else self.tables.system
+        return contact is not None and self._parts.contact is None
 
     @cached_property
     def _parts(self) -> Parts:

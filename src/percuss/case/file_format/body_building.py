@@ -141,10 +141,12 @@ def contact_of(table: ContactTable, bar: SizedBody | None, tool: bool) -> Contac
     if table.law == "b77-blow" or table.restitution == FROM_THE_BLOW:
         return None
     if not rod and table.restitution is None:
-        raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area", _OF_BLOW if tool else "")
+        raise ParameterError(
+            "restitution", None, "a restitution from 0 to 1, or a receiving_area", _OF_BLOW if tool else ""
+        )
     law = si_law(table, bar)
     if table.receiving_area is None:
-        return law(table.restitution)
+        return law(_number(table.restitution))
     receiving = si(table.receiving_area, "area", "receiving_area")
     return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
 
@@ -168,7 +170,12 @@ def plain_contact(table: SystemTable, body: Body | None, tool: bool) -> Contact 
         By the key of the table.
     """
     check_law(table, None if body is None else body.kind, tool)
-    return None if table.restitution == FROM_THE_BLOW else plain_law(table)(table.restitution)
+    return None if table.restitution == FROM_THE_BLOW else plain_law(table)(_number(table.restitution))
+
+
+def _number(restitution: float | str | None) -> float:
+    assert isinstance(restitution, int | float)  # the word for that of the blow was looked at before
+    return restitution
 
 
 def plain_law(table: SystemTable) -> type[Contact]:
@@ -195,7 +202,9 @@ def check_law(table: ContactTable | SystemTable, body: str | None, target: bool)
         raise ParameterError("law", table.law, "a uniform bar for the law b77-tau", remedy)
     if table.law == "b77-blow" and given is not None and given != FROM_THE_BLOW:
         remedy = f'write restitution = "{FROM_THE_BLOW}", or take law = "b77" for a number'
-        raise ParameterError("restitution", given, "no number beside the law b77-blow, which takes it from the blow", remedy)
+        raise ParameterError(
+            "restitution", given, "no number beside the law b77-blow, which takes it from the blow", remedy
+        )
     key = "law" if table.law == "b77-blow" else "restitution"
     if not target and (table.law == "b77-blow" or given == FROM_THE_BLOW):
         remedy = 'a rigid wall is kind = "wall" in [tool]'

@@ -122,7 +122,7 @@ class Parts:
             return
         if (law := self._law(tables)) is not None:
             self._try(*_contact_table(tables), lambda _: law(0.0).check(body))
-        if tables.load is not None:
+        if self.load is not None or isinstance(tables.load, HistoryForce):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
     def _law(self, tables: PhysicalCase | PlainCase) -> type[Contact] | None:

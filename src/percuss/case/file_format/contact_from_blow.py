@@ -146,15 +146,20 @@ _LAW_OF_ROCK = 'the penetration is known to law = "b77-blow"'
 
 def _advance(table: ContactTable | SystemTable, target: Rod | Wall, blow: OneBlow) -> float:
     """Advance of the tool per impulse, in the units of the blow."""
-    end = getattr(target, "end", "wall")
+    from percuss.blow import Wall
+
+    end = "wall" if isinstance(target, Wall) else target.end
     usual = {"rock": "residual penetration", "infinite": "kept"}.get(end, "pushed back")
     advance = table.advance or usual
     if advance == "pushed back":
         return 0.0
     if advance != usual:
-        where = {"wall": "a wall", "rock": "a rod on rock", "infinite": "an endless rod"}.get(end, f"a rod with a {end} end")
+        where = {"wall": "a wall", "rock": "a rod on rock", "infinite": "an endless rod"}.get(
+            end, f"a rod with a {end} end"
+        )
         accepted = f'"{usual}"' if usual == "pushed back" else f'"{usual}" or "pushed back"'
         raise ParameterError("advance", advance, f"{accepted} of {where}")
     if advance == "residual penetration":
         return blow.residual_per_impulse
+    assert not isinstance(target, Wall)
     return 1.0 / (target.pieces[-1].impedance if target.pieces else target.face_impedance)

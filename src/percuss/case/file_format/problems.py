@@ -44,8 +44,17 @@ def raise_all(problems: Sequence[CaseError]) -> NoReturn:
 def from_parameter(error: ParameterError, file: str, table: str, given: Mapping[str, Any]) -> CaseError:
     """The problem of a case file behind an object's refusal; shows the value as the file has it."""
     name = error.name.split("[")[0]
-    value = error.value if name != error.name or name not in given else given[name]
+    value = error.value if name != error.name or name not in given else _as_written(given[name])
     return CaseError(file, f"{table}.{error.name}", value, f"expected {error.accepted}", error.remedy)
+
+
+def _as_written(value: Any) -> Any:
+    """A value as the file has it; a list of tables only by their number."""
+    if not isinstance(value, tuple):
+        return value
+    if value and isinstance(value[0], dict):
+        return f"{len(value)} tables"
+    return [_as_written(one) for one in value]
 
 
 def from_validation(

@@ -100,8 +100,9 @@ class ContactTable(Table):
     """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
     in a uniform bar do. When left out: `"reversed"`, but `"kept"` for a bar that is not uniform."""
     law: Law | None = None
-    """What is known of the blow: B77's impact takes no time; `"b77-tau"` adds the time that a uniform bar is in contact;
-    `"b77-blow"` takes restitution, duration and advance from one blow resolved by waves. When left out: `"b77"`."""
+    """What is known of the blow: B77's impact takes no time; `"b77-tau"` adds the time that a uniform bar is in
+    contact; `"b77-blow"` takes restitution, duration and advance from one blow resolved by waves. When left out:
+    `"b77"`."""
     advance: Advance | None = None
     """With a law that knows the duration: the tool keeps the advance that a blow gives it, is pushed back, or advances
     by what the rock does not give back. When left out: `"residual penetration"` on rock, `"kept"` on an endless rod,
@@ -234,9 +235,10 @@ _TABLES: dict[str, type[Table]] = {
 
 def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
     """The tables that a file lacks though it describes no blow, for which [load] and [contact] may be absent."""
-    if any(name in data or did_you_mean(name, data) for name in ("tool", "rock", "blow")):
+    missing = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
+    if missing and any(name in data or did_you_mean(name, data) for name in ("tool", "rock", "blow")):
         return []
-    return [name for name in ("load", "contact") if name in form.model_fields and name not in data]
+    return missing
 
 
 def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:

@@ -94,7 +94,7 @@ def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple
 
 
 def _section(name: str, table: SectionTable, common: Any) -> Section:
-    sizes: dict[str, float | None] = {"length": None}
+    sizes: dict[str, Any] = {"length": None}
     for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
         if (text := getattr(table, key)) is not None:
             sizes[key] = _size(name + key, text, dimension)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.schema import ContactTable
@@ -178,7 +179,7 @@ def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Ro
 
 def _check_load(table: BlowTable, load: tuple[tuple[float, float], ...]) -> None:
     times = [time for time, _ in load]
-    if times and (times[0] < 0.0 or any(b <= a for a, b in zip(times, times[1:], strict=False))):
+    if times and (times[0] < 0.0 or any(later <= earlier for earlier, later in pairwise(times))):
         raise ParameterError("load", [t for t, _ in table.load or ()], "times that increase from 0 or later")
 
 

@@ -91,8 +91,8 @@ class RockTable(Table):
     stiffness: Stiffness
     """Force per penetration while the force grows, $K_1$. Allowed: greater than 0."""
     unloading_ratio: float | None = None
-    r"""γ: the force is taken off along $K_1/\gamma$, and $(1-\gamma)$ of the greatest penetration stays. Allowed: greater
-    than 0, at most 1. When left out: 1, a rock that gives everything back."""
+    r"""γ: the force is taken off along $K_1/\gamma$, and $(1-\gamma)$ of the greatest penetration stays. Allowed:
+    greater than 0, at most 1. When left out: 1, a rock that gives everything back."""
     gap: Length | None = None
     """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: 0."""
 
@@ -101,8 +101,8 @@ class BlowTable(Table):
     """One blow, as `percuss blow` follows it."""
 
     velocity: Velocities | None = None
-    """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that of
-    the steady motion."""
+    """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that
+    of the steady motion."""
     until: Time | None = None
     """Time from the start of the blow at which it is left. Allowed: greater than 0. When left out: the end of the blow,
     where that can be proved."""

@@ -135,7 +135,9 @@ def _one_or_several(check: Callable[[Any, ValidationInfo], Any]) -> Callable[[An
     return checked
 
 
-def _steps(time: Callable[[Any, ValidationInfo], Any], force: Callable[[Any, ValidationInfo], Any], example: str) -> Any:
+def _steps(
+    time: Callable[[Any, ValidationInfo], Any], force: Callable[[Any, ValidationInfo], Any], example: str
+) -> Any:
     """A check of a list of pairs, a time and the force from then on; it becomes a tuple of pairs."""
 
     def checked(value: Any, info: ValidationInfo) -> Any:
