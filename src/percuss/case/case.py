@@ -182,8 +182,8 @@ class Case:
         Examples
         --------
         >>> from percuss.case import load_case
-        >>> load_case("laboratory-striker").varied({"tool": None, "rock": None}).tool().end
-        'infinite'
+        >>> load_case("laboratory-striker").tool().end
+        'rock'
         """
         return self.blow_question().target
 

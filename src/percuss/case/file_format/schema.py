@@ -41,15 +41,21 @@ from percuss.case.file_format.values import (
 
 __all__ = [
     "BarTable",
+    "BlowTable",
     "ContactTable",
     "DampingTable",
     "PhysicalCase",
+    "PlainBlow",
     "PlainCase",
     "PlainSimulation",
     "PlainStart",
+    "PlainTool",
+    "RockTable",
     "SimulationTable",
     "StartTable",
     "SystemTable",
+    "ToolSectionTable",
+    "ToolTable",
     "keys_of",
     "missing_tables",
     "table_fields",
@@ -92,7 +98,7 @@ class BarTable(Table):
 class ContactTable(Table):
     restitution: Restitution | None = None
     """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
-    1. When left out: `receiving_area` is needed, or the law `"b77-blow"`."""
+    1. When left out: `receiving_area` is needed, or the law of the blow."""
     receiving_area: Area | None = None
     """Cross-section of a long rod of the same material that is struck. Allowed: at least that of the bar. When left
     out: `restitution` is needed."""
@@ -105,8 +111,8 @@ class ContactTable(Table):
     `"b77"`."""
     advance: Advance | None = None
     """With a law that knows the duration: the tool keeps the advance that a blow gives it, is pushed back, or advances
-    by what the rock does not give back. When left out: `"residual penetration"` on rock, `"kept"` on an endless rod,
-    else `"pushed back"`."""
+    by what the rock does not give back. When left out: `"kept"`, but `"residual penetration"` of a tool on rock and
+    `"pushed back"` of others that have an end."""
 
 
 class SystemTable(Table):
@@ -133,8 +139,8 @@ class SystemTable(Table):
     law: Law | None = None
     """What is known of the blow, as in `[contact]`. When left out: `"b77"`."""
     advance: Advance | None = None
-    """How far the tool advances from blow to blow, as in `[contact]`. When left out: `"kept"` on a rod, `"pushed back"`
-    on a wall."""
+    """How far the tool advances from blow to blow, as in `[contact]`. When left out: `"kept"`, but
+    `"pushed back"` of a wall."""
 
 
 class StartTable(Table):

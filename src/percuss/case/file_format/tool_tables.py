@@ -62,14 +62,14 @@ class ToolTable(Table):
     has none."""
     end: Literal["infinite", "free", "fixed", "rock"] | None = None
     """What is at the end of the rod: nothing (`"free"`), a rigid support, the rock of `[rock]`; an infinite rod goes on
-    for ever and sends nothing back. When left out: `"rock"` beside a table `[rock]`, `"infinite"` when the last section
-    has no length."""
+    for ever and sends nothing back. When left out: `"rock"`, with a table `[rock]`; `"infinite"`, when the last
+    section has no length."""
     bit_mass: Mass | None = None
     """A mass at the end of the rod, such as a bit too short to be a section. Allowed: 0 or greater. When left out:
-    0."""
+    none."""
     gap: Length | None = None
     """Distance between the striking end and the struck face when the blow begins. Allowed: 0 or greater. When left out:
-    0."""
+    none."""
 
 
 class PlainTool(Table):
@@ -94,7 +94,7 @@ class RockTable(Table):
     r"""γ: the force is taken off along $K_1/\gamma$, and $(1-\gamma)$ of the greatest penetration stays. Allowed:
     greater than 0, at most 1. When left out: 1, a rock that gives everything back."""
     gap: Length | None = None
-    """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: 0."""
+    """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: none."""
 
 
 class BlowTable(Table):
