@@ -16,9 +16,12 @@ from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import varied_keys
+from percuss.case.parameters.description import plain_tables
+from percuss.case.parameters.moved_case import placed
 from percuss.case.parameters.parameter_list import parameters
-from percuss.errors import CaseError
+from percuss.errors import CaseError, ParameterError
 from percuss.model import Section, SteppedBar, UniformBar
+from percuss.model.contact import Timed
 
 BAR = """
 [bar]
@@ -363,13 +366,50 @@ def test_the_numbers_of_the_tool_may_be_varied() -> None:
     assert "rock.stiffness" in alone and not any(key.startswith("load.") for key in alone)
     family = CaseFamily(case, {"stiffness": "kN/mm", "tool.gap": "mm"})
     assert (family.key("stiffness"), family.key("bit_mass")) == ("rock.stiffness", "tool.bit_mass")
-    with pytest.raises(Exception, match=re.escape("one of tool.gap and rock.gap")):
+    with pytest.raises(ParameterError, match=re.escape("one of tool.gap and rock.gap")):
         CaseFamily(case, {"gap": "mm"}).key("gap")
+
+
+def test_the_sizes_of_its_sections_may_be_varied() -> None:
+    case = Case.from_text(BAR + TOOL + BLOW + MOTION)
+    name = "tool.sections[2].length"
+    family = CaseFamily(case, {name: "mm", "tool.sections[1].diameter": "cm", "stiffness": "N/m"})
+    assert family.key("sections[2].length") == name
+    tool = family._varied({name: (50.0, "mm"), "tool.sections[1].diameter": (3.0, "cm")}).tool()
+    assert isinstance(tool, Rod)
+    assert [(s.length, s.diameter) for s in tool.sections] == [(1.2, 0.03), (0.05, 0.06)]
+    with pytest.raises(ParameterError, match=r"tool\.sections\[3\]\.length.*a section from 1 to 2"):
+        family.key("tool.sections[3].length")
+    with pytest.raises(ParameterError, match=r"did you mean 'tool\.sections\[2\]\.length'"):
+        family.key("tool.sections[2].lenght")
 
 
 def test_a_map_of_a_motion_is_offered_the_tool_only_where_it_depends_on_it() -> None:
     offered = {row["name"] for row in parameters(Case.from_text(BAR + TOOL + BLOW + MOTION))}
     assert not any(name.startswith(("tool", "rock", "blow")) for name in offered)
+
+
+# -- a law that needs no tool --
+
+
+@pytest.mark.parametrize("advance", [None, "kept", "pushed back"])
+def test_the_law_of_a_uniform_bar(advance: str | None) -> None:
+    bar = '[bar]\nlength = "341 mm"\ndiameter = "49 mm"\n'
+    said = "" if advance is None else f'\nadvance = "{advance}"'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", 'law = "b77-tau"\nrestitution = 0.2' + said))
+    law, system = case.timed_law(), case.system()
+    assert law == Timed.of_uniform_bar(system.s, 0.2, advance or "kept")
+    assert case_of(plain_tables(case)).timed_law() == law
+    assert Case.from_text(bar + MOTION).timed_law() is None
+    assert placed(case, {"restitution": 0.3}).timed_law() == Timed.of_uniform_bar(system.s, 0.3, advance or "kept")
+
+
+def test_the_law_of_a_uniform_bar_knows_no_rock() -> None:
+    bar = '[bar]\nlength = "341 mm"\ndiameter = "49 mm"\n'
+    law = 'law = "b77-tau"\nrestitution = 0.2\nadvance = "residual penetration"'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", law), file="case.toml")
+    with pytest.raises(CaseError, match=r"contact\.advance = 'residual penetration'.*b77-blow"):
+        case.timed_law()
 
 
 # -- the catalogue --
