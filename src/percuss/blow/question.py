@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,12 @@ class Question:
         return found
 
     @cached_property
+    def transits(self) -> float:
+        """Transit times of the striker that are followed unless told otherwise, and once through the rod and back."""
+        rod = np.zeros(0) if self.rod is None else self.rod.transit
+        return MOST_TRANSITS + 2.0 * float(rod[np.isfinite(rod)].sum() / self.sections.transit.sum())
+
+    @cached_property
     def sections(self) -> Sections:
         """Of the striker."""
         return striker_sections(self.striker)
@@ -97,6 +104,6 @@ def _load(given: Any) -> tuple[tuple[float, float], ...]:
         raise ParameterError("load", given, accepted)
     found = tuple((finite("load", time), finite("load", force)) for time, force in pairs)
     times = [time for time, _ in found]
-    if any(time < 0.0 for time in times) or any(a >= b for a, b in zip(times, times[1:], strict=False)):
+    if any(time < 0.0 for time in times) or any(a >= b for a, b in pairwise(times)):
         raise ParameterError("load", given, accepted)
     return found

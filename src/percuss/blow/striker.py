@@ -9,6 +9,7 @@ import numpy as np
 from percuss.blow.target import Rod
 from percuss.errors import ParameterError
 from percuss.model import Body, SizedBody, SteppedBar, UniformBar
+from percuss.model.body.sized import Piece
 from percuss.model.checks import Array
 
 __all__ = ["Sections", "Striker", "rod_sections", "striker_sections"]
@@ -23,9 +24,10 @@ class Sections:
 
     Parameters
     ----------
-    impedance, transit, length
+    impedance, transit, length, speed
         Of each, shape (K,), inf for the transit time and the length of an endless one. SI, or the scales of a
-        dimensionless body, whose lengths are shares of the whole.
+        dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance is known has the
+        speed 1, so that places along it are times of a wave.
     area
         In m², or None where only the impedances are known.
     """
@@ -33,6 +35,7 @@ class Sections:
     impedance: Array
     transit: Array
     length: Array
+    speed: Array
     area: Array | None
 
 
@@ -45,18 +48,14 @@ def striker_sections(striker: Striker) -> Sections:
         For anything that is no chain of sections.
     """
     if isinstance(striker, SizedBody):
-        pieces = striker.pieces
-        return Sections(
-            np.array([piece.impedance for piece in pieces]),
-            np.array([piece.transit_time for piece in pieces]),
-            np.array([piece.end - piece.start for piece in pieces]),
-            np.array([piece.area for piece in pieces]),
-        )
+        return _of_pieces(striker.pieces)
     if isinstance(striker, SteppedBar):
         chain = striker.sections
-        return Sections(chain.impedance, chain.transit, chain.width, None)
+        return Sections(chain.impedance, chain.transit, chain.width, 1.0 / chain.slowness, None)
     if isinstance(striker, UniformBar):
-        return Sections(np.array([striker.s]), np.array([striker.transit_time]), np.array([1.0]), None)
+        return Sections(
+            np.array([striker.s]), np.array([striker.transit_time]), np.ones(1), np.array([striker.s]), None
+        )
     raise ParameterError("striker", striker, "a bar: Bar, SectionedBar, UniformBar or SteppedBar")
 
 
@@ -70,13 +69,17 @@ def rod_sections(rod: Rod, striker: Striker) -> Sections:
     """
     if rod.impedance is not None:
         endless = np.array([np.inf])
-        return Sections(np.array([rod.impedance]), endless, endless, None)
+        return Sections(np.array([rod.impedance]), endless, endless, np.ones(1), None)
     if not isinstance(striker, SizedBody):
         raise ParameterError("target", rod, "a wall, or Rod.of_impedance", "a dimensionless striker has no sizes")
-    pieces = rod.pieces
+    return _of_pieces(rod.pieces)
+
+
+def _of_pieces(pieces: tuple[Piece, ...]) -> Sections:
     return Sections(
         np.array([piece.impedance for piece in pieces]),
         np.array([piece.transit_time for piece in pieces]),
         np.array([piece.end - piece.start for piece in pieces]),
+        np.array([(piece.youngs_modulus / piece.density) ** 0.5 for piece in pieces]),
         np.array([piece.area for piece in pieces]),
     )

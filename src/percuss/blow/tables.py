@@ -24,7 +24,7 @@ from percuss.blow.kernels.layout import (
     State,
     Waves,
 )
-from percuss.blow.question import MOST_TRANSITS, Question
+from percuss.blow.question import Question
 from percuss.blow.target import Rod
 from percuss.errors import ParameterError
 
@@ -74,9 +74,9 @@ class Tables:
 
 def tables(question: Question) -> Tables:
     """The records of a blow before it begins."""
-    striker, rod, target = question.sections, question.rod, question.target
+    striker, rod = question.sections, question.rod
     unit, window = float(striker.transit.sum()), question.until
-    horizon = MOST_TRANSITS if window is None else window / unit
+    horizon = question.transits if window is None else window / unit
     force = max((abs(p) for _, p in question.load), default=0.0)
     rows = initial_waves(question)
     speed = max(max(abs(piece.values).max() for row in rows for piece in row), force / float(striker.impedance[-1]))

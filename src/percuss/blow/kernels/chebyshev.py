@@ -78,7 +78,7 @@ def greatest(c, n):
 
 @inner
 def antiderivative(c, n, half, out):
-    """The integral from −1 on, times `half`: that of time over an interval of twice this length. Its degree is n + 1."""
+    """The integral from −1 on, times `half`, half the length of the interval; its degree is n + 1."""
     total, sign = 0.0, 1.0
     for k in range(1, n + 2):
         before = 2.0 * c[0] if k == 1 else c[k - 1]

@@ -54,8 +54,8 @@ def _zero(r, n):
     side = 0
     for _ in range(100):
         x = (low * above - high * below) / (above - below)
-        if not low < x < high:
-            break
+        if not low < x < high:  # to rounding it is one of the ends
+            return min(max(x, low), high)
         y = value(r, n, x)
         if y == 0.0:
             return x
@@ -69,4 +69,4 @@ def _zero(r, n):
             side = 1
         if high - low < 4e-16:
             break
-    return high if high - low < 1e-12 else 0.5 * (low + high)
+    return high

@@ -37,7 +37,7 @@ def at_face(problem, waves, state, start, end):
         if place == NEVER or turn == MOST_TURNS - 1:
             place = NEVER
             break
-        when = start + int(round(0.5 * (1.0 + place) * (end - start)))
+        when = start + round(0.5 * (1.0 + place) * (end - start))
         if when - start > problem.near:
             if end - when <= problem.near:
                 place, when = 1.0, end

@@ -32,7 +32,7 @@ class Problem(NamedTuple):
     """What strikes and what is struck. Impedances, speeds and times in the scales of the blow, times in ticks as well.
 
     Sections run from the driven end through the struck face to the far end; node i is at the left end of section i.
-    `impedance`, `transit`: of each section, shape (S,). `joint_mass`: at each node, shape (S + 1,); the last is the bit.
+    `impedance`, `transit`: of each section, shape (S,). `joint_mass`: at each node, shape (S + 1,); last the bit.
     `load_start`, `load_force`: steps of the load, at the node `load_node`. `striker`: number of its sections.
     """
 

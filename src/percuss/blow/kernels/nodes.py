@@ -15,7 +15,7 @@ STAYS, MOVES, FILLED = range(3)
 
 @inner
 def carried_on(problem, waves, state, node, whole):
-    """Carry a node on by one piece. With `whole`, only where no piece is cut because others are not known so far yet."""
+    """Carry a node on by one piece; with `whole`, only where that cuts no piece because others are not known yet."""
     time, near, sections = state.time[node], problem.near, problem.impedance.size
     from_left, from_right = 2 * node - 2, 2 * node + 1
     has_left, has_right = node > 0, node < sections

@@ -32,7 +32,7 @@ def at_rock(problem, waves, state, start, end):
         place = _turn(problem, now, u, v, k, p, work)
         if place == NEVER:
             break
-        when = start + int(round(0.5 * (1.0 + place) * (stop - start)))
+        when = start + round(0.5 * (1.0 + place) * (stop - start))
         if when - start > problem.near:
             if stop - when <= problem.near:
                 place, when = 1.0, stop
