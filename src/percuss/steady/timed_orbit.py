@@ -13,10 +13,8 @@ from percuss.model.checks import Array
 from percuss.shown import Shown
 from percuss.steady.admissible import Violation
 from percuss.steady.orbit import Orbit
-from percuss.steady.oscillator import phi1, phi2
-from percuss.steady.phases import forced_response
 from percuss.steady.reason import Reason
-from percuss.steady.timed_flight import rigid_passage
+from percuss.steady.timed_flight import RigidFlight
 
 __all__ = ["TimedOrbit"]
 
@@ -139,19 +137,16 @@ class TimedOrbit(Shown):
 
     # -- the flight --
 
+    @cached_property
+    def _flight(self) -> RigidFlight:
+        return RigidFlight(self.system, self.phase, self.rebound_velocity)
+
     def rigid_motion(self, t: Array) -> tuple[Array, Array]:
         """Displacement since the centroid of the force, and velocity, of the mean of the bar; shapes of `t`.
 
         From the end of the contact to the start of the next one.
         """
-        t = np.asarray(t, dtype=float)
-        response, d, mean = forced_response(self.system), self.system.d, self.system.load.mean
-        here = np.array([self.phase])
-        start = self.rebound_velocity - float(response.rigid_velocity(here)[0])
-        moved = response.rigid_displacement(self.phase + t) - float(response.rigid_displacement(here)[0])
-        fade = t * phi1(d * t)
-        velocity = response.rigid_velocity(self.phase + t) + mean * fade + start * np.exp(-d * t)
-        return np.asarray(moved + mean * t**2 * phi2(d * t) + start * fade), np.asarray(velocity)
+        return self._flight.motion(t)
 
     @cached_property
     def violation(self) -> Violation | None:
@@ -160,7 +155,9 @@ class TimedOrbit(Shown):
         Decided by bounds, for the rigid motion, to second order in the duration: what passes the plane by less than
         half the greatest load times t_c² counts as none. The elastic motion is that of B77's motion, which `b77` has.
         """
-        return rigid_passage(self)
+        start, end = self.contact
+        undecided = 0.5 * self._flight.greatest_force * self.law.duration**2
+        return self._flight.passage(end, self.period + start, undecided)
 
     @property
     def obstacle(self) -> Reason | None:
