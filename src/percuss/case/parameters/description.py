@@ -57,13 +57,13 @@ def plain_tables(case: Case) -> dict[str, Any]:
 
 def _plain_load(case: Case, load: Load) -> dict[str, Any]:
     """A load of the kind that the case has, else by its harmonics."""
-    kind = case.tables.load.kind
+    kind = case.load_table.kind
     if kind == "square" and load.values:
         pushes = max(load.values)
         return {
             "kind": kind,
             "amplitude": pushes,
-            "kappa": getattr(case.tables.load, "kappa", 1.0),
+            "kappa": getattr(case.load_table, "kappa", 1.0),
             "harmonics": load.coefficients.size - 1,
         }
     if kind == "steps":

@@ -25,7 +25,7 @@ _OF_LOAD = ("kappa", "amplitude", "mean", "load_factor")
 
 def can_move(name: str, case: Case, system: System) -> bool:
     """Whether the case has a key by which this parameter is moved."""
-    value, kind = PARAMETERS[name].get(system), case.tables.load.kind
+    value, kind = PARAMETERS[name].get(system), case.load_table.kind
     if name in _OF_LOAD and kind not in _LOADS:
         return False
     if name == "mean":
