@@ -17,6 +17,7 @@ ADVANCES: tuple[Advance, ...] = ("kept", "pushed back", "residual penetration")
 """Where the impact plane is at the next blow: where the blow put the rod, where it was, or deeper by what the rock does
 not give back."""
 
+_MOST_CONTACTS = 10**6
 _ONE_BLOW = (
     "a striker that still moves forward after the blow catches up with the rod again: on an endless rod in steps that "
     "never end, with the velocity falling like (−R)^n; such a blow has no duration. Take a rod of greater impedance "
@@ -94,7 +95,7 @@ class Timed:
             "force_centroid": centroid,
             "advance_per_impulse": non_negative("advance_per_impulse", self.advance_per_impulse),
             "ringing_share": unit_interval("ringing_share", self.ringing_share),
-            "contacts": count("contacts", self.contacts),
+            "contacts": count("contacts", self.contacts, most=_MOST_CONTACTS),
         }
         choice("law", self.law, "b77-tau", "b77-blow")
         for name, value in checked.items():
@@ -138,15 +139,16 @@ class Timed:
 
     def velocity(self, impulse: float, force: float) -> float:
         """V at the force's centroid of a blow with this impulse under the load `force`: J/(1 + R) + e p."""
-        return impulse / (1.0 + self.restitution) + self.arm * force
+        return finite("impulse", impulse) / (1.0 + self.restitution) + self.arm * finite("force", force)
 
     def impulse(self, velocity: float, force: float) -> float:
         """J of a blow with V at the force's centroid under the load `force`: (1 + R)(V − e p)."""
-        return (1.0 + self.restitution) * (velocity - self.arm * force)
+        return (1.0 + self.restitution) * (finite("velocity", velocity) - self.arm * finite("force", force))
 
     def steady_impulse(self, mean: float, period: float, d: float) -> float:
         """J of a steady motion: p_0 T, less what the drag d takes over the advance, d A J."""
-        return mean * period / (1.0 + d * self.advance_per_impulse)
+        given = finite("mean", mean) * positive("period", period)
+        return given / (1.0 + non_negative("d", d) * self.advance_per_impulse)
 
     def ringing_left(self, rate: float, period: float) -> float:
         """Ringing at the next blow, as a speed over that of the blow: √share times exp(−rate T).
@@ -158,11 +160,7 @@ class Timed:
         period
             T, in radians.
         """
-        return math.sqrt(self.ringing_share) * math.exp(-rate * period)
-
-    def instantaneous(self) -> Timed:
-        """The same restitution without duration or advance: B77's law."""
-        return Timed(self.restitution, law=self.law)
+        return math.sqrt(self.ringing_share) * math.exp(-non_negative("rate", rate) * positive("period", period))
 
     def __str__(self) -> str:
         return (
