@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.load_tables import HistoryForce
-from percuss.case.file_format.schema import table_fields
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, keys_of, table_fields
+from percuss.case.file_format.section_tables import SectionTable
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
 
-__all__ = ["FREQUENCY", "KEYS", "LOAD_AREA", "LOAD_SCALE", "Key", "key_of", "varied_keys"]
+__all__ = [
+    "FREQUENCY",
+    "KEYS",
+    "LOAD_AREA",
+    "LOAD_SCALE",
+    "Key",
+    "held",
+    "key_of",
+    "varied_keys",
+    "with_generic_places",
+    "with_held",
+]
 
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
@@ -53,8 +67,8 @@ _DAMPINGS = ("bar.drag", "bar.damping", "bar.damping_ratio")
 
 KEYS: dict[str, Key] = {
     "system.s": Key(sets="s"),
-    "system.d": Key(sets="damping"),
-    "system.damping": Key(sets="damping"),
+    "system.d": Key(sets="damping", instead_of=("system.damping",)),
+    "system.damping": Key(sets="damping", instead_of=("system.d",)),
     "system.restitution": Key(sets="restitution"),
     "bar.length": Key("bar length", slides=True),
     "bar.area": Key("bar area", instead_of=("bar.diameter",)),
@@ -94,7 +108,40 @@ def varied_keys(case: Case) -> list[str]:
         none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
     none |= _NO_NUMBERS
     keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
-    return [*keys, LOAD_SCALE]
+    in_lists = _keys_in_lists(case.tables)
+    if in_lists and case.is_si:
+        keys = [key for key in keys if key not in _OF_UNIFORM_BARS]
+    return [*keys, *in_lists, LOAD_SCALE]
+
+
+_OF_UNIFORM_BARS = ("bar.length", "bar.area", "bar.diameter")
+
+
+def _keys_in_lists(tables: PhysicalCase | PlainCase) -> list[str]:
+    """The keys of the sections of a stepped bar, counted from 0 at the driven end."""
+    if isinstance(tables, PhysicalCase):
+        sections = enumerate(tables.bar.sections or ())
+        return [f"bar.sections[{i}].{name}" for i, section in sections for name in _numbers_of(section)]
+    lists = {name: getattr(tables.system, name) or () for name in ("impedances", "transit_times")}
+    return [f"system.{name}[{i}]" for name, values in lists.items() for i in range(len(values))]
+
+
+def _numbers_of(section: SectionTable) -> list[str]:
+    """The keys of a section that may hold one number beside those that it has."""
+    none = {"material", "area" if section.area is None else "diameter"}
+    none |= set() if section.material is None else {"youngs_modulus", "density"}
+    return [name for name in keys_of(SectionTable) if name not in none]
+
+
+def with_generic_places(keys: Iterable[str]) -> list[str]:
+    """The keys with those that differ only by a place in a list told once.
+
+    Examples
+    --------
+    >>> with_generic_places(["bar.density", "bar.sections[0].length", "bar.sections[1].length"])
+    ['bar.density', 'bar.sections[i].length']
+    """
+    return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", key) for key in keys))
 
 
 def held(given: Any) -> Any:
