@@ -115,7 +115,7 @@ class SteadyAnswer(Shown):
         return {
             **heading_dict(self.name, self.title, self.system, self.notes),
             "periods": [period.to_json_dict() for period in self.periods],
-            "rest": rest_dict(self.rest),
+            "rest": rest_dict(self.rest, self.system.contact),
             "starts": plain(self.starts.to_json_dict(self.system)),
         }
 

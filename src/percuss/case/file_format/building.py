@@ -12,7 +12,7 @@ from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.problems import from_parameter, raise_all
 from percuss.case.file_format.recorded_load import history_load
-from percuss.case.file_format.schema import PhysicalCase, PlainCase
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Contact, Load, SizedBody, System
@@ -47,7 +47,7 @@ class Parts:
             else:
                 self.bar = self._try("bar", tables.bar, sized_body)
             self.contact = self._try("contact", tables.contact, lambda table: contact_of(table, self.bar))
-        elif tables.system.d is None and tables.system.damping is None:
+        elif not _says_its_damping(tables.system):
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
@@ -85,6 +85,11 @@ class Parts:
         except ArithmeticError:
             self._problems.append(_extreme(self._file, name))
         return None
+
+
+def _says_its_damping(table: SystemTable) -> bool:
+    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
+    return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 
 def _some_body(bar: SizedBody) -> Body | None:
