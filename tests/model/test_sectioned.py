@@ -134,3 +134,14 @@ def test_areas_that_jump_by_a_million_are_a_slip(areas: tuple[float, ...]) -> No
     with pytest.raises(ParameterError, match=rf"sections\[{len(areas) - 1}\].area.*neighbour"):
         SectionedBar(tuple(Section(0.1, area) for area in areas))
     SectionedBar((Section(0.1, 1e-3), Section(0.1, 1.1e-9)))
+
+
+@pytest.mark.parametrize("impedances", [(1.0, 1e6), (1e7, 1.0), (2.0, 1.0, 1e-6)])
+def test_impedances_have_the_limit_of_areas(impedances: tuple[float, ...]) -> None:
+    with pytest.raises(ParameterError, match=rf"impedances\[{len(impedances) - 1}\].*neighbour"):
+        SteppedBar(5.0, impedances, (1.0,) * len(impedances))
+    SteppedBar(5.0, tuple(z**0.8 for z in impedances), (1.0,) * len(impedances))
+
+
+def test_a_gradual_change_may_be_of_more_than_a_million() -> None:
+    assert SteppedBar(5.0, (1.0, 1e4, 1e8), (1.0, 1.0, 1.0)).modes(8).inertia.min() > 0.0

@@ -102,8 +102,7 @@ def plain_body(table: SystemTable) -> Body:
 def _plain_damping(table: SystemTable) -> Damping:
     d = None if table.d is None else non_negative("d", table.d)
     if table.damping is None:
-        assert d is not None  # one of the two is there when the table is looked at
-        return External(d)
+        return External(d or 0.0)
     law = damping_law(table.damping, units=False)
     if d and d != law.rigid:
         remedy = f'leave d out: the law "{law.kind}" says it all'

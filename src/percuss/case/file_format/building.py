@@ -21,7 +21,7 @@ from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
 from percuss.case.file_format.recorded_load import history_load
-from percuss.case.file_format.schema import PhysicalCase, PlainCase
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.case.file_format.tool_building import (
     NO_BIT,
@@ -72,7 +72,7 @@ class Parts:
             if tables.contact is not None:
                 make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
                 self.contact = self._try("contact", tables.contact, make)
-        elif tables.system.d is None and tables.system.damping is None:
+        elif not _says_its_damping(tables.system):
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
@@ -177,6 +177,11 @@ class Parts:
 def _contact_table(tables: PhysicalCase | PlainCase) -> tuple[str, BaseModel | None]:
     """The table that says how the bar leaves what it strikes, and its name."""
     return ("system", tables.system) if isinstance(tables, PlainCase) else ("contact", tables.contact)
+
+
+def _says_its_damping(table: SystemTable) -> bool:
+    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
+    return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 
 def _some_body(bar: SizedBody) -> Body | None:

@@ -238,7 +238,7 @@ class Table(Damping):
         found = numbers("values", self.values).reshape(-1).tolist()
         if not found:
             raise ParameterError("values", self.values, "the damping of one mode or more")
-        object.__setattr__(self, "values", tuple(non_negative("values", value) for value in found))
+        object.__setattr__(self, "values", tuple(non_negative(f"values[{n}]", one) for n, one in enumerate(found)))
 
     def of(self, omega: Array) -> Array:
         own = np.asarray(self.values)[: omega.size]
@@ -259,7 +259,8 @@ class Table(Damping):
         return not any(self.values)
 
     def __str__(self) -> str:
-        return f"damping of {len(self.values)} modes given, the first {self.values[0]:.6g}"
+        count = len(self.values)
+        return f"damping of {count} mode{'s' if count > 1 else ''} given, the first {self.values[0]:.6g}"
 
 
 def equivalent_ratio(damping: Damping, omega: float) -> float:

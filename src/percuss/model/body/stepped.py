@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -20,6 +21,9 @@ __all__ = ["MOST_SECTIONS", "SteppedBar"]
 
 MOST_SECTIONS = 200
 """Sections of a bar: far more than a machine's, and few enough for thousands of modes in a second."""
+
+MOST_JUMP = 1e6
+"""Impedances of two neighbours that differ by more are a slip of units, not a bar."""
 
 _MOST_RATIO = 1e15  # of two impedances, or two transit times: beyond it one of the sections is nothing
 _LEAST_KEPT = 64
@@ -81,6 +85,13 @@ class SteppedBar(Body):
             if len(found) != count:
                 raise ParameterError(name, len(found), f"as many as there are impedances, {count}")
             object.__setattr__(self, name, found)
+        self._check_jumps()
+
+    def _check_jumps(self) -> None:
+        for i, (one, other) in enumerate(pairwise(self.impedances), 1):
+            if max(one, other) > (1.0 - 1e-9) * MOST_JUMP * min(one, other):
+                wanted = f"a section whose impedance differs from its neighbour's by less than {MOST_JUMP:,.0f} times"
+                raise ParameterError(f"impedances[{i}]", other, wanted, "check the units")
 
     @property
     def sections(self) -> Chain:
@@ -149,8 +160,11 @@ class SteppedBar(Body):
 def _sections(name: str, values: object) -> tuple[float, ...]:
     accepted = f"numbers greater than 0, one for each of 1 to {MOST_SECTIONS} sections"
     found = np.atleast_1d(numbers(name, values, accepted))
-    if found.ndim != 1 or not np.all(found > 0.0):
+    if found.ndim != 1:
         raise ParameterError(name, values, accepted)
+    if not np.all(found > 0.0):
+        i = int(np.argmin(found > 0.0))
+        raise ParameterError(f"{name}[{i}]", float(found[i]), "a number greater than 0")
     if not 1 <= found.size <= MOST_SECTIONS:
         raise ParameterError(name, f"{found.size} sections", accepted)
     if not found.max() <= _MOST_RATIO * found.min():
