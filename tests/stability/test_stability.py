@@ -91,7 +91,7 @@ def test_multipliers_by_differences_of_the_map(name: str, i: int, modes: int) ->
 
 @given(st.floats(0, 3), st.floats(0, 1), st.floats(0.1, 70), st.floats(-2, 2), st.floats(-5, 5))
 def test_schur_is_the_moduli(d: float, r: float, period: float, sigma: float, slope: float) -> None:
-    a_0, a_1, a_2 = (float(a) for a in quadratic_coefficients(d, r, period, sigma, slope))
+    a_0, a_1, a_2 = (float(a) for a in quadratic_coefficients(d, -r, period, sigma, slope))
     assume(abs(a_2) > 1e-6)
     roots = np.abs(np.roots([a_2, a_1, a_0]))
     largest = float(roots.max(initial=0.0))
