@@ -23,7 +23,6 @@ COMPILED = {
 """Compiled functions see no objects: R comes to them as a number of their record."""
 
 
-
 def is_restitution(node: ast.expr, known: set[str]) -> bool:
     """Whether an expression is R: the name, an attribute of that name, a name that stands for it, or some of it."""
     match node:

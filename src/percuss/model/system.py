@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, overload
 
+import numpy as np
+
 from percuss.errors import ParameterError
 from percuss.model.body import Body, External, SizedBody, UniformBar
-from percuss.model.checks import finite, instance, non_negative, positive, unit_interval
+from percuss.model.checks import Array, finite, instance, non_negative, positive, unit_interval
 from percuss.model.contact import Contact, Kept
 from percuss.model.load import Load
 from percuss.shown import Shown
@@ -211,8 +213,26 @@ class System(Shown):
 
     @property
     def stress_scale(self) -> float:
-        """E at the striking end, in Pa: stress is E times the strain u_x. `bar.youngs_modulus_at` tells of others."""
+        """E at the striking end, in Pa; `stress` is that of any place."""
         return self._si()[0].pieces[-1].youngs_modulus
+
+    def stress(self, x: Array, strain: Array) -> Array:
+        """Stress in Pa where the strain is u_x, negative in compression: E of the section at each place times it.
+
+        Parameters
+        ----------
+        x
+            Places from 0 at the driven end to 1, shape (n,).
+        strain
+            Dimensionless, shape (n,) or (n, …), as `Orbit.strain` and `Trajectory.strain` give it.
+
+        Raises
+        ------
+        ParameterError
+            For a system without sizes.
+        """
+        moduli = self._si()[0].youngs_modulus_at(np.asarray(x, dtype=float))
+        return np.asarray((moduli * np.asarray(strain).T).T)
 
     # -- neighbours --
 
