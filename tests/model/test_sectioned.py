@@ -79,6 +79,8 @@ def test_the_stress_is_that_of_the_material_at_each_place() -> None:
     assert stress_of(plain, at, strain) is strain
     with pytest.raises(ParameterError, match="from_si"):
         plain.stress(at, strain)
+    with pytest.raises(ParameterError, match="a row for each of 3"):
+        system.stress([0.0, 0.5, 1.0], strain)
 
 
 def test_a_system_of_it_goes_through_json() -> None:
