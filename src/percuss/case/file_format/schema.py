@@ -241,7 +241,7 @@ _TABLES: dict[str, type[Table]] = {
 
 def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
     """The tables that a file lacks though it describes no blow, for which [load] and [contact] may be absent."""
-    missing = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
+    missing: list[str] = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
     if missing and any(name in data or did_you_mean(name, data) for name in ("tool", "rock", "blow")):
         return []
     return missing

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.schema import table_fields
+from percuss.case.parameters.section_keys import section_keys
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -105,7 +106,8 @@ def varied_keys(case: Case) -> list[str]:
     tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
     keys = [f"{table}.{name}" for table in tables for name in fields.get(table, ()) if name not in none]
     several = {"blow.load", "blow.velocity" if isinstance(getattr(case.tables.blow, "velocity", None), tuple) else ""}
-    return [*(key for key in keys if key not in several), *([] if table is None else [LOAD_SCALE])]
+    sizes = section_keys("tool", case.to_dict().get("tool", {}))
+    return [*(key for key in keys if key not in several), *sizes, *([] if table is None else [LOAD_SCALE])]
 
 
 def held(given: Any) -> Any:

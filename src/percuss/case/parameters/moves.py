@@ -57,6 +57,9 @@ def scale_load(load: Tables, name: str, factor: float, keys: tuple[str, ...] | N
 def _restitution(tables: Tables, value: float, now: System) -> None:
     table = tables["system" if "system" in tables else "contact"]
     table.pop("receiving_area", None)
+    if table.get("law") == "b77-blow":  # it takes the restitution from the blow
+        for key in ("law", "advance"):
+            table.pop(key, None)
     table["restitution"] = value
 
 
