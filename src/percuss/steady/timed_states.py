@@ -98,9 +98,9 @@ def _middles(phases: Array) -> Array:
 def timed_states(system: System, law: Timed, periods: int = 1, *, modes: int | None = None) -> TimedStates:
     """Every steady motion with one blow every `periods` load periods when the blow takes time.
 
-    The phases are roots of v_f(φ) − e p(φ) = c(R) − a/T (without drag), with e = 2 t_J − t_c and the advance a = A J;
-    V(φ) = J/(1 + R) + e p(φ); a drag changes both a little. All roots are found, whatever the load. Right to first order in the duration over the
-    period.
+    The phases are roots of v_f(φ) − e p(φ) = c(R) − a/T, with e = 2 t_J − t_c and the advance a = A J, and
+    V(φ) = J/(1 + R) + e p(φ); a drag changes both a little. All roots are found, whatever the load. Right to first
+    order in the duration over the period.
 
     Parameters
     ----------
