@@ -324,8 +324,12 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Timed.of_uniform_bar": (
             Timed.of_uniform_bar, {"s": 20.0, "restitution": 0.5, "advance": "kept"}, {},
         ),
-        "model.Timed.velocity": (timed.velocity, {"impulse": 1.0, "force": 0.5}, {"impulse": REAL, "force": REAL}),
-        "model.Timed.impulse": (timed.impulse, {"velocity": 1.0, "force": 0.5}, {"velocity": REAL, "force": REAL}),
+        "model.Timed.velocity": (
+            timed.velocity, {"impulse": 1.0, "force": 0.5, "d": 0.1}, {"impulse": REAL, "force": REAL},
+        ),
+        "model.Timed.impulse": (
+            timed.impulse, {"velocity": 1.0, "force": 0.5, "d": 0.1}, {"velocity": REAL, "force": REAL},
+        ),
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Load": (
