@@ -411,6 +411,12 @@ def test_the_law_of_a_uniform_bar(advance: str | None) -> None:
     assert placed(case, {"restitution": 0.3}).timed_law() == Timed.of_uniform_bar(system.s, 0.3, advance or "kept")
 
 
+def test_equal_sections_are_a_uniform_bar() -> None:
+    bar = '[bar]\nsections = [{length = "1 m", diameter = "4 cm"}, {length = "2 m", diameter = "4 cm"}]\n'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", 'law = "b77-tau"\nrestitution = 0.2'))
+    assert case.timed_law() == Timed.of_uniform_bar(case.system().s, 0.2)
+
+
 def test_the_law_of_a_uniform_bar_knows_no_rock() -> None:
     bar = '[bar]\nlength = "341 mm"\ndiameter = "49 mm"\n'
     law = 'law = "b77-tau"\nrestitution = 0.2\nadvance = "residual penetration"'

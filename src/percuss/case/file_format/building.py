@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from percuss.case.file_format.body_building import (
-    contact_of,
-    plain_body,
-    plain_contact,
-    plain_law,
-    si_law,
-    sized_body,
-)
+from percuss.case.file_format.body_building import plain_body, sized_body
+from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
 from percuss.case.file_format.contact_from_blow import blow_of, restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
@@ -77,7 +71,7 @@ class Parts:
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
             self.body = self._try("system", tables.system, plain_body)
-            make = partial(plain_contact, body=self.body, tool=tables.tool is not None)
+            make = partial(plain_contact, tool=tables.tool is not None)
             self.contact = self._try("system", tables.system, make)
         if tables.load is not None and not isinstance(tables.load, HistoryForce):
             self.load = self._try("load", tables.load, load_of)
@@ -121,7 +115,7 @@ class Parts:
         if body is None:
             return
         if (law := self._law(tables)) is not None:
-            self._try(*_contact_table(tables), lambda _: law(0.0).check(body))
+            self._try(*_contact_table(tables), lambda table: check_body(table, law, body))
         if self.load is not None or isinstance(tables.load, HistoryForce):
             self._try("load", tables.load, lambda table: body.place(table.at))
 

@@ -79,6 +79,11 @@ class Damping(ABC):
         """Whether no mode loses anything."""
 
     @property
+    def is_even(self) -> bool:
+        """Whether every mode, the rigid motion too, has the same d, as if waves in the bar just faded on their way."""
+        return self.is_zero
+
+    @property
     def words(self) -> str:
         """What it is, and what it does to the bar, for a report."""
         return "none" if self.is_zero else f"{self}: {self.sentence}"
@@ -133,6 +138,10 @@ class External(Damping):
     @property
     def is_zero(self) -> bool:
         return self.d == 0.0
+
+    @property
+    def is_even(self) -> bool:
+        return True
 
     def __str__(self) -> str:
         return f"d = {self.d:.6g}"

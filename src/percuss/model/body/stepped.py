@@ -27,6 +27,7 @@ MOST_JUMP = 1e6
 
 _MOST_RATIO = 1e15  # of two impedances, or two transit times: beyond it one of the sections is nothing
 _LEAST_KEPT = 64
+_ROUNDING = 1e-12  # by which equal impedances may differ
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,17 @@ class SteppedBar(Body):
     def places(self) -> tuple[float, ...]:
         """The driven end, 0, and the steps."""
         return tuple(self.sections.start.tolist())
+
+    @property
+    def is_harmonic(self) -> bool:
+        """Its sections have the same impedance."""
+        return max(self.impedances) <= (1.0 + _ROUNDING) * min(self.impedances)
+
+    @property
+    def is_uniform(self) -> bool:
+        """Its sections have the same impedance and the same speed of waves."""
+        slow = np.divide(self.transit_times, self.lengths or self.transit_times)
+        return self.is_harmonic and bool(slow.max() <= (1.0 + _ROUNDING) * slow.min())
 
     def _waves(self, count: int) -> Waves:
         """Of `count` modes and some more: the number is rounded up, so that few tables serve all questions."""
