@@ -16,6 +16,7 @@ __all__ = ["Formula", "formulas", "left_out"]
 _ALIKE = 1e-9
 """Relative difference of two impedances, or two times, that counts as none."""
 
+
 class Formula(NamedTuple):
     """A closed form that applies: its name, and what it says beside what the waves gave."""
 

@@ -55,7 +55,7 @@ def blow_dict(answer: BlowAnswer) -> dict[str, Any]:
         "title": answer.title,
         "units": "SI" if answer.is_si else "dimensionless",
         "notes": list(answer.notes),
-        "velocity": blow.velocity,
+        "velocity": None if blow.velocity is None else blow.velocity.tolist(),
         "velocity_from": answer.speed,
         "until": blow.until,
         "outcome": blow.outcome.name.lower(),
