@@ -45,7 +45,7 @@ def table_of(system: System, modes: int) -> Table:
     load = system.load
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
     shared = _without_mean(system.body, load.at, harmonics, modes)
-    bar = shared.bar.copy()
+    bar = np.array(shared.bar)[()]  # `copy` copies field by field
     bar["restitution"], bar["strain"] = system.restitution, system.contact.strain_factor
     bar["mean"], bar["pushing"] = load.mean, _longest_push(load)
     if load.is_piecewise:
