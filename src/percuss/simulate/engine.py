@@ -16,8 +16,9 @@ from percuss.simulate.kernels.calls import EVENT, MEMBER, STATE_NUMBERS, Log, Ru
 from percuss.simulate.kernels.codes import AT_REST, BY_IMPACTS, BY_TIME, BY_WORK, DEPARTED, PERIODIC, UNRESOLVED
 from percuss.simulate.kernels.layout import PAST, Table
 from percuss.simulate.kernels.many import follow as follow_compiled
-from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for, to_change
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for
 from percuss.simulate.stop import Stop
+from percuss.simulate.tables import to_change
 
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
 

@@ -23,11 +23,11 @@ from percuss.simulate.kernels.layout import PAST, Desk, Motion, Table
 from percuss.simulate.kernels.many import follow
 from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.running import run
-from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for, to_change
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import table_of
+from percuss.simulate.tables import table_of, to_change
 from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["cores", "simulate_many"]

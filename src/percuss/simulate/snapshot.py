@@ -16,8 +16,9 @@ from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS, Desk, Motion
 from percuss.simulate.kernels.place import place
 from percuss.simulate.spectrum import Spectrum
 from percuss.simulate.start import Start
+from percuss.simulate.tables import to_change
 
-__all__ = ["NO_LOG", "Snapshot", "begin", "begins", "clock", "clocks", "desk_for", "to_change"]
+__all__ = ["NO_LOG", "Snapshot", "begin", "begins", "clock", "clocks", "desk_for"]
 
 Records = npt.NDArray[Any]
 
@@ -99,11 +100,6 @@ def begins(
     for values in found:
         values.setflags(write=False)
     return Starts(*found)  # type: ignore[arg-type]  # of the types that they had
-
-
-def to_change(table: Table) -> Table:
-    """A table with a `bar` of its own, which the kernels change."""
-    return table._replace(bar=np.array(table.bar)[()])  # `copy` copies field by field
 
 
 def desk_for(table: Table) -> Desk:
