@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from percuss import Load, Start, Starts, Stop, System, run, simulate_many
+from percuss.model import Kept, Ratio, UniformBar
+from percuss.model.body import Body, External, KelvinVoigt, SteppedBar
 
 ROOT = Path(__file__).resolve().parent
 PEERS = ROOT.parent / "build" / "peers"
@@ -151,6 +153,41 @@ def hard_ones() -> list[Row]:
             other = per_impact(striker(5.0, load), modes)
             text = f"{other / base:.1f} × one harmonic"
             rows.append((f"square load, {what}, {name_of(modes, 5.0)}", f"{other:.2f} µs", "5 ×", text))
+    return rows
+
+
+def bodies() -> list[Row]:
+    """Other bodies and laws of damping, each beside the uniform bar with external damping, in turn in one run.
+
+    Another system moves otherwise, and its search for a contact may need more evaluations: so they are counted.
+    """
+    start, stop = Start.rigid(-1.0, time=0.3), Stop(impacts=IMPACTS, periodic=False)
+    load = Load.harmonic(0.7, 1.0)
+
+    def of(body: Body, modes: int) -> tuple[float, float]:
+        """Microseconds for each impact, and evaluations."""
+        system = System(body, load, Kept(0.6))
+        motion = run(system, start, modes=modes, stop=stop)
+        begin = time.process_time()
+        for _ in range(10):
+            run(system, start, modes=modes, stop=stop)
+        spent = time.process_time() - begin
+        return 1e5 * spent / motion.impacts, float(motion.snapshot["count"]["work"][0]) / motion.impacts
+
+    rows: list[Row] = []
+    steel = UniformBar(5.0, External(0.0048))
+    for what, body, modes, goal in (
+        ("damping ratio 0.001", UniformBar(5.0, Ratio(0.001)), 32, "1.3 ×"),
+        ("Kelvin–Voigt, η = 1e-5", UniformBar(5.0, KelvinVoigt(1e-5)), 32, "–"),
+        ("Kelvin–Voigt, η = 1e-6", UniformBar(5.0, KelvinVoigt(1e-6)), 32, "–"),
+        ("Kelvin–Voigt, η = 1e-6", UniformBar(5.0, KelvinVoigt(1e-6)), 128, "–"),
+        ("overdamped, Kelvin–Voigt η = 0.04", UniformBar(5.0, KelvinVoigt(0.04)), 8, "–"),
+        ("stepped bar", SteppedBar(5.0, (2.0, 1.0), (1.0, 2.0), External(0.0048)), 32, "4 ×"),
+    ):
+        pairs = np.array([(of(body, modes), of(steel, modes)) for _ in range(11)])
+        cost, work = np.median(pairs[:, 0] / pairs[:, 1], axis=0)
+        text = f"{cost:.2f} × external damping, {work:.2f} × the evaluations"
+        rows.append((f"{what}, N = {modes}", f"{np.median(pairs[:, 0, 0]):.2f} µs", goal, text))
     return rows
 
 
