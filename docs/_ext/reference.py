@@ -21,7 +21,7 @@ from unittest import mock
 from pydantic.fields import FieldInfo
 from sphinx.pycode import ModuleAnalyzer
 
-from percuss.case.file_format import damping_table, load_tables, schema, section_tables, values
+from percuss.case.file_format import damping_table, load_tables, schema, section_tables, tool_tables, values
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.parser import Parser
@@ -115,6 +115,14 @@ _VALUES: list[tuple[Any, str]] = [
     (damping_table.BarDamping, "table"),
     (damping_table.SystemDamping, "table"),
     (section_tables.SectionTables, "list of tables"),
+    (tool_tables.ToolSections, "list of tables"),
+    (values.Mass, "mass"),
+    (values.Stiffness, "stiffness"),
+    (values.Restitution, 'number or `"from the blow"`'),
+    (values.Velocities, "velocity, or list of velocities"),
+    (values.PlainVelocities, "number, or list of numbers"),
+    (values.Steps, "list of pairs `[time, force]`"),
+    (values.PlainSteps, "list of pairs of numbers"),
     (values.Force, "force"),
     (values.ForceOrPressure, "force or pressure"),
     (values.ForceUnit, "unit of force or pressure"),
@@ -154,7 +162,7 @@ def said_of(table: type[values.Table], key: str) -> dict[str, str]:
 
 def keys(table_name: str) -> str:
     """The keys that a table declares itself, as a table with their values, what holds without them, and the meaning."""
-    table = getattr(schema, table_name, None) or getattr(load_tables, table_name)
+    table = next(getattr(module, table_name) for module in (schema, load_tables) if hasattr(module, table_name))
     hints = typing.get_type_hints(table, include_extras=True)
     rows = [_row(table, key, hints[key], table.model_fields[key]) for key in table.__annotations__]
     return "\n".join(["| key | value | when left out | meaning |", "|---|---|---|---|", *rows])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
 from percuss.case.answers.first_lines import name_of, summary_of
+from percuss.case.answers.timed_in_words import ENDED, law_in_words, timed_in_words
 from percuss.neutral import neutral
 from percuss.steady.si import CARDS, REPORTED
 
@@ -64,6 +65,7 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
         _notes(answer),
         "<h2>Steady motions</h2>",
         _orbits(answer),
+        _timed(answer),
         _figure(plot.steady(answer), "Phases, load, gap, multipliers"),
     ]
     if answer.starts.followed:
@@ -143,6 +145,26 @@ def _orbits(answer: SteadyAnswer) -> str:
     return _table(head, rows)
 
 
+def _timed(answer: SteadyAnswer) -> str:
+    """The motions of a law that knows the duration of the blow; nothing where the case has none."""
+    if answer.law is None:
+        return ""
+    rows = []
+    for period in answer.periods:
+        for found in period.orbits:
+            lines = [ENDED] if found.timed is None else timed_in_words(found.timed, found.stability)
+            rows.append((name_of(answer, found), *_cells(lines)))
+        alone = () if period.timed is None else period.timed.alone
+        rows += [(f"alone, m = {period.states.periods}", *_cells(timed_in_words(found))) for found in alone]
+    law = f"<p>By {_safe(law_in_words(answer.law, answer.system))}.</p>"
+    return law + _table(("motion", "phase", "blow", "verdict"), rows)
+
+
+def _cells(lines: list[str]) -> tuple[str, str, str]:
+    phase, blow, *verdict = [*lines, "", ""]
+    return phase, blow, " ".join(verdict).strip()
+
+
 def _striking(found: OrbitAnswer) -> str:
     """A striking speed; none where the end would be leaving the wall at the moment of impact."""
     if found.orbit.impact_velocity <= 0.0:
@@ -198,6 +220,8 @@ def _laws(answer: SteadyAnswer) -> str:
 
 def _notes(answer: SteadyAnswer) -> str:
     said = [*answer.notes, *(text for p in answer.periods for found in p.orbits for text in found.orbit.warnings)]
+    timed = [found for p in answer.periods if p.timed is not None for found in p.timed.orbits]
+    said += [text for found in timed for text in found.orbit.warnings]
     return "".join(f"<p>{_safe(text)}</p>" for text in dict.fromkeys(said))
 
 

@@ -54,6 +54,10 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
         "ft*lbf": 0.3048 * 4.4482216152605,
     }),
     "mass": ("kg", "g", '"5 kg" or "5000 g"', {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}),
+    "stiffness": ("N/m", "kN/mm", '"400 kN/mm" or "0.4 GN/m"', {
+        "N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "kN/mm": 1e6, "MN/mm": 1e9, "N/um": 1e6,
+        "lbf/in": 4.4482216152605 / 0.0254,
+    }),
     "damping": ("N*s/m^2", "kN*s/m^2", '"40 N*s/m^2"', {  # D: force per length of the bar and per velocity
         "N*s/m^2": 1.0, "kN*s/m^2": 1e3, "N/m/(m/s)": 1.0, "Pa*s": 1.0, "kg/(m*s)": 1.0, "kg/m/s": 1.0,
     }),
@@ -93,7 +97,7 @@ def si(value: object, dimension: str, name: str) -> float:
     Returns
     -------
     float
-        In m, m², Pa, N, Hz, kg/m³, s, m/s, J, kg, N·s/m² or 1.
+        In m, m², Pa, N, Hz, kg/m³, s, m/s, J, kg, N/m, N·s/m² or 1.
 
     Raises
     ------

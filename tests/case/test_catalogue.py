@@ -20,6 +20,7 @@ from percuss.errors import CaseError
 NAMES = [
     "hydraulic-drifter",
     "heavy-drifter",
+    "stepped-drifter",
     "mini-breaker",
     "heavy-breaker",
     "dth-4-inch",
@@ -30,7 +31,7 @@ NAMES = [
 ]
 
 
-def test_nine_machines() -> None:
+def test_ten_machines() -> None:
     assert [machine.name for machine in MACHINES] == NAMES
     assert all(is_machine(name) for name in NAMES)
 
@@ -74,7 +75,7 @@ def test_history_is_averaged() -> None:
     assert report.cycles == 40
     assert report.frequency == pytest.approx(60.0, rel=1e-3)
     assert not report.frequency_given
-    assert [uses_history(name) for name in NAMES] == [True] + 8 * [False]
+    assert [uses_history(name) for name in NAMES] == [True] + 9 * [False]
 
 
 def test_history_is_the_same_every_time(tmp_path: Path) -> None:

@@ -32,7 +32,18 @@ from percuss import (
 )
 from percuss import case as room_of_cases
 from percuss.errors import ParameterError, PercussError
-from percuss.model import External, KelvinVoigt, Ratio, Reversed, Section, SectionedBar, SteppedBar, Table, UniformBar
+from percuss.model import (
+    External,
+    KelvinVoigt,
+    Ratio,
+    Reversed,
+    Section,
+    SectionedBar,
+    SteppedBar,
+    Table,
+    Timed,
+    UniformBar,
+)
 from percuss.recordings import read_recording
 
 ROOMS = ("recordings", "model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
@@ -82,6 +93,8 @@ NO_DOORS: dict[str, str] = {
             "steady.Rest",
             "steady.SIReport",
             "steady.SteadyStates",
+            "steady.TimedOrbit",
+            "steady.TimedStates",
             "steady.Violation",
             "stability.ExactPlane",
             "stability.LinearMap",
@@ -89,6 +102,7 @@ NO_DOORS: dict[str, str] = {
             "stability.Plane",
             "stability.Reduced",
             "stability.Stability",
+            "stability.TimedStability",
             "stability.Waveform",
             "simulate.Cycle",
             "simulate.EnergyBalance",
@@ -128,6 +142,7 @@ NO_DOORS: dict[str, str] = {
             "steady.Orbit.end_motion",
             "steady.Orbit.forced_elastic",
             "steady.Orbit.rigid_motion",
+            "steady.TimedOrbit.rigid_motion",
             "steady.Orbit.transient",
             "steady.Orbit.modal_state",
         ],
@@ -216,10 +231,10 @@ Entry = tuple[Callable[..., object], dict[str, Any], dict[str, set[str]]]
 
 def table(folder: Path) -> dict[str, Entry]:
     """A valid call of everything public: callable, arguments, and the objects that have a meaning in their places."""
-    bar, contact = Bar(0.3, 1e-3), Kept(0.5)
+    bar, contact, timed = Bar(0.3, 1e-3), Kept(0.5), Timed.of_uniform_bar(20.0, 0.6)
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
-    orbit = states.orbits[1]
+    orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
@@ -286,6 +301,18 @@ def table(folder: Path) -> dict[str, Entry]:
             f"model.{law.__name__}.with_restitution": (law(0.5).with_restitution, {"restitution": 0.2}, {})
             for law in (Kept, Reversed)
         },
+        "model.Timed": (
+            Timed, {"restitution": 0.5, "duration": 0.1, "force_centroid": 0.04, "advance_per_impulse": 0.01}
+            | {"ringing_share": 0.1, "contacts": 1, "law": "b77-blow"},
+            {},
+        ),
+        "model.Timed.of_uniform_bar": (
+            Timed.of_uniform_bar, {"s": 20.0, "restitution": 0.5, "advance": "kept"}, {},
+        ),
+        "model.Timed.velocity": (timed.velocity, {"impulse": 1.0, "force": 0.5}, {"impulse": REAL, "force": REAL}),
+        "model.Timed.impulse": (timed.impulse, {"velocity": 1.0, "force": 0.5}, {"velocity": REAL, "force": REAL}),
+        "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
+        "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Load": (
             Load, {"coefficients": [0.3, 1.0], "frequency": 1.0, "breaks": (), "values": (), "report": None}
             | {"error": 0.1, "at": 0},
@@ -337,6 +364,10 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.steady_states": (
             steady_states, {"system": SYSTEM, "periods": 1, "modes": 4, "tolerance": 1e-8}, {"modes": OPTIONAL},
         ),
+        "steady.timed_states": (
+            steady.timed_states, {"system": SYSTEM, "law": timed, "periods": 1, "modes": 4}, {"modes": OPTIONAL},
+        ),
+        "steady.TimedStates.curve": (slow.curve, {"phase": 1.0}, {"phase": ANY_NUMBERS}),
         "steady.SteadyStates.rigid_velocity": (states.rigid_velocity, {"phase": 1.0}, {"phase": ANY_NUMBERS}),
         **{
             f"steady.Orbit.{name}": (
@@ -362,6 +393,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         # -- stability --
         "stability.stability_of": (stability.stability_of, {"orbit": orbit, "modes": 4}, {"modes": OPTIONAL}),
+        "stability.timed_stability": (stability.timed_stability, {"orbit": slow.orbits[1]}, {}),
         "stability.linear_map": (stability.linear_map, {"orbit": orbit, "modes": 4} | side, {}),
         "stability.floquet_multipliers": (stability.floquet_multipliers, {"orbit": orbit, "modes": 4} | side, {}),
         "stability.reduced_criterion": (stability.reduced_criterion, {"orbit": orbit}, {}),

@@ -85,6 +85,12 @@ TABLES = {
     "HistoryLoad": ("plain", "load"),
     "StartTable": ("plain", "start"),
     "SimulationTable": ("plain", "simulation"),
+    "ToolTable": ("si", "tool"),
+    "ToolSectionTable": ("si", "tool.sections"),
+    "RockTable": ("si", "rock"),
+    "BlowTable": ("si", "blow"),
+    "PlainTool": ("plain", "tool"),
+    "PlainBlow": ("plain", "blow"),
 }
 """The tables that the page shows, with the form of case and the name that they have there."""
 
@@ -114,6 +120,7 @@ def test_the_page_has_every_key_of_a_case(form, kind):
     for table in shown:
         found.setdefault(TABLES[table][1], set()).update(rows(table))
     found["system.damping"] = found["bar.damping"]
+    found["tool.sections"] |= found["bar.sections"]
     for table, keys in schema.table_fields(form, kind).items():
         assert set(keys) <= found[table]
 
@@ -137,10 +144,23 @@ LOADS = {
     "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
     "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
 }
+STRUCK = {
+    "si": {
+        "tool": {"sections": '[{length = "1 m", diameter = "38 mm"}]'},
+        "rock": {"stiffness": '"400 kN/mm"'},
+        "blow": {},
+    },
+    "plain": {"tool": {"impedance": "3.0"}, "blow": {}},
+}
+"""What a case has besides where a key of one of these tables is looked at."""
+
 SECTION = {"length": '"120 mm"', "diameter": '"52 mm"'}
 BESIDE = {
     ("SectionTable", "area"): {"diameter": None},
     ("BarTable", "area"): {"diameter": None},
+    ("ToolSectionTable", "area"): {"diameter": None},
+    ("ContactTable", "advance"): {"law": '"b77-tau"'},
+    ("SystemTable", "advance"): {"law": '"b77-tau"'},
     ("ContactTable", "receiving_area"): {"restitution": None},
     ("HarmonicForce", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
     ("SquareForce", "area"): {"amplitude": '"9 bar"'},
@@ -160,6 +180,9 @@ UNITS = {
     "density": "kg/m^3",
     "frequency": "Hz",
     "damping": "N*s/m^2",
+    "mass": "kg",
+    "stiffness": "N/m",
+    "time": "ms",
     "force or pressure": "kN",
 }
 
@@ -171,12 +194,16 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables["load"] = dict(LOADS[table])
     if table == "SectionTable":
         tables |= {"bar": {}, name: dict(SECTION)}
+    if table == "ToolSectionTable":
+        tables |= {"tool": {"end": '"free"'}, name: dict(SECTION)}
+    elif name in STRUCK[form]:
+        tables |= {part: dict(keys) for part, keys in STRUCK[form].items()}
     keys = tables.setdefault(name, {})
     keys |= {**BESIDE.get((table, key), {}), key: value}
     lines = []
     for part, content in tables.items():
         lines += [
-            f"[[{part}]]" if part == "bar.sections" else f"[{part}]",
+            f"[[{part}]]" if part.endswith(".sections") else f"[{part}]",
             *(f"{k} = {v}" for k, v in content.items() if v is not None),
         ]
     return Case.from_text("\n".join(lines))
@@ -185,7 +212,7 @@ def case_with(table: str, key: str, value: str | None) -> Case:
 def computed(table: str, case: Case) -> object:
     """What the tables of a case come to, in a form that can be compared."""
     if table not in ("StartTable", "SimulationTable"):
-        return case.system()
+        return case.system(), case.timed_law(), case.blow_question()
     simulation = case.simulation()
     motion = run(case.system(), case.start(4), modes=4, stop=Stop(impacts=5))
     return simulation, motion.begin_time, [(event.time, event.impact_velocity) for event in motion.events]

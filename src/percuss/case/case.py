@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.answers.clock_note import clock_note
-from percuss.case.file_format.building import Parts, Recording, recording_of, system_of
+from percuss.case.file_format.building import Parts, Recording, check_motion, recording_of, system_of
 from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.reading import parsed, text_of
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, table_fields
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables, table_fields
 from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.case.file_format.writing import toml_text
@@ -24,7 +24,11 @@ from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
+    from percuss.blow import Rod, Wall
+    from percuss.case.file_format.load_tables import AnyLoad
+    from percuss.case.file_format.tool_building import BlowQuestion
     from percuss.model import Load, System
+    from percuss.model.contact import Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
 
@@ -112,6 +116,25 @@ class Case:
         """Whether the case is in SI units."""
         return isinstance(self.tables, PhysicalCase)
 
+    @property
+    def load_table(self) -> AnyLoad:
+        """The table [load].
+
+        Raises
+        ------
+        CaseError
+            When the case describes one blow and has none.
+        """
+        check_motion(self.tables, self.file)
+        assert self.tables.load is not None
+        return self.tables.load
+
+    @property
+    def is_from_blow(self) -> bool:
+        """Whether the restitution is that of the blow on the tool, which is resolved by waves."""
+        contact = self.tables.contact if isinstance(self.tables, PhysicalCase) else self.tables.system
+        return contact is not None and self._parts.contact is None
+
     @cached_property
     def _parts(self) -> Parts:
         return Parts(self.tables, self.file)
@@ -126,8 +149,9 @@ class Case:
         Raises
         ------
         CaseError
-            When the recording cannot be read or used.
+            When the recording cannot be read or used, or the case describes one blow and has no load.
         """
+        check_motion(self.tables, self.file)
         load = self._parts.load if self._recording is None else self._recording[0]
         assert load is not None  # the parts have raised otherwise
         return load
@@ -146,9 +170,38 @@ class Case:
         Raises
         ------
         CaseError
-            When the recording cannot be read or used, or does not fit the case.
+            When the recording cannot be read or used, or does not fit the case, or the case describes one blow only.
         """
         return self._system
+
+    # -- the blow --
+
+    def tool(self) -> Rod | Wall:
+        """What the bar strikes; without a table [tool] the rod of `receiving_area`, or a rigid wall.
+
+        Examples
+        --------
+        >>> from percuss.case import load_case
+        >>> load_case("laboratory-striker").tool().end
+        'rock'
+        """
+        return self.blow_question().target
+
+    def blow_question(self) -> BlowQuestion:
+        """The blow that the tables [tool], [rock] and [blow] describe, as `percuss.blow.strike` is asked."""
+        question = self._parts.blow
+        assert question is not None  # the parts have raised otherwise
+        return question
+
+    def timed_law(self) -> Timed | None:
+        """The law of a blow that takes time, where [contact] or [system] names one; None for B77's impact.
+
+        Raises
+        ------
+        CaseError
+            When the blow on the tool gives no such law, or the case describes one blow only.
+        """
+        return self._parts.timed(self.tables, self.system())
 
     @property
     def history_report(self) -> HistoryReport | None:
@@ -266,12 +319,16 @@ def checked_case(case: object) -> None:
 def _tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     """The checked tables of a parsed file."""
     form = _form(data, file)
+    missing, found = missing_tables(form, data), None
     try:
-        return form.model_validate(data)
+        tables = form.model_validate(data)
+        if not missing:
+            return tables
     except ValidationError as error:
-        load = data.get("load")
-        kind = load.get("kind") if isinstance(load, dict) else None
-        raise_all(from_validation(error, file, data, table_fields(form, kind)))
+        found = error
+    load = data.get("load")
+    kind = load.get("kind") if isinstance(load, dict) else None
+    raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
 
 
 def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:

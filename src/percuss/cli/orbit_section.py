@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, Section
+from percuss.cli.timed_section import timed_heading, timed_rows
 from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import OrbitAnswer
-    from percuss.model import System
+    from percuss.model import System, Timed
     from percuss.stability import Stability
     from percuss.steady import Drag, SIReport
 
@@ -21,8 +22,8 @@ MOST_WARNINGS = 3
 """Warnings that a card shows; the rest is in the JSON."""
 
 
-def orbit_section(answer: OrbitAnswer, name: str) -> Section:
-    """The card of an orbit."""
+def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> Section:
+    """The card of an orbit, with what a law of blows that take time makes of it."""
     orbit, judged, system = answer.orbit, answer.stability, answer.orbit.system
     verdict = "stable" if judged.stable else "unstable"
     possible = "possible" if orbit.admissible else "not possible"
@@ -41,11 +42,13 @@ def orbit_section(answer: OrbitAnswer, name: str) -> Section:
         rows.append(("energy", _energy(answer)))
     else:
         rows.append(("blow", _no_blow(answer)))
+    rows += timed_rows(answer, law)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
     if len(orbit.warnings) > MOST_WARNINGS:
         rows.append(("", f"and {len(orbit.warnings) - MOST_WARNINGS} more; --json has them all"))
     tone = GOOD if answer.runs else BAD
-    return Section(f"{name}: {verdict}, {possible}", tuple(rows), tone, level=2)
+    heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
+    return Section(heading, tuple(rows), tone, level=2)
 
 
 def _phase(phase: float, system: System) -> str:

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.first_lines import every, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
+from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.cli.timed_section import alone_sections, existence_row
 from percuss.steady.reason import Reason
 
 if TYPE_CHECKING:
     from percuss.case import PeriodAnswer, SteadyAnswer
-    from percuss.model import SizedBody, System
+    from percuss.model import SizedBody, System, Timed
     from percuss.recordings.history import HistoryReport
 
 __all__ = ["steady_report", "system_section"]
@@ -25,12 +27,13 @@ _FEW = 8
 
 def steady_report(answer: SteadyAnswer) -> Report:
     """The report of `percuss steady`."""
-    sections = [system_section(answer.name, answer.system, answer.notes)]
+    sections = [system_section(answer.name, answer.system, answer.notes, answer.law)]
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))
         count = len(period.orbits)
         for i, found in enumerate(period.orbits):
-            sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}"))
+            sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
+        sections += alone_sections(period)
     sections.append(_rest_section(answer))
     sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
@@ -40,7 +43,7 @@ def steady_report(answer: SteadyAnswer) -> Report:
 # -- the hammer -----------------------------------------------------------------------------------------------------
 
 
-def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section:
+def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed | None = None) -> Section:
     """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
     rows: list[tuple[str, str]] = [("case", name)]
     bar, history = system.bar, system.load.report
@@ -61,6 +64,8 @@ def system_section(name: str, system: System, notes: tuple[str, ...]) -> Section
     )
     rows.append(("damping", _damping_text(system)))
     rows.append(("contact", system.contact.sentence))
+    if law is not None:
+        rows.append(("blow", law_in_words(law, system)))
     rows.append(("load", _load_text(system)))
     if history is not None:
         rows.append(("history", _history_text(history)))
@@ -121,8 +126,9 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
         return Section(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
     if states.exists:
         text = f"{counted(count, 'steady motion')}: {compared}"
-        return Section(heading, (("exists", text), *((("note", states.note),) if states.note else ())))
-    rows = [("exists", f"no: {Reason.NO_MOTION.words} ({compared})")]
+        note = (("note", states.note),) if states.note else ()
+        return Section(heading, (("exists", text), *existence_row(period), *note))
+    rows = [("exists", f"no: {Reason.NO_MOTION.words} ({compared})"), *existence_row(period)]
     nearest = states.nearest
     if nearest is not None and nearest.load_factor is not None:
         now, then = system.load.load_factor, nearest.load_factor
@@ -136,12 +142,17 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
         rows.append(("nearest", text))
     if nearest is not None and nearest.restitution is not None:
         text = f"restitution {number(nearest.restitution)} (now {number(system.restitution)})"
-        rows.append(("or" if len(rows) > 1 else "nearest", text))
+        rows.append((_another(rows), text))
     if period.greatest_drag is not None:
-        rows.append(("or" if len(rows) > 1 else "nearest", _less_damping(system, period.greatest_drag)))
-    if len(rows) == 1:
+        rows.append((_another(rows), _less_damping(system, period.greatest_drag)))
+    if not any(label == "nearest" for label, _ in rows):
         rows.append(("nearest", "no load factor and no restitution allows one"))
     return Section(heading, tuple(rows), BAD)
+
+
+def _another(rows: list[tuple[str, str]]) -> str:
+    """The label of one more way to a motion."""
+    return "or" if any(label == "nearest" for label, _ in rows) else "nearest"
 
 
 def _less_damping(system: System, d: float) -> str:

@@ -17,7 +17,7 @@ from percuss.model.body import (
     Table,
     UniformBar,
 )
-from percuss.model.contact import Contact, Kept, Result, Reversed
+from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
 from percuss.model.load import Jump, Load
 from percuss.model.system import System
 
@@ -43,5 +43,6 @@ __all__ = [
     "SteppedBar",
     "System",
     "Table",
+    "Timed",
     "UniformBar",
 ]

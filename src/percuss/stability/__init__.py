@@ -5,6 +5,7 @@ from percuss.stability.linear_map import LinearMap, linear_map
 from percuss.stability.multipliers import Multipliers, floquet_multipliers
 from percuss.stability.plane import Plane, stability_plane
 from percuss.stability.reduced import Reduced, reduced_criterion
+from percuss.stability.timed_verdict import TimedStability, timed_stability
 from percuss.stability.verdict import Stability, stability_of
 from percuss.stability.waveform import Waveform, waveform_criterion
 
@@ -15,6 +16,7 @@ __all__ = [
     "Plane",
     "Reduced",
     "Stability",
+    "TimedStability",
     "Waveform",
     "exact_plane",
     "floquet_multipliers",
@@ -22,5 +24,6 @@ __all__ = [
     "reduced_criterion",
     "stability_of",
     "stability_plane",
+    "timed_stability",
     "waveform_criterion",
 ]

@@ -12,6 +12,8 @@ from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states
+from percuss.steady.timed_orbit import TimedOrbit
+from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
@@ -24,6 +26,8 @@ __all__ = [
     "Rest",
     "SIReport",
     "SteadyStates",
+    "TimedOrbit",
+    "TimedStates",
     "Violation",
     "drag_of",
     "greatest_drag",
@@ -32,4 +36,5 @@ __all__ = [
     "rest_on_wall",
     "si_report",
     "steady_states",
+    "timed_states",
 ]

@@ -11,7 +11,6 @@ from percuss.case.answers.numerals import number, quantity
 
 if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import OrbitAnswer, SteadyAnswer
-    from percuss.stability import Stability
     from percuss.steady import Rest
 
 __all__ = ["Summary", "every", "name_of", "summary_of"]
@@ -67,13 +66,13 @@ def _joined(*sentences: str) -> str:
 
 
 def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
-    figures = f"phase {number(first.orbit.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
+    figures = f"phase {number(first.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
     if first.si is not None:
         rate = f"{number(first.si.blow_rate_Hz)} Hz ({number(first.si.blow_rate_per_min)} blows/min)"
         figures = f"{quantity(first.si.blow_energy_J, 'J')} at {rate}, {number(first.si.impact_velocity_m_s)} m/s"
     return (
         f"The hammer can run with one blow {every(first.orbit.periods)}: {figures}; stable, "
-        f"{_margins(first.stability)} ({name_of(answer, first)} below)."
+        f"{_margins(first)} ({name_of(answer, first)} below)."
     )
 
 
@@ -85,8 +84,11 @@ def _others(running: tuple[OrbitAnswer, ...]) -> str:
     return f"It can also settle on m = {also}; which motion it takes depends on how it starts."
 
 
-def _margins(judged: Stability) -> str:
-    """``rhythm margin 0.86, ringing margin 0.059``."""
+def _margins(found: OrbitAnswer) -> str:
+    """``rhythm margin 0.86, ringing margin 0.059``; by a law of blows that take time ``margin 0.85 by b77-blow``."""
+    judged = found.stability
+    if found.timed is not None:
+        return f"margin {number(found.timed.stability.margin, 3)} by {found.timed.orbit.law.law}"
     rhythm, ringing = number(judged.margin_rhythm, 3), judged.margin_ringing
     text = f"rhythm margin {rhythm}"
     return text if ringing is None else f"{text}, ringing margin {number(ringing, 3)}"

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.ends import Ends, ends_of, not_followed
-from percuss.case.answers.json_values import heading_dict, plain
-from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict
+from percuss.case.answers.json_values import contact_dict, heading_dict, plain
+from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
+from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
 from percuss.model.checks import count, several
 from percuss.shown import Shown
@@ -17,7 +18,7 @@ from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, stea
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import System
+    from percuss.model import System, Timed
     from percuss.recordings.history import HistoryReport
     from percuss.stability import Stability
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
@@ -27,11 +28,17 @@ __all__ = ["OrbitAnswer", "PeriodAnswer", "SteadyAnswer", "steady_answer"]
 
 @dataclass(frozen=True)
 class OrbitAnswer(Shown):
-    """One steady motion: the orbit, its stability and, for a case in SI, its report."""
+    """One steady motion: the orbit, its stability and, for a case in SI, its report.
+
+    `timed`: where the case has a law that knows the duration of the blow, the motion of that law which continues it.
+    `ended`: whether there is none under that law.
+    """
 
     orbit: Orbit
     stability: Stability
     si: SIReport | None
+    timed: TimedAnswer | None = None
+    ended: bool = False
 
     @property
     def drag(self) -> Drag:
@@ -40,12 +47,23 @@ class OrbitAnswer(Shown):
 
     @property
     def runs(self) -> bool:
-        """Whether a hammer can sustain this motion: admissible and stable."""
-        return self.orbit.admissible and self.stability.stable
+        """Whether a hammer can sustain this motion: admissible and stable, by the law of the case."""
+        if self.ended:
+            return False
+        return self.orbit.admissible and self.stability.stable if self.timed is None else self.timed.runs
+
+    @property
+    def phase(self) -> float:
+        """The phase of the blow by the law of the case."""
+        return self.orbit.phase if self.timed is None else self.timed.orbit.phase
 
     def to_json_dict(self) -> dict[str, Any]:
         """The motion in plain values."""
-        return orbit_dict(self.orbit, self.stability, self.drag, self.si)
+        told = orbit_dict(self.orbit, self.stability, self.drag, self.si)
+        if self.timed is None and not self.ended:
+            return told
+        blow = None if self.timed is None else self.timed.to_json_dict(self.stability)
+        return with_blow(told, blow)
 
 
 @dataclass(frozen=True)
@@ -53,15 +71,18 @@ class PeriodAnswer(Shown):
     """All steady motions with one impact in `states.periods` load periods, in order of phase.
 
     `greatest_drag`: where there is none, the greatest d with which there is one, all else kept; None without one.
+    `timed`: the same by a law that knows the duration of the blow, where the case has one.
     """
 
     states: SteadyStates
     orbits: tuple[OrbitAnswer, ...]
     greatest_drag: float | None = None
+    timed: TimedPeriod | None = None
 
     def to_json_dict(self) -> dict[str, Any]:
         """The motions in plain values."""
-        return period_dict(self.states, [answer.to_json_dict() for answer in self.orbits], self.greatest_drag)
+        told = period_dict(self.states, [answer.to_json_dict() for answer in self.orbits], self.greatest_drag)
+        return told if self.timed is None else {**told, "blow": self.timed.to_json_dict()}
 
 
 @dataclass(frozen=True)
@@ -82,6 +103,8 @@ class SteadyAnswer(Shown):
         Lying on the wall for all time.
     starts
         Where random starts end.
+    law
+        The law of a blow that takes time, where the case names one; None for B77's impact.
     """
 
     name: str
@@ -91,6 +114,7 @@ class SteadyAnswer(Shown):
     periods: tuple[PeriodAnswer, ...]
     rest: Rest
     starts: Ends = field(default_factory=lambda: not_followed("none were asked for"))
+    law: Timed | None = None
 
     @property
     def history(self) -> HistoryReport | None:
@@ -114,10 +138,19 @@ class SteadyAnswer(Shown):
         """The answer in plain values, as `percuss steady --json` prints it."""
         return {
             **heading_dict(self.name, self.title, self.system, self.notes),
+            **self._blow(),
             "periods": [period.to_json_dict() for period in self.periods],
             "rest": rest_dict(self.rest),
             "starts": plain(self.starts.to_json_dict(self.system)),
         }
+
+    def _blow(self) -> dict[str, Any]:
+        """The law of the blow, where it takes time."""
+        if self.law is None:
+            return {}
+        asked = [period.states.periods for period in self.periods]
+        contact = {**contact_dict(self.system), "law": self.law.law}
+        return {"contact": contact, "blow": blow_dict(self.law, self.system, asked)}
 
 
 def steady_answer(
@@ -153,17 +186,21 @@ def steady_answer(
     """
     checked_case(case)
     asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
-    system = case.system()
-    found = []
-    for m in asked:
-        states = steady_states(system, m, modes=modes)
-        orbits = tuple(_orbit_answer(orbit) for orbit in states.orbits)
-        lighter = greatest_drag(system, m) if states.nearest is not None else None
-        found.append(PeriodAnswer(states, orbits, lighter))
+    system, law = case.system(), case.timed_law()
+    found = [_period_answer(system, law, m, modes) for m in asked]
     number = count("starts", starts, least=0)
     ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
-    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest_on_wall(system), ends)
+    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest_on_wall(system), ends, law)
 
 
-def _orbit_answer(orbit: Orbit) -> OrbitAnswer:
-    return OrbitAnswer(orbit, stability_of(orbit), si_report(orbit) if orbit.system.is_si else None)
+def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:
+    timed = None if law is None else timed_period(system, law, m, modes)
+    states = steady_states(system, m, modes=modes) if timed is None else timed.states.b77
+    orbits = tuple(_orbit_answer(orbit, timed) for orbit in states.orbits)
+    return PeriodAnswer(states, orbits, greatest_drag(system, m) if states.nearest is not None else None, timed)
+
+
+def _orbit_answer(orbit: Orbit, timed: TimedPeriod | None) -> OrbitAnswer:
+    found = None if timed is None else timed.continuing(orbit)
+    ended = timed is not None and found is None
+    return OrbitAnswer(orbit, stability_of(orbit), si_report(orbit) if orbit.system.is_si else None, found, ended)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from percuss.stability import Reduced, Stability, Waveform
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
 
-__all__ = ["orbit_dict", "period_dict", "reduced_dict", "rest_dict", "waveform_dict"]
+__all__ = ["orbit_dict", "period_dict", "reduced_dict", "rest_dict", "waveform_dict", "with_blow"]
 
 
 def rest_dict(rest: Rest) -> dict[str, Any]:
@@ -83,6 +83,17 @@ def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None)
         "si": None if si is None else plain(asdict(si)),
         "warnings": list(orbit.warnings),
     }
+
+
+def with_blow(told: dict[str, Any], blow: dict[str, Any] | None) -> dict[str, Any]:
+    """A motion of B77's law with what a law says of it that knows the duration of the blow; None where that ends it.
+
+    The phase is then that of the blow; everything else outside of ``blow`` is still said of B77's motion.
+    """
+    here = {"phase": told["phase"] if blow is None else blow["phase"], "phase_b77": told["phase"]}
+    multipliers = None if blow is None else blow["multipliers"]
+    rest = None if blow is None else {key: value for key, value in blow.items() if key not in ("phase", "multipliers")}
+    return {**told, **here, "blow_multipliers": multipliers, "blow": rest}
 
 
 _WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")

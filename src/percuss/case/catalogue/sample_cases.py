@@ -1,7 +1,8 @@
 """The catalogue: sample cases of real kinds of hammers, ready to run and to be changed.
 
 Sizes, rates and blow energies are typical figures of public data sheets; the force histories are synthetic, made so
-that the hammer runs at those figures. Every case is a commented TOML file in ``machines/``.
+that the hammer runs at those figures. What most of them strike is described too, with the sources of its sizes. Every
+case is a commented TOML file in ``machines/``.
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ class Machine:
 MACHINES: tuple[Machine, ...] = (
     Machine("hydraulic-drifter", "Hydraulic drifter, measured history", 5.0, 60.0, 310.0),
     Machine("heavy-drifter", "Heavy hydraulic drifter", 6.5, 42.0, 271.0),
+    Machine("stepped-drifter", "Hydraulic drifter with a stepped piston", 6.5, 50.0, 300.0),
     Machine("mini-breaker", "Hydraulic breaker for a mini excavator", 4.0, 17.5, 180.0),
     Machine("heavy-breaker", "Heavy hydraulic breaker", 140.0, 6.7, 5700.0),
     Machine("dth-4-inch", "4-inch down-the-hole hammer", 7.4, 27.0, 300.0),

@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from percuss.case.file_format.body_building import contact_of, plain_body, plain_contact, sized_body
+from percuss.case.file_format.body_building import (
+    contact_of,
+    plain_body,
+    plain_contact,
+    plain_law,
+    si_law,
+    sized_body,
+)
+from percuss.case.file_format.contact_from_blow import blow_of, restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
-from percuss.case.file_format.problems import from_parameter, raise_all
+from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
 from percuss.case.file_format.recorded_load import history_load
 from percuss.case.file_format.schema import PhysicalCase, PlainCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
+from percuss.case.file_format.tool_building import (
+    NO_BIT,
+    BlowQuestion,
+    blow_question,
+    plain_target,
+    rock_of,
+    sized_target,
+)
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Contact, Load, SizedBody, System
 from percuss.model.body import Body
+from percuss.model.contact import Timed
 
-__all__ = ["Parts", "Recording", "recording_of", "system_of"]
+if TYPE_CHECKING:
+    from percuss.blow import Rod, Wall
+
+__all__ = ["Parts", "Recording", "check_motion", "recording_of", "system_of"]
 
 Recording = tuple[Load, tuple[str, ...]]
 """The load of a recording, and what was assumed in reading it."""
@@ -38,6 +59,8 @@ class Parts:
         self.body: Body | None = None
         self.contact: Contact | None = None
         self.load: Load | None = None
+        self.target: Rod | Wall | None = None
+        self.blow: BlowQuestion | None = None
         self._problems: list[CaseError] = []
         self._file = file
         if isinstance(tables, PhysicalCase):
@@ -46,22 +69,49 @@ class Parts:
                 self._problems.append(CaseError(file, "bar.length", None, "missing", remedy))
             else:
                 self.bar = self._try("bar", tables.bar, sized_body)
-            self.contact = self._try("contact", tables.contact, lambda table: contact_of(table, self.bar))
+            if tables.contact is not None:
+                make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
+                self.contact = self._try("contact", tables.contact, make)
         elif tables.system.d is None and tables.system.damping is None:
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
             self.body = self._try("system", tables.system, plain_body)
-            self.contact = self._try("system", tables.system, plain_contact)
-        if not isinstance(tables.load, HistoryForce):
+            make = partial(plain_contact, body=self.body, tool=tables.tool is not None)
+            self.contact = self._try("system", tables.system, make)
+        if tables.load is not None and not isinstance(tables.load, HistoryForce):
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
+        self._look_at_blow(tables)
         if tables.start is not None:
             self._try("start", tables.start, checked_start)
         if tables.simulation is not None:
             self._try("simulation", tables.simulation, checked_simulation)
         if self._problems:
             raise_all(self._problems)
+
+    def _look_at_blow(self, tables: PhysicalCase | PlainCase) -> None:
+        """What the bar strikes, and the blow that is asked for."""
+        striker = self.bar or self.body
+        if striker is None:
+            return
+        if isinstance(striker, SizedBody):
+            assert isinstance(tables, PhysicalCase)
+            self._target_in_si(tables, striker)
+        else:
+            self.target = self._try("tool", tables.tool, lambda table: plain_target(table, striker))
+        if self.target is not None:
+            self.blow = self._try("blow", tables.blow, lambda table: blow_question(table, striker, self.target))
+
+    def _target_in_si(self, tables: PhysicalCase, bar: SizedBody) -> None:
+        before = len(self._problems)
+        rock = None if tables.rock is None else self._try("rock", tables.rock, rock_of)
+        if tables.rock is not None and tables.tool is None:
+            accepted = "expected a table [tool] beside it: what the bar strikes, with the rock at its end"
+            self._problems.append(CaseError(self._file, "rock", None, accepted, NO_BIT))
+        if len(self._problems) == before:
+            make = partial(sized_target, rock=rock, contact=tables.contact, bar=bar)
+            self.target = self._try("tool", tables.tool, make)
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
         """Whether the body takes the law of the contact, and the load at its place."""
@@ -70,21 +120,63 @@ class Parts:
             body = _some_body(self.bar)
         if body is None:
             return
-        contact = self.contact
-        if contact is not None:
-            name = "contact" if isinstance(tables, PhysicalCase) else "system"
-            self._try(name, getattr(tables, name), lambda _: contact.check(body))
+        if (law := self._law(tables)) is not None:
+            self._try(*_contact_table(tables), lambda _: law(0.0).check(body))
         if self.load is not None or isinstance(tables.load, HistoryForce):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
-    def _try(self, name: str, table: BaseModel, make: Any) -> Any:
+    def _law(self, tables: PhysicalCase | PlainCase) -> type[Contact] | None:
+        """The kind of the contact, whatever its restitution is; None for a case of one blow without a contact."""
+        if isinstance(tables, PlainCase):
+            return plain_law(tables.system)
+        return None if tables.contact is None else si_law(tables.contact, self.bar)
+
+    def contact_of_blow(self, tables: PhysicalCase | PlainCase) -> Contact:
+        """The contact whose restitution is that of the blow, which is resolved by waves.
+
+        Raises
+        ------
+        CaseError
+            When the blow gives none.
+        """
+        law, question = self._law(tables), self.blow
+        assert law is not None and question is not None
+        name, table = _contact_table(tables)
+        found: Contact | None = self._try(name, table, lambda _: law(restitution_of(blow_of(question))))
+        if found is None:
+            raise_all(self._problems)
+        return found
+
+    def timed(self, tables: PhysicalCase | PlainCase, system: System) -> Timed | None:
+        """The law of a blow that takes time, where the case names one.
+
+        Raises
+        ------
+        CaseError
+            When the blow gives none.
+        """
+        question = self.blow
+        assert question is not None
+        name, table = _contact_table(tables)
+        found: Timed | None = self._try(name, table, lambda own: timed_law(own, question, system))
+        if self._problems:
+            raise_all(self._problems)
+        return found
+
+    def _try(self, name: str, table: BaseModel | None, make: Any) -> Any:
         try:
             return make(table)
         except ParameterError as error:
-            self._problems.append(from_parameter(error, self._file, name, table.model_dump(by_alias=True)))
+            given = {} if table is None else table.model_dump(by_alias=True)
+            self._problems.append(from_parameter(error, self._file, name, given))
         except ArithmeticError:
             self._problems.append(_extreme(self._file, name))
         return None
+
+
+def _contact_table(tables: PhysicalCase | PlainCase) -> tuple[str, BaseModel | None]:
+    """The table that says how the bar leaves what it strikes, and its name."""
+    return ("system", tables.system) if isinstance(tables, PlainCase) else ("contact", tables.contact)
 
 
 def _some_body(bar: SizedBody) -> Body | None:
@@ -106,6 +198,19 @@ def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> R
     return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryForce) else None
 
 
+def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
+    """Refuse a case that describes one blow and no load or contact, when a motion is asked for.
+
+    Raises
+    ------
+    CaseError
+        With the tables that are missing, and the command that works without them.
+    """
+    missing = [name for name in ("load", "contact") if getattr(tables, name, ...) is None]
+    if missing:
+        raise_all([without_blow(file, name) for name in missing])
+
+
 def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
     """The system of a case.
 
@@ -114,13 +219,13 @@ def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: 
     CaseError
         When the load does not fit the case.
     """
+    contact = parts.contact or parts.contact_of_blow(tables)
     try:
-        if isinstance(tables, PlainCase):
-            assert parts.body is not None and parts.contact is not None
-            system = System(parts.body, load, parts.contact)
+        if parts.bar is None:
+            assert parts.body is not None
+            system = System(parts.body, load, contact)
         else:
-            assert parts.bar is not None and parts.contact is not None
-            system = System.from_si(parts.bar, load, parts.contact)
+            system = System.from_si(parts.bar, load, contact)
     except ParameterError as error:
         if error.name in _MEANING:
             raise _out_of_scale(error, tables, file) from None

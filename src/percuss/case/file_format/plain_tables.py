@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -11,7 +12,7 @@ from percuss.case.case import Case, _tables
 from percuss.case.file_format.body_building import body_table
 from percuss.case.file_format.damping_table import damping_table
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
-from percuss.case.file_format.schema import PhysicalCase, PlainCase
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
 from percuss.errors import CaseError
 from percuss.model import External, Kept
 
@@ -77,10 +78,10 @@ def _given(table: Mapping[str, Any], deep: int = 2) -> dict[str, Any]:
 def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     """The tables, checked; what is wrong is looked into only when something is, which takes longer than to be right."""
     form = PlainCase if "system" in given else PhysicalCase
-    try:
-        return form.model_validate(given)
-    except ValidationError:
-        return _tables(given, file)
+    if not missing_tables(form, given):
+        with suppress(ValidationError):
+            return form.model_validate(given)
+    return _tables(given, file)
 
 
 def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:

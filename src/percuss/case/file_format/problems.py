@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, ParameterError
 
-__all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all"]
+__all__ = ["CaseErrors", "from_parameter", "from_validation", "raise_all", "without_blow"]
 
 
 _MOST = 100
@@ -44,23 +44,41 @@ def raise_all(problems: Sequence[CaseError]) -> NoReturn:
 def from_parameter(error: ParameterError, file: str, table: str, given: Mapping[str, Any]) -> CaseError:
     """The problem of a case file behind an object's refusal; shows the value as the file has it."""
     name = error.name.split("[")[0]
-    value = error.value if name != error.name or name not in given else given[name]
+    value = error.value if name != error.name or name not in given else _as_written(given[name])
     return CaseError(file, f"{table}.{error.name}", value, f"expected {error.accepted}", error.remedy)
 
 
+def _as_written(value: Any) -> Any:
+    """A value as the file has it; a list of tables only by their number."""
+    if not isinstance(value, tuple):
+        return value
+    if value and isinstance(value[0], dict):
+        return f"{len(value)} tables"
+    return [_as_written(one) for one in value]
+
+
 def from_validation(
-    error: ValidationError, file: str, data: Mapping[str, Any], fields: Mapping[str, Sequence[str]]
+    error: ValidationError | None,
+    file: str,
+    data: Mapping[str, Any],
+    fields: Mapping[str, Sequence[str]],
+    missing_tables: Sequence[str] = (),
 ) -> list[CaseError]:
-    """The problems that pydantic found in the tables of a case.
+    """The problems that pydantic found in the tables of a case, and the tables that are missing.
 
     Parameters
     ----------
+    error
+        What pydantic says; None when nothing but tables are missing.
     data
         The tables as parsed.
     fields
         The keys that each table takes; '' stands for the top of the file.
+    missing_tables
+        Tables that this file needs, though another may do without.
     """
-    found = error.errors(include_url=False)[:_MOST]
+    found: list[Any] = [] if error is None else error.errors(include_url=False)[:_MOST]
+    found += [{"type": "missing", "loc": (name,), "input": data} for name in missing_tables]
     extra = {_key(e["loc"], data): e for e in found if e["type"] == "extra_forbidden"}
     missing = {_key(e["loc"], data) for e in found if e["type"] == "missing"}
     meant: set[str] = set()  # missing keys that a misspelt one stands for are not reported twice
@@ -70,6 +88,7 @@ def from_validation(
         known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
         hint = did_you_mean(name, known)
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
+        hint = hint or _ONLY_IN_SI.get(key, "")
         what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
         takes = f"[{table}] takes" if table else "a case takes"
         shown = None if isinstance(item["input"], dict) else item["input"]
@@ -79,6 +98,12 @@ def from_validation(
         if key not in extra and key not in meant:
             problems.append(_problem(dict(item), key, file))
     return problems
+
+
+def without_blow(file: str, table: str) -> CaseError:
+    """The problem of a case that describes one blow and nothing else, when it is asked for a motion."""
+    remedy = f"only 'percuss blow' works without it; add {_how_to_give(table)}"
+    return CaseError(file, table, None, "missing", remedy)
 
 
 def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:
@@ -141,6 +166,12 @@ def _near(value: object, words: str) -> str:
     return did_you_mean(value, re.findall(r"'([^']*)'", words))
 
 
+_ONLY_IN_SI = {
+    key: "a dimensionless case knows an endless rod by its impedance, and no rock; describe the bar in SI, with [bar]"
+    for key in ("rock", "tool.sections", "tool.end", "tool.bit_mass")
+}
+"""What only a case in SI has, where a dimensionless one is told why."""
+
 _KINDS = "harmonic, square, fourier, history, steps"
 
 _EXAMPLES = {
@@ -150,6 +181,7 @@ _EXAMPLES = {
     "system": "a table [system] with s, d and restitution",
     **{f"{table}.damping.kind": "name the law: ratio, kelvin_voigt, external, table" for table in ("bar", "system")},
     **{f"{table}.damping.value": "give the number of the law, or a list for a table" for table in ("bar", "system")},
+    "rock.stiffness": 'give it with its unit, for example stiffness = "400 kN/mm"',
     "bar.length": 'give it with its unit, for example length = "341 mm"',
     "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',
     "load.file": 'name the file of the recording, for example file = "pressure.csv"',

@@ -7,13 +7,23 @@ of damping; a new table is a new optional field of both cases. The text below a 
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, get_args
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field
 
 from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
 from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
 from percuss.case.file_format.section_tables import SectionTable, SectionTables
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.case.file_format.tool_tables import (
+    BlowTable,
+    PlainBlow,
+    PlainTool,
+    RockTable,
+    ToolSectionTable,
+    ToolTable,
+)
 from percuss.case.file_format.values import (
     Area,
     Density,
@@ -24,27 +34,41 @@ from percuss.case.file_format.values import (
     NumberOrVelocity,
     Numbers,
     PlainNumber,
+    Restitution,
     Stress,
     Table,
 )
 
 __all__ = [
     "BarTable",
+    "BlowTable",
     "ContactTable",
     "DampingTable",
     "PhysicalCase",
+    "PlainBlow",
     "PlainCase",
     "PlainSimulation",
     "PlainStart",
+    "PlainTool",
+    "RockTable",
     "SimulationTable",
     "StartTable",
     "SystemTable",
+    "ToolSectionTable",
+    "ToolTable",
     "keys_of",
+    "missing_tables",
     "table_fields",
 ]
 
 Strain = Literal["kept", "reversed"]
 """The contact laws by what they do to the strain."""
+
+Law = Literal["b77", "b77-tau", "b77-blow"]
+"""The laws of a blow: what is known of its restitution, its duration and its advance."""
+
+Advance = Literal["kept", "pushed back", "residual penetration"]
+"""How far the face of the tool is from one blow to the next."""
 
 
 class BarTable(Table):
@@ -72,14 +96,23 @@ class BarTable(Table):
 
 
 class ContactTable(Table):
-    restitution: float | None = None
-    """Coefficient of restitution. Allowed: 0 to 1. When left out: `receiving_area` is needed."""
+    restitution: Restitution | None = None
+    """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
+    1. When left out: `receiving_area` is needed, or the law of the blow."""
     receiving_area: Area | None = None
     """Cross-section of a long rod of the same material that is struck. Allowed: at least that of the bar. When left
     out: `restitution` is needed."""
     strain: Strain | None = None
     """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
     in a uniform bar do. When left out: `"reversed"`, but `"kept"` for a bar that is not uniform."""
+    law: Law | None = None
+    """What is known of the blow: B77's impact takes no time; `"b77-tau"` adds the time that a uniform bar is in
+    contact; `"b77-blow"` takes restitution, duration and advance from one blow resolved by waves. When left out:
+    `"b77"`."""
+    advance: Advance | None = None
+    """With a law that knows the duration: the tool keeps the advance that a blow gives it, is pushed back, or advances
+    by what the rock does not give back. When left out: `"kept"`, but `"residual penetration"` of a tool on rock and
+    `"pushed back"` of others that have an end."""
 
 
 class SystemTable(Table):
@@ -88,8 +121,9 @@ class SystemTable(Table):
     d: float | None = None
     r"""External damping $D/(M\Omega)$, which brakes the bar as a whole, too. Allowed: 0 or greater. When left out:
     `damping` is needed."""
-    restitution: float
-    """Coefficient of restitution. Allowed: 0 to 1."""
+    restitution: Restitution
+    """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
+    1."""
     damping: SystemDamping | None = None
     """The damping by another law, `{kind = "…", value = …}`, see below; `d` is 0 or left out beside it. When left
     out: `d` is needed."""
@@ -102,6 +136,11 @@ class SystemTable(Table):
     strain: Strain | None = None
     """What the impact does to the strain in the bar: keep it (B77), or turn it over together with the velocity, as the
     waves in a uniform bar do. When left out: `"kept"`."""
+    law: Law | None = None
+    """What is known of the blow, as in `[contact]`. When left out: `"b77"`."""
+    advance: Advance | None = None
+    """How far the tool advances from blow to blow, as in `[contact]`. When left out: `"kept"`, but
+    `"pushed back"` of a wall."""
 
 
 class StartTable(Table):
@@ -159,23 +198,28 @@ class PlainSimulation(SimulationTable):
 
 
 class PhysicalCase(Table):
-    """The SI form: [bar], [load], [contact], and what a simulation takes."""
+    """The SI form: [bar], [load], [contact], what the bar strikes, and what a simulation takes."""
 
     title: str | None = None
     """Free text."""
     bar: BarTable
-    load: Annotated[PhysicalLoad, Field(discriminator="kind")]
-    contact: ContactTable
+    load: Annotated[PhysicalLoad, Field(discriminator="kind")] | None = None
+    contact: ContactTable | None = None
+    tool: ToolTable | None = None
+    rock: RockTable | None = None
+    blow: BlowTable | None = None
     start: StartTable | None = None
     simulation: SimulationTable | None = None
 
 
 class PlainCase(Table):
-    """The dimensionless form: [system], [load], and what a simulation takes."""
+    """The dimensionless form: [system], [load], what the bar strikes, and what a simulation takes."""
 
     title: str | None = None
     system: SystemTable
-    load: Annotated[PlainLoad, Field(discriminator="kind")]
+    load: Annotated[PlainLoad, Field(discriminator="kind")] | None = None
+    tool: PlainTool | None = None
+    blow: PlainBlow | None = None
     start: PlainStart | None = None
     simulation: PlainSimulation | None = None
 
@@ -188,9 +232,19 @@ _TABLES: dict[str, type[Table]] = {
     "bar": BarTable,
     "contact": ContactTable,
     "system": SystemTable,
+    "rock": RockTable,
+    "blow": BlowTable,
     "start": StartTable,
     "simulation": SimulationTable,
 }
+
+
+def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
+    """The tables that a file lacks though it describes no blow, for which [load] and [contact] may be absent."""
+    missing: list[str] = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
+    if missing and any(name in data or did_you_mean(name, data) for name in ("tool", "rock", "blow")):
+        return []
+    return missing
 
 
 def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
@@ -198,8 +252,9 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
     fields = {"": keys_of(form)}
     fields |= {name: keys_of(table) for name, table in _TABLES.items() if name in form.model_fields}
     fields |= {f"{name}.damping": keys_of(DampingTable) for name in ("bar", "system") if name in fields}
+    fields["tool"] = keys_of(ToolTable if form is PhysicalCase else PlainTool)
     if "bar" in fields:
-        fields["bar.sections"] = keys_of(SectionTable)
+        fields["bar.sections"], fields["tool.sections"] = keys_of(SectionTable), keys_of(ToolSectionTable)
     load = _LOADS[form].get(kind) if isinstance(kind, str) else None
     fields["load"] = keys_of(load) if load else ["kind"]
     return fields

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -13,7 +14,7 @@ from percuss.model.body import Bar, Damping, External, Section, SectionedBar
 from percuss.model.checks import non_negative, positive
 from percuss.units import si
 
-__all__ = ["MATERIALS", "SectionTable", "SectionTables", "sectioned_bar"]
+__all__ = ["MATERIALS", "SectionTable", "SectionTables", "sectioned_bar", "sections_of"]
 
 
 class Material(NamedTuple):
@@ -77,12 +78,23 @@ def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Dampin
     ParameterError
         By the key of the table.
     """
-    bar = SectionedBar(tuple(_section(f"sections[{i}].", table, common) for i, table in enumerate(tables)))
+    bar = SectionedBar(sections_of("sections", tables, common))
     return replace(bar, damping=damping or External(drag * bar.length / bar.mass))
 
 
+def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple[Section, ...]:
+    """The sections of a list under a key; what `common` says of the material holds where a section says nothing.
+
+    Raises
+    ------
+    ParameterError
+        By the key and the number of the section.
+    """
+    return tuple(_section(f"{name}[{i}].", table, common) for i, table in enumerate(tables))
+
+
 def _section(name: str, table: SectionTable, common: Any) -> Section:
-    sizes: dict[str, float] = {}
+    sizes: dict[str, Any] = {"length": None}
     for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
         if (text := getattr(table, key)) is not None:
             sizes[key] = _size(name + key, text, dimension)
@@ -104,7 +116,7 @@ def _material(name: str, table: SectionTable, common: Any) -> Material:
     steel, found = MATERIALS["steel"], {}
     for key, dimension in (("youngs_modulus", "pressure"), ("density", "density")):
         for where, at in ((table, name), (common, "")):
-            if key not in found and (text := getattr(where, key)) is not None:
+            if key not in found and (text := getattr(where, key, None)) is not None:
                 found[key] = _size(at + key, text, dimension)
     return steel._replace(**found)
 

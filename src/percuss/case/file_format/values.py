@@ -8,10 +8,12 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 
-from percuss.errors import UnitError
+from percuss.case.file_format.suggest import did_you_mean
+from percuss.errors import ParameterError, UnitError
 from percuss.units import si
 
 __all__ = [
+    "FROM_THE_BLOW",
     "Area",
     "Coefficients",
     "Column",
@@ -23,14 +25,21 @@ __all__ = [
     "ForceUnit",
     "Frequency",
     "Length",
+    "Mass",
     "NumberOrLength",
     "NumberOrTime",
     "NumberOrVelocity",
     "Numbers",
     "PlainNumber",
+    "PlainSteps",
+    "PlainVelocities",
+    "Restitution",
+    "Steps",
+    "Stiffness",
     "Stress",
     "Table",
     "Time",
+    "Velocities",
 ]
 
 
@@ -113,6 +122,36 @@ def _numbers(value: Any) -> Any:
     return tuple(float(number) for number in value)
 
 
+def _one_or_several(check: Callable[[Any, ValidationInfo], Any]) -> Callable[[Any, ValidationInfo], Any]:
+    """A check of one value, or of each in a list, which becomes a tuple."""
+
+    def checked(value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, list | tuple):
+            return check(value, info)
+        if not value:
+            raise ValueError("one value, or a list of one for each section")
+        return tuple(check(one, info) for one in value)
+
+    return checked
+
+
+def _steps(
+    time: Callable[[Any, ValidationInfo], Any], force: Callable[[Any, ValidationInfo], Any], example: str
+) -> Any:
+    """A check of a list of pairs, a time and the force from then on; it becomes a tuple of pairs."""
+
+    def checked(value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, list | tuple) or not value:
+            raise ValueError(f"pairs of a time and the force from then on, for example {example}")
+        for i, pair in enumerate(value):
+            if not isinstance(pair, list | tuple) or len(pair) != 2:
+                found = f"number {i} of the list is {str(pair)[:40]}"
+                raise ValueError(f"pairs of a time and the force from then on, for example {example}; {found}")
+        return tuple((time(when, info), force(what, info)) for when, what in value)
+
+    return BeforeValidator(checked)
+
+
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -126,6 +165,19 @@ def _damping_value(value: Any, info: ValidationInfo) -> Any:
     raise UnitError(info.field_name or "value", value, "a finite number, text with a unit, or a list of numbers")
 
 
+FROM_THE_BLOW = "from the blow"
+"""The restitution of a contact whose blow is resolved by waves."""
+
+
+def _restitution(value: Any, info: ValidationInfo) -> Any:
+    """A number, or the word for the restitution of the blow."""
+    if value == FROM_THE_BLOW or (_is_number(value) and math.isfinite(value)):
+        return value
+    accepted = "a finite, plain number without quotes" if isinstance(value, str) else "a finite number"
+    remedy = did_you_mean(value, [FROM_THE_BLOW])
+    raise ParameterError(info.field_name or "restitution", value, f'{accepted}, or "{FROM_THE_BLOW}"', remedy)
+
+
 Length = Annotated[str, BeforeValidator(_quantity("length"))]
 Area = Annotated[str, BeforeValidator(_quantity("area"))]
 Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
@@ -133,6 +185,8 @@ Time = Annotated[str, BeforeValidator(_quantity("time"))]
 Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
 Density = Annotated[str, BeforeValidator(_quantity("density"))]
 Drag = Annotated[str, BeforeValidator(_quantity("damping"))]
+Mass = Annotated[str, BeforeValidator(_quantity("mass"))]
+Stiffness = Annotated[str, BeforeValidator(_quantity("stiffness"))]
 Force = Annotated[str, BeforeValidator(_quantity("force"))]
 ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
 ForceUnit = Annotated[str, BeforeValidator(_unit)]
@@ -144,6 +198,17 @@ DampingValue = Annotated[float | str | tuple[float, ...], BeforeValidator(_dampi
 NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
 NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
 NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]
+Restitution = Annotated[float | str, BeforeValidator(_restitution)]
+Velocities = Annotated[str | tuple[str, ...], BeforeValidator(_one_or_several(_quantity("velocity")))]
+PlainVelocities = Annotated[float | tuple[float, ...], BeforeValidator(_one_or_several(_plain_number))]
+Steps = Annotated[
+    tuple[tuple[str, str], ...],
+    _steps(_quantity("time"), _quantity("force"), '[["0 s", "4 kN"], ["1 ms", "-2 kN"]]'),
+]
+PlainSteps = Annotated[
+    tuple[tuple[float, float], ...],
+    _steps(_plain_number, _plain_number, "[[0.0, 0.4], [0.1, -0.2]]"),
+]
 
 
 class Table(BaseModel):

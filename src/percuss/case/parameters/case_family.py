@@ -20,6 +20,7 @@ from percuss.case.parameters.case_keys import (
     varied_keys,
     with_held,
 )
+from percuss.case.parameters.section_keys import check_number, with_sizes
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
 from percuss.model import System
@@ -83,6 +84,7 @@ class CaseFamily:
             return found[0]
         if found:
             raise ParameterError("parameter", name, f"one of {' and '.join(found)}")
+        check_number(name, self._tables)
         words = [*PARAMETERS, *known]
         hint = did_you_mean(name, [*words, *(key.partition(".")[2] for key in known)])
         raise ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
@@ -154,7 +156,7 @@ class CaseFamily:
             for other in key_of(key).instead_of:
                 if other != key and other in self.keys:
                     values.setdefault(other, None)
-        return self.case.varied(values)
+        return self.case.varied(with_sizes(self._tables, values))
 
     def _held(self, key: str, value: Any) -> Any:
         """A value as it stands under a key; of a table such as {kind, value} only the number is another."""

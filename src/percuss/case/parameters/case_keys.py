@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.schema import table_fields
+from percuss.case.parameters.section_keys import section_keys
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -16,8 +17,9 @@ __all__ = ["FREQUENCY", "KEYS", "LOAD_AREA", "LOAD_SCALE", "Key", "key_of", "var
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
 _TABLES = ("system", "bar", "contact", "load")
+_STRUCK = ("tool", "rock", "blow")
 _NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
-_NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times"}
+_NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times", "law", "advance", "end", "load_at"}
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,14 @@ KEYS: dict[str, Key] = {
     "load.harmonics": Key("harmonics kept", whole=True),
     "load.harmonic": Key("harmonic of the load", whole=True),
     "load.area": Key("area of the load"),
+    "tool.bit_mass": Key("mass of the bit"),
+    "tool.impedance": Key("impedance of the tool", "of an endless rod, divided by that of the bar's last section"),
+    "tool.gap": Key("gap in front of the tool"),
+    "rock.stiffness": Key("stiffness of the rock"),
+    "rock.unloading_ratio": Key("unloading ratio γ", "share of the penetration that the rock gives back"),
+    "rock.gap": Key("gap in front of the rock"),
+    "blow.velocity": Key("speed of the blow"),
+    "blow.until": Key("end of the blow"),
     LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load"),
 }
 """What is known of the keys; one that a case has and this table does not is a number like any other."""
@@ -87,14 +97,17 @@ def key_of(name: str) -> Key:
 
 def varied_keys(case: Case) -> list[str]:
     """The dotted keys that the case may hold as one number, and the factor on its load."""
-    fields = table_fields(type(case.tables), case.tables.load.kind)
     table = case.tables.load
+    fields = table_fields(type(case.tables), None if table is None else table.kind)
     none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
     if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
         none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
     none |= _NO_NUMBERS
-    keys = [f"{table}.{name}" for table in _TABLES for name in fields.get(table, ()) if name not in none]
-    return [*keys, LOAD_SCALE]
+    tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
+    keys = [f"{table}.{name}" for table in tables for name in fields.get(table, ()) if name not in none]
+    several = {"blow.load", "blow.velocity" if isinstance(getattr(case.tables.blow, "velocity", None), tuple) else ""}
+    sizes = section_keys("tool", case.to_dict().get("tool", {}))
+    return [*(key for key in keys if key not in several), *sizes, *([] if table is None else [LOAD_SCALE])]
 
 
 def held(given: Any) -> Any:

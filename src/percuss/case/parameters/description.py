@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.answers.json_values import body_dict, contact_dict, number, plain, system_dict
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
+from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.parameters.parameter_list import parameters
 
 if TYPE_CHECKING:
@@ -52,18 +53,27 @@ def plain_tables(case: Case) -> dict[str, Any]:
     system = case.system()
     title = {} if case.tables.title is None else {"title": case.tables.title}
     load = _plain_load(case, system.load)
-    return {**title, "system": system_table(system), "load": {**load, "at": system.load.at} if system.load.at else load}
+    own = {**system_table(system), **_plain_law(case)}
+    return {**title, "system": own, "load": {**load, "at": system.load.at} if system.load.at else load}
+
+
+def _plain_law(case: Case) -> dict[str, Any]:
+    """The law of a blow that needs no tool; the tool of a case in SI has no dimensionless form."""
+    given = case.tables.contact if isinstance(case.tables, PhysicalCase) else case.tables.system
+    if given is None or given.law != "b77-tau":
+        return {}
+    return {key: getattr(given, key) for key in ("law", "advance") if getattr(given, key) is not None}
 
 
 def _plain_load(case: Case, load: Load) -> dict[str, Any]:
     """A load of the kind that the case has, else by its harmonics."""
-    kind = case.tables.load.kind
+    kind = case.load_table.kind
     if kind == "square" and load.values:
         pushes = max(load.values)
         return {
             "kind": kind,
             "amplitude": pushes,
-            "kappa": getattr(case.tables.load, "kappa", 1.0),
+            "kappa": getattr(case.load_table, "kappa", 1.0),
             "harmonics": load.coefficients.size - 1,
         }
     if kind == "steps":

@@ -25,7 +25,7 @@ _OF_LOAD = ("kappa", "amplitude", "mean", "load_factor")
 
 def can_move(name: str, case: Case, system: System) -> bool:
     """Whether the case has a key by which this parameter is moved."""
-    value, kind = PARAMETERS[name].get(system), case.tables.load.kind
+    value, kind = PARAMETERS[name].get(system), case.load_table.kind
     if name in _OF_LOAD and kind not in _LOADS:
         return False
     if name == "mean":
@@ -57,6 +57,9 @@ def scale_load(load: Tables, name: str, factor: float, keys: tuple[str, ...] | N
 def _restitution(tables: Tables, value: float, now: System) -> None:
     table = tables["system" if "system" in tables else "contact"]
     table.pop("receiving_area", None)
+    if table.get("law") == "b77-blow":  # it takes the restitution from the blow
+        for key in ("law", "advance"):
+            table.pop(key, None)
     table["restitution"] = value
 
 

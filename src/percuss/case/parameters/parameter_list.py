@@ -75,6 +75,8 @@ def _keys(case: Case) -> list[dict[str, Any]]:
     found = []
     for name in varied_keys(case):
         table, _, key = name.partition(".")
+        if table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
+            continue  # the motion does not depend on it
         about = key_of(name)
         given = 1.0 if name == LOAD_SCALE else held(tables.get(table, {}).get(key))
         if given is None or (not case.is_si and (table == "system" or key in PARAMETERS)):

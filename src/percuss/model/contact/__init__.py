@@ -1,10 +1,14 @@
-"""Contact laws: how a body leaves the wall. `Contact` says what one is; each law is a file."""
+"""Contact laws: how a body leaves the wall. `Contact` says what one is; each law is a file.
+
+`Timed` is what a blow that takes time means for the motion of the bar as a whole.
+"""
 
 from percuss.model.contact.contact import Contact, Result
 from percuss.model.contact.kept import Kept
 from percuss.model.contact.reversed import Reversed
+from percuss.model.contact.timed import ADVANCES, Advance, Timed
 
-__all__ = ["LAWS", "Contact", "Kept", "Result", "Reversed"]
+__all__ = ["ADVANCES", "LAWS", "Advance", "Contact", "Kept", "Result", "Reversed", "Timed"]
 
 LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}
 """The laws by their word in case files."""

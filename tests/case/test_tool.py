@@ -1,0 +1,428 @@
+"""What the bar strikes, in case files: [tool], [rock], [blow]; messages, the way back, and cases of one blow only."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from percuss.blow import Rock, Rod, Wall
+from percuss.case import MACHINES, Case, load_case
+from percuss.case.file_format.plain_tables import case_of, json_tables
+from percuss.case.file_format.section_tables import MATERIALS
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.case.parameters.case_keys import varied_keys
+from percuss.case.parameters.description import plain_tables
+from percuss.case.parameters.moved_case import placed
+from percuss.case.parameters.parameter_list import parameters
+from percuss.errors import CaseError, ParameterError
+from percuss.model import Section, SteppedBar, UniformBar
+from percuss.model.contact import Timed
+
+BAR = """
+[bar]
+sections = [{length = "120 mm", diameter = "52 mm"}, {length = "250 mm", diameter = "40 mm", bore = "8 mm"}]
+"""
+TOOL = """
+[tool]
+sections = [{length = "1.2 m", diameter = "38 mm"}, {length = "0.1 m", diameter = "60 mm"}]
+end = "rock"
+bit_mass = "3 kg"
+gap = "0.5 mm"
+[rock]
+stiffness = "400 kN/mm"
+unloading_ratio = 0.4
+gap = "0.2 mm"
+"""
+BLOW = """
+[blow]
+velocity = "9.5 m/s"
+until = "3 ms"
+load = [["0 s", "4 kN"], ["1 ms", "-2 kN"]]
+load_at = 1
+"""
+MOTION = """
+[load]
+kind = "harmonic"
+mean = "4 kN"
+amplitude = "9 kN"
+frequency = "60 Hz"
+[contact]
+restitution = 0.2
+"""
+PLAIN = """
+[system]
+s = 20.0
+d = 0.0
+restitution = 0.6
+[tool]
+impedance = 3.0
+[load]
+kind = "harmonic"
+mean = 0.5
+amplitude = 1.0
+"""
+
+
+def refusal(text: str) -> str:
+    with pytest.raises(CaseError) as caught:
+        Case.from_text(text, file="case.toml")
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def tool_of(text: str) -> Rod | Wall:
+    return Case.from_text(text).tool()
+
+
+# -- what the tables make --
+
+
+def test_a_blow_needs_no_load_and_no_contact() -> None:
+    question = Case.from_text(BAR + TOOL + BLOW).blow_question()
+    rod = Rod(
+        (Section(1.2, diameter=0.038), Section(0.1, diameter=0.06)),
+        "rock",
+        bit_mass=3.0,
+        rock=Rock(4e8, 0.4, 0.2e-3),
+        gap=0.5e-3,
+    )
+    assert question.target == rod
+    assert [piece.diameter for piece in question.striker.pieces] == [0.052, 0.04]  # type: ignore[union-attr]
+    assert (question.velocity, question.until, question.load_at) == (9.5, 0.003, 1)
+    assert question.load == ((0.0, 4e3), (1e-3, -2e3))
+
+
+def test_what_only_a_motion_has_is_asked_for_with_the_command_that_works() -> None:
+    case = Case.from_text(BAR + TOOL, file="case.toml")
+    for ask in (case.system, case.load, case.start, case.simulation, case.timed_law, lambda: case.notes):
+        with pytest.raises(CaseError) as caught:
+            ask()
+        first, second = str(caught.value).splitlines()
+        assert first.startswith("case.toml: load: missing — only 'percuss blow' works without it")
+        assert second.startswith("case.toml: contact: missing — only 'percuss blow' works without it")
+    assert Case.from_text(BAR + TOOL + MOTION).system() == Case.from_text(BAR + MOTION).system()
+    with pytest.raises(CaseError, match="load: missing"):
+        Case.from_text(PLAIN.partition("[load]")[0]).system()
+
+
+@pytest.mark.parametrize("text", [BAR, BAR + "[start]\nposition = -1.0\n", PLAIN.partition("[tool]")[0]])
+def test_a_case_without_a_blow_still_needs_its_load(text: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        Case.from_text(text, file="case.toml")
+    assert "case.toml: load: missing — a table [load]" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("tool", "end"),
+    [
+        ('[tool]\nsections = [{diameter = "38 mm"}]', "infinite"),
+        ('[tool]\nsections = [{length = "1 m", diameter = "38 mm"}, {diameter = "60 mm"}]', "infinite"),
+        ('[tool]\nsections = [{length = "1 m", diameter = "38 mm"}]\n[rock]\nstiffness = "1 GN/m"', "rock"),
+        ('[tool]\nkind = "rod"\nsections = [{length = "1 m", diameter = "38 mm"}]\nend = "free"', "free"),
+        ('[tool]\nsections = [{length = "1 m", diameter = "38 mm"}]\nend = "fixed"', "fixed"),
+    ],
+)
+def test_the_end_of_the_rod(tool: str, end: str) -> None:
+    rod = tool_of(BAR + tool)
+    assert isinstance(rod, Rod) and rod.end == end
+    if rod.rock is not None:
+        assert rod.rock == Rock(1e9)  # nothing else is known: it gives everything back
+
+
+def test_walls() -> None:
+    assert tool_of(BAR + '[tool]\nkind = "wall"\ngap = "2 mm"') == Wall(0.002)
+    assert tool_of(BAR + MOTION) == Wall()
+    assert tool_of(PLAIN.replace("impedance = 3.0", 'kind = "wall"\ngap = 0.1')) == Wall(0.1)
+    assert tool_of(PLAIN.replace("[tool]\nimpedance = 3.0\n", "")) == Wall()
+
+
+def test_a_receiving_area_is_an_endless_rod_of_the_material_of_the_striking_end() -> None:
+    bar = '[bar]\nlength = "0.3 m"\ndiameter = "30 mm"\nyoungs_modulus = "114 GPa"\ndensity = "4430 kg/m^3"\n'
+    rod = tool_of(bar + MOTION.replace("restitution = 0.2", 'receiving_area = "24 cm^2"'))
+    assert rod == Rod((Section(None, area=24e-4, youngs_modulus=114e9, density=4430.0),))
+    said = tool_of(bar + MOTION.replace("restitution = 0.2", 'receiving_area = "24 cm^2"') + '[tool]\nkind = "wall"')
+    assert said == Wall()
+
+
+def test_the_tool_has_its_own_material() -> None:
+    bar = '[bar]\nlength = "0.3 m"\ndiameter = "30 mm"\nyoungs_modulus = "114 GPa"\ndensity = "4430 kg/m^3"\n'
+    sections = '[{length = "1 m", diameter = "38 mm"}, {diameter = "9 cm", material = "bronze"}]'
+    rod = tool_of(bar + f"[tool]\nsections = {sections}")
+    assert isinstance(rod, Rod)
+    found = [(piece.youngs_modulus, piece.density) for piece in rod.pieces]
+    assert found == [MATERIALS["steel"], MATERIALS["bronze"]]
+
+
+@pytest.mark.parametrize("sections", ["", "impedances = [2.0, 1.0]\ntransit_times = [1.0, 2.0]\n"])
+def test_a_dimensionless_rod_is_told_by_the_impedance_of_the_last_section(sections: str) -> None:
+    question = Case.from_text(PLAIN.replace("[tool]", sections + "[tool]")).blow_question()
+    body = question.striker
+    assert isinstance(body, SteppedBar if sections else UniformBar)
+    # mass 1 = Z₁τ₁ + Z₂τ₂ with τ₁ + τ₂ = 1/s, Z₁ = 2 Z₂, τ₂ = 2 τ₁: Z₂ (2 + 2)/(3 s) = 1
+    own = 20.0 * 3.0 / 4.0 if sections else 20.0
+    assert isinstance(question.target, Rod)
+    assert question.target.face_impedance == pytest.approx(3.0 * own, rel=1e-14)
+
+
+def test_a_dimensionless_blow() -> None:
+    blow = "[blow]\nvelocity = 2\nuntil = 0.5\nload = [[0, 0.4], [0.1, -0.2]]\n"
+    question = Case.from_text(PLAIN + blow).blow_question()
+    assert (question.velocity, question.until, question.load) == (2.0, 0.5, ((0.0, 0.4), (0.1, -0.2)))
+    several = BAR + TOOL + BLOW.replace('"9.5 m/s"', '["9 m/s", "-1 m/s"]')
+    assert Case.from_text(several).blow_question().velocity == (9.0, -1.0)
+
+
+# -- the way back --
+
+lengths = st.floats(1e-3, 50.0).map(lambda x: f"{x!r} m")
+sizes = st.floats(0.01, 0.2).map(lambda x: f"{x!r} m")
+sections = st.lists(st.fixed_dictionaries({"length": lengths, "diameter": sizes}), min_size=1, max_size=4)
+rocks = st.fixed_dictionaries(
+    {"stiffness": st.floats(1e3, 1e12).map(lambda k: f"{k!r} N/m")},
+    optional={"unloading_ratio": st.floats(0.01, 1.0), "gap": st.floats(0.0, 0.1).map(lambda x: f"{x!r} m")},
+)
+blows = st.fixed_dictionaries(
+    {},
+    optional={
+        "velocity": st.floats(0.01, 100.0).map(lambda v: f"{v!r} m/s"),
+        "until": st.floats(1e-9, 1e3).map(lambda t: f"{t!r} s"),
+        "load": st.floats(-1e6, 1e6).map(lambda p: [["0 s", f"{p!r} N"], ["1 ms", "0 N"]]),
+    },
+)
+
+
+@given(sections, st.none() | rocks, blows, st.sampled_from(["free", "fixed", None]), st.booleans())
+def test_a_tool_reads_back(
+    parts: list[dict[str, str]], rock: dict[str, Any] | None, blow: dict[str, Any], end: str | None, motion: bool
+) -> None:
+    tool: dict[str, Any] = {"sections": parts}
+    if rock is None and end is None:
+        tool["sections"] = [*parts, {"diameter": "40 mm"}]
+    elif rock is None:
+        tool["end"] = end
+    tables: dict[str, Any] = {"bar": {"length": "0.3 m", "diameter": "40 mm"}, "tool": tool, "blow": blow}
+    tables |= {} if rock is None else {"rock": rock}
+    if motion:
+        load = {"kind": "harmonic", "mean": "4 kN", "amplitude": "9 kN", "frequency": "60 Hz"}
+        tables |= {"load": load, "contact": {"restitution": 0.2}}
+    case = case_of(tables)
+    again = Case.from_text(case.to_toml())
+    assert again == case == case_of(json_tables(case))
+    assert again.blow_question() == case.blow_question()
+    assert again.to_toml() == case.to_toml()
+
+
+def test_other_keys_keep_the_tool() -> None:
+    case = Case.from_text(BAR + TOOL + BLOW + MOTION)
+    changed = case.changed(simulation={"impacts": 7}, start={"position": -0.5})
+    assert changed.blow_question() == case.blow_question()
+    tool = case.varied({"tool.bit_mass": "2 kg", "rock.stiffness": "1 MN/mm", "tool.gap": None}).tool()
+    assert isinstance(tool, Rod) and tool.rock is not None
+    assert (tool.bit_mass, tool.rock.stiffness, tool.gap) == (2.0, 1e9, 0.0)
+    with pytest.raises(CaseError, match=r"rock\.unloading_ratio = 2\.0"):
+        case.varied({"rock.unloading_ratio": 2.0})
+
+
+# -- what is wrong --
+
+WRONG = [
+    ('"400 kN/mm"', '"0 kN/mm"', ["rock.stiffness = '0 kN/mm'", "greater than 0"]),
+    ('"400 kN/mm"', '"-1 N/m"', ["rock.stiffness = '-1 N/m'", "greater than 0"]),
+    ('"400 kN/mm"', '"400 kN"', ["rock.stiffness = '400 kN'", "unit of force", "400 kN/mm"]),
+    ('"400 kN/mm"', "4e8", ["rock.stiffness", "a stiffness with its unit"]),
+    ('stiffness = "400 kN/mm"\n', "", ["rock.stiffness: missing", "400 kN/mm"]),
+    ("unloading_ratio = 0.4", "unloading_ratio = 0.0", ["rock.unloading_ratio = 0.0", "greater than 0", "at most 1"]),
+    ("unloading_ratio = 0.4", "unloading_ratio = 1.5", ["rock.unloading_ratio = 1.5", "at most 1"]),
+    ("unloading_ratio = 0.4", "unloading_ratio = nan", ["rock.unloading_ratio = nan", "finite"]),
+    ("unloading_ratio", "unlaoding_ratio", ["rock.unlaoding_ratio = 0.4", "did you mean 'unloading_ratio'?"]),
+    ('gap = "0.2 mm"', 'gap = "-0.2 mm"', ["rock.gap = '-0.2 mm'", "0 or greater"]),
+    ('gap = "0.5 mm"', 'gap = "-1 mm"', ["tool.gap = '-1 mm'", "0 or greater"]),
+    ('"3 kg"', '"-3 kg"', ["tool.bit_mass = '-3 kg'", "0 or greater"]),
+    ('"3 kg"', '"3 N"', ["tool.bit_mass = '3 N'", "unit of force"]),
+    ("bit_mass", "bit_mas", ["tool.bit_mas = '3 kg'", "did you mean 'bit_mass'?"]),
+    ("[rock]", "[rok]", ["rok: unknown table", "did you mean 'rock'?"]),
+    ("[tool]", "[tol]", ["tol: unknown table", "did you mean 'tool'?"]),
+    ('end = "rock"', 'end = "rok"', ["tool.end = 'rok'", "did you mean 'rock'?"]),
+    ('end = "rock"', 'end = "free"', ["tool.end = 'free'", "take [rock] away"]),
+    ('length = "1.2 m", ', "", ["tool.sections[0].length", "only the last section"]),
+    ('length = "0.1 m", ', "", ["tool.sections[1].length", "only the last section"]),
+    ('length = "1.2 m", ', 'lenght = "1.2 m", ', ["tool.sections[0].lenght", "did you mean 'length'?"]),
+    ('diameter = "60 mm"', 'diameter = "-60 mm"', ["tool.sections[1].diameter = '-60 mm'", "greater than 0"]),
+    ('diameter = "60 mm"', 'diameter = "60 km"', ["tool.sections[1].area", "check the units"]),
+    ('sections = [{length = "1.2', 'section = [{length = "1.2', ["tool.section", "did you mean 'sections'?"]),
+    ("[tool]", '[tool]\nkind = "wall"', ["tool.sections", "no sections of a wall"]),
+    ('velocity = "9.5 m/s"', 'velocity = "-9.5 m/s"', ["blow.velocity = '-9.5 m/s'", "toward the tool"]),
+    ('velocity = "9.5 m/s"', "velocity = 9.5", ["blow.velocity = 9.5", "9.5 m/s"]),
+    ('velocity = "9.5 m/s"', "velocity = []", ["blow.velocity", "a list of one for each section"]),
+    ('"9.5 m/s"', '["9 m/s", "9 m/s", "9 m/s"]', ["blow.velocity = ['9 m/s', '9 m/s', '9 m/s']", "the 2 sections"]),
+    ('until = "3 ms"', 'until = "0 ms"', ["blow.until = '0 ms'", "greater than 0"]),
+    ('"1 ms", "-2 kN"', '"0 ms", "-2 kN"', ["blow.load", "times that increase"]),
+    ('"0 s", "4 kN"', '"-1 s", "4 kN"', ["blow.load", "times that increase from 0"]),
+    ('["1 ms", "-2 kN"]', '["1 ms"]', ["blow.load", "number 1 of the list is ['1 ms']"]),
+    ('"-2 kN"', '"-2 bar"', ["blow.load", "unit of pressure"]),
+    ("load_at = 1", "load_at = 2", ["blow.load_at = 2", "a step of the bar"]),
+    ("load_at = 1", "load_at = -1", ["blow.load_at = -1"]),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "parts"), WRONG)
+def test_what_is_wrong_is_told_by_its_key(old: str, new: str, parts: list[str]) -> None:
+    text = BAR + TOOL + BLOW
+    assert old in text
+    found = refusal(text.replace(old, new, 1))
+    assert all(part in found for part in parts), found
+
+
+@pytest.mark.parametrize(
+    ("tool", "parts"),
+    [
+        ('[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]', ["tool.end: expected", "a table [rock]"]),
+        ('[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]\nend = "rock"', ["tool.end = 'rock'", "[rock]"]),
+        (
+            '[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]\nend = "infinite"',
+            ["tool.sections[0].length", "no end"],
+        ),
+        ('[tool]\nsections = [{diameter = "4 cm"}]\nend = "free"', ["tool.sections[0].length", "a length"]),
+        ('[tool]\nsections = [{diameter = "4 cm"}]\nbit_mass = "1 kg"', ["tool.bit_mass = '1 kg'", "infinite"]),
+        ('[tool]\ngap = "1 mm"', ["tool.sections: expected", 'kind = "wall"']),
+        ('[tool]\nkind = "wall"\nend = "free"', ["tool.end = 'free'", "a wall"]),
+        ('[tool]\nkind = "wall"\n[rock]\nstiffness = "1 GN/m"', ["tool.kind = 'wall'", "take [rock] away"]),
+        ('[rock]\nstiffness = "1 GN/m"', ["rock: expected a table [tool] beside it", "sections = "]),
+        (
+            "[tool]\nsections = [" + ", ".join(['{length = "1 m", diameter = "4 cm"}'] * 201) + "]\nend = 'free'",
+            ["1 to 200"],
+        ),
+    ],
+)
+def test_parts_of_a_tool_that_do_not_go_together(tool: str, parts: list[str]) -> None:
+    found = refusal(BAR + tool)
+    assert all(part in found for part in parts), found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "parts"),
+    [
+        ("impedance = 3.0", "impedance = 0.0", ["tool.impedance = 0.0", "greater than 0"]),
+        ("impedance = 3.0", 'impedance = "3 kg/s"', ["tool.impedance = '3 kg/s'", "only a case in SI takes units"]),
+        ("impedance = 3.0", "gap = 0.1", ["tool.impedance: expected", 'kind = "wall"']),
+        ("impedance = 3.0", 'kind = "wall"\nimpedance = 1.0', ["tool.impedance = 1.0", "no impedance of a wall"]),
+        ("impedance = 3.0", 'end = "free"', ["tool.end = 'free'", "describe the bar in SI"]),
+        ("[tool]", "[rock]\nstiffness = 3.0\n[tool]", ["rock: unknown table", "describe the bar in SI"]),
+        ("[tool]", "[blow]\nvelocity = [1.0, 2.0]\n[tool]", ["blow.velocity", "one speed of a uniform bar"]),
+        ("[tool]", '[blow]\nuntil = "1 ms"\n[tool]', ["blow.until = '1 ms'", "only a case in SI takes units"]),
+        ("[tool]", "[blow]\nload = [[0.0, nan]]\n[tool]", ["blow.load", "finite"]),
+    ],
+)
+def test_what_is_wrong_with_a_dimensionless_tool(old: str, new: str, parts: list[str]) -> None:
+    found = refusal(PLAIN.replace(old, new, 1))
+    assert all(part in found for part in parts), found
+
+
+CONTACTS = [
+    ('restitution = "from the blw"', ["contact.restitution = 'from the blw'", "did you mean 'from the blow'?"]),
+    ('restitution = "0.2"', ["contact.restitution = '0.2'", "without quotes"]),
+    ("restitution = true", ["contact.restitution = True"]),
+    ('restitution = "from the blow"\nreceiving_area = "24 cm^2"', ["contact.receiving_area", "not both"]),
+    ('law = "b77-blow"\nrestitution = 0.2', ["contact.restitution = 0.2", "law b77-blow"]),
+    ('law = "b77-tua"\nrestitution = 0.2', ["contact.law = 'b77-tua'", "did you mean 'b77-tau'?"]),
+    ('law = "b77-tau"\nrestitution = 0.2', ["contact.law = 'b77-tau'", "a uniform bar", "b77-blow"]),
+    ('advance = "kept"\nrestitution = 0.2', ["contact.advance = 'kept'", "knows the duration"]),
+    ('law = "b77-blow"\nadvance = "kpt"', ["contact.advance = 'kpt'", "did you mean 'kept'?"]),
+    ('restitution = "from the blow"\nstrain = "reversed"', ["contact.strain", "uniform bar"]),
+    ("", ["contact.restitution", 'restitution = "from the blow"']),
+]
+
+
+@pytest.mark.parametrize(("contact", "parts"), CONTACTS)
+def test_what_is_wrong_with_a_contact_by_the_blow(contact: str, parts: list[str]) -> None:
+    found = refusal(BAR + TOOL + MOTION.replace("restitution = 0.2", contact))
+    assert all(part in found for part in parts), found
+
+
+@pytest.mark.parametrize("contact", ['restitution = "from the blow"', 'law = "b77-blow"'])
+def test_a_contact_by_the_blow_needs_a_tool(contact: str) -> None:
+    found = refusal(BAR + MOTION.replace("restitution = 0.2", contact))
+    assert "a table [tool]" in found and 'kind = "wall"' in found
+    plain = PLAIN.replace("[tool]\nimpedance = 3.0\n", "").replace("restitution = 0.6", 'restitution = "from the blow"')
+    assert "system.restitution = 'from the blow': expected a table [tool]" in refusal(plain)
+
+
+# -- what may be varied --
+
+
+def test_the_numbers_of_the_tool_may_be_varied() -> None:
+    case = Case.from_text(BAR + TOOL + BLOW + MOTION)
+    keys = set(varied_keys(case))
+    wanted = {"tool.bit_mass", "tool.gap", "rock.stiffness", "rock.unloading_ratio", "rock.gap", "blow.velocity"}
+    assert wanted <= keys
+    assert not keys & {"tool.kind", "tool.end", "tool.sections", "blow.load", "blow.load_at", "contact.law"}
+    assert not any(key.startswith(("tool", "rock", "blow")) for key in varied_keys(Case.from_text(BAR + MOTION)))
+    alone = set(varied_keys(Case.from_text(BAR + TOOL)))
+    assert "rock.stiffness" in alone and not any(key.startswith("load.") for key in alone)
+    family = CaseFamily(case, {"stiffness": "kN/mm", "tool.gap": "mm"})
+    assert (family.key("stiffness"), family.key("bit_mass")) == ("rock.stiffness", "tool.bit_mass")
+    with pytest.raises(ParameterError, match=re.escape("one of tool.gap and rock.gap")):
+        CaseFamily(case, {"gap": "mm"}).key("gap")
+
+
+def test_the_sizes_of_its_sections_may_be_varied() -> None:
+    case = Case.from_text(BAR + TOOL + BLOW + MOTION)
+    name = "tool.sections[2].length"
+    family = CaseFamily(case, {name: "mm", "tool.sections[1].diameter": "cm", "stiffness": "N/m"})
+    assert family.key("sections[2].length") == name
+    tool = family._varied({name: (50.0, "mm"), "tool.sections[1].diameter": (3.0, "cm")}).tool()
+    assert isinstance(tool, Rod)
+    assert [(s.length, s.diameter) for s in tool.sections] == [(1.2, 0.03), (0.05, 0.06)]
+    with pytest.raises(ParameterError, match=r"tool\.sections\[3\]\.length.*a section from 1 to 2"):
+        family.key("tool.sections[3].length")
+    with pytest.raises(ParameterError, match=r"did you mean 'tool\.sections\[2\]\.length'"):
+        family.key("tool.sections[2].lenght")
+
+
+def test_a_map_of_a_motion_is_offered_the_tool_only_where_it_depends_on_it() -> None:
+    offered = {row["name"] for row in parameters(Case.from_text(BAR + TOOL + BLOW + MOTION))}
+    assert not any(name.startswith(("tool", "rock", "blow")) for name in offered)
+
+
+# -- a law that needs no tool --
+
+
+@pytest.mark.parametrize("advance", [None, "kept", "pushed back"])
+def test_the_law_of_a_uniform_bar(advance: str | None) -> None:
+    bar = '[bar]\nlength = "341 mm"\ndiameter = "49 mm"\n'
+    said = "" if advance is None else f'\nadvance = "{advance}"'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", 'law = "b77-tau"\nrestitution = 0.2' + said))
+    law, system = case.timed_law(), case.system()
+    assert law == Timed.of_uniform_bar(system.s, 0.2, advance or "kept")
+    assert case_of(plain_tables(case)).timed_law() == law
+    assert Case.from_text(bar + MOTION).timed_law() is None
+    assert placed(case, {"restitution": 0.3}).timed_law() == Timed.of_uniform_bar(system.s, 0.3, advance or "kept")
+
+
+def test_the_law_of_a_uniform_bar_knows_no_rock() -> None:
+    bar = '[bar]\nlength = "341 mm"\ndiameter = "49 mm"\n'
+    law = 'law = "b77-tau"\nrestitution = 0.2\nadvance = "residual penetration"'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", law), file="case.toml")
+    with pytest.raises(CaseError, match=r"contact\.advance = 'residual penetration'.*b77-blow"):
+        case.timed_law()
+
+
+# -- the catalogue --
+
+
+def test_the_tools_of_the_catalogue() -> None:
+    """Steel chisels, bits, rods and a pile; the bars strike them at the speed of their steady motion."""
+    found = {machine.name: load_case(machine.name).blow_question() for machine in MACHINES}
+    struck = {name: question for name, question in found.items() if isinstance(question.target, Rod)}
+    assert struck.keys() >= {"stepped-drifter", "heavy-breaker", "dth-6-inch", "pile-hammer", "laboratory-striker"}
+    for name, question in struck.items():
+        assert isinstance(question.target, Rod) and question.target.end == "rock"
+        machine = next(machine for machine in MACHINES if machine.name == name)
+        speed = math.sqrt(2.0 * machine.blow_energy / machine.mass)
+        if name != "laboratory-striker":  # that one has the speed of its experiment
+            assert question.velocity == pytest.approx(speed, rel=0.02)
