@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
     from percuss.case.file_format.problems import CaseErrors
@@ -30,6 +31,7 @@ __all__ = [
     "Simulation",
     "SimulationAnswer",
     "SteadyAnswer",
+    "WavesAnswer",
     "basins_job_of",
     "experiment_job_of",
     "load_case",
@@ -37,6 +39,7 @@ __all__ = [
     "simulation_answer",
     "steady_answer",
     "sweep_job_of",
+    "waves_answer",
 ]
 
 _HOME = {
@@ -50,6 +53,7 @@ _HOME = {
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
@@ -57,6 +61,7 @@ _HOME = {
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
     "sweep_job_of": "answers.exploration_jobs",
+    "waves_answer": "answers.waves_answer",
 }
 
 
