@@ -15,6 +15,8 @@ __all__ = ["drag_of", "quiet_drag"]
 
 _MOST_BLOCKS = 100  # whose velocities a matrix is for: its modes are those that last
 _INTERVAL = 0.381966011250105  # of a wave's way through the bar; its multiples stay away from whole numbers
+_AT_ONCE = 0.012  # lost by the velocity of the first mode at each moment, unless …
+_MOST_PARTS = 16  # … that would make the interval shorter than this part
 _PATIENCE = 6.0  # transit times: contacts of blows are shorter, what lasts longer is a bar that is pressed
 _QUIET = 0.12  # lost by every elastic mode in that time, where ringing is to be gone
 _NONE = np.zeros((0, 0))
@@ -30,7 +32,7 @@ def drag_of(lattice: Lattice, damping: Damping) -> Drag:
     moment of damping falls.
     """
     cells = sum(lattice.cells[: lattice.striker])
-    interval = 0.0 if damping.is_zero else _INTERVAL * cells
+    interval = 0.0 if damping.is_zero else _interval(damping, cells * lattice.step) * cells
     time = interval * lattice.step
     if damping.is_zero or isinstance(damping, External):
         return _drag(lattice, interval, factor=math.expm1(-damping.rigid * time))
@@ -41,6 +43,12 @@ def drag_of(lattice: Lattice, damping: Damping) -> Drag:
     root = np.sqrt(mass)
     matrix = np.ascontiguousarray((shapes * taken) @ shapes.T * root / root[:, None])
     return _drag(lattice, interval, finer=float(taken[-1]), matrix=matrix, block=block)
+
+
+def _interval(damping: Damping, transit: float) -> float:
+    """In transit times: so short that the first mode loses little at once."""
+    lost = float(damping.of(np.array([math.pi / transit]))[0]) * _INTERVAL * transit
+    return _INTERVAL / min(max(1, math.ceil(lost / _AT_ONCE)), _MOST_PARTS)
 
 
 def quiet_drag(lattice: Lattice) -> Drag:

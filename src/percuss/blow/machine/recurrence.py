@@ -16,6 +16,7 @@ MOST_PERIODS = 16
 """The longest cycle that is looked for."""
 
 _CONFIRMED = 2
+_NEAR = 100.0  # times the tolerance
 
 
 @dataclass(frozen=True)
@@ -44,13 +45,18 @@ class Recurrence:
         self._seen = [0] * (MOST_PERIODS + 1)
 
     def after(self, gap: float, waves: Array, speed: float) -> tuple[int, float]:
-        """How many periods ago the state was the same, twice in a row, and how nearly; 0 when it never was."""
-        found = 0, math.inf
+        """How many periods ago the state was the same, twice in a row, and how nearly; 0 when it never was.
+
+        A motion that comes nearer to a shorter cycle is not settled on a longer one before it.
+        """
+        found, apart = (0, math.inf), [math.inf] * (MOST_PERIODS + 1)
         for periods, (old_gap, old) in enumerate(reversed(self._states), 1):
-            apart = np.linalg.norm(waves - old) + abs(gap - old_gap) / (2.0 * math.pi)
-            off = float(apart) / speed if speed > 0.0 else math.inf if apart > 0.0 else 0.0
-            self._seen[periods] = self._seen[periods] + 1 if off <= self.tolerance else 0
-            if not found[0] and self._seen[periods] >= _CONFIRMED:
-                found = periods, off
+            off = float(np.linalg.norm(waves - old)) + abs(gap - old_gap) / (2.0 * math.pi)
+            apart[periods] = off / speed if speed > 0.0 else math.inf if off > 0.0 else 0.0
+            same = apart[periods] <= self.tolerance
+            self._seen[periods] = self._seen[periods] + 1 if same else 0
+            nearer = any(apart[part] <= _NEAR * self.tolerance for part in range(1, periods) if periods % part == 0)
+            if not found[0] and self._seen[periods] >= _CONFIRMED and not nearer:
+                found = periods, apart[periods]
         self._states.append((gap, waves))
         return found

@@ -98,7 +98,7 @@ def machine_motion(
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> rod = Rod.of_impedance(20.0 * (1.0 + 0.6) / (1.0 - 0.6))
     >>> motion = machine_motion(system, rod, quiet=True, cells=100)
-    >>> motion.label, motion.phases.round(3).tolist(), motion.impacts.restitution[-1:].round(6).tolist()
+    >>> motion.label, motion.phases.round(3).tolist(), motion.cycle.restitution.round(4).tolist()
     ('z=1/1', [2.372], [0.6])
     """
     instance("system", system, System)
