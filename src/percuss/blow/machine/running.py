@@ -97,7 +97,7 @@ def machine_motion(
     >>> from percuss.blow import Rod
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> rod = Rod.of_impedance(20.0 * (1.0 + 0.6) / (1.0 - 0.6))
-    >>> motion = machine_motion(system, rod, quiet=True, cells=100)
+    >>> motion = machine_motion(system, rod, Release(gap=2.0, time=0.3), quiet=True, cells=100)
     >>> motion.label, motion.phases.round(3).tolist(), motion.cycle.restitution.round(4).tolist()
     ('z=1/1', [2.372], [0.6])
     """
