@@ -11,37 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from case_texts import PLAIN, SI
 from percuss.case import Case, CaseErrors, steady_answer
 from percuss.case.file_format.writing import toml_text
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import CaseError, LoadError, ResonanceError
 from percuss.model import Ratio, Reversed
-
-SI = """
-title = "Hydraulic drifter"
-[bar]
-length = "341 mm"
-diameter = "49 mm"
-damping_ratio = 1e-3
-[load]
-kind = "harmonic"
-mean = "4 kN"
-amplitude = "9 kN"
-frequency = "60 Hz"
-[contact]
-restitution = 0.2
-"""
-
-PLAIN = """
-title = "B77 scale"
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "fourier"
-coefficients = [[0.9, 0.0], [1.0, 0.0]]
-"""
 
 
 def test_si_form() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
@@ -13,8 +15,9 @@ from percuss.case.parameters.description import plain_tables
 from percuss.case.parameters.moved_case import placed
 from percuss.case.parameters.moves import MOVES, RELATIVE
 from percuss.case.parameters.parameter_list import parameters
-from percuss.errors import ParameterError
+from percuss.errors import CaseError, ParameterError
 from percuss.explore import PARAMETERS
+from percuss.model import Damping, External, KelvinVoigt, Ratio, SteppedBar
 
 SQUARE = {
     "system": {"s": 20.0, "d": 0.01, "restitution": 0.4},
@@ -75,6 +78,90 @@ def test_a_table_of_a_kind_and_a_value_holds_its_value() -> None:
     assert held(given) == "2e-9 s" and held("341 mm") == "341 mm" and held(None) is None
     assert with_held(given, "3e-9 s") == {"kind": "kelvin_voigt", "value": "3e-9 s"} and with_held(0.1, 0.2) == 0.2
     assert "bar.damping_ratio" in varied_keys(load_case("mini-breaker"))
+
+
+# -- damping, and sections --
+
+OTHER_LAWS = [
+    (si_case('damping = {kind = "kelvin_voigt", value = "10 ns"}'), "damping_ratio", "vary bar.damping"),
+    (si_case('damping = {kind = "kelvin_voigt", value = "10 ns"}'), "bar.drag", "vary bar.damping"),
+    (si_case('damping = {kind = "table", value = [1.0, 2.0]}'), "damping_ratio", "no single number"),
+    (si_case('damping = {kind = "table", value = [1.0, 2.0]}'), "bar.damping", "one number"),
+    (si_case('drag = "40 N*s/m^2"'), "damping_ratio", "vary bar.drag"),
+    (si_case('drag = "40 N*s/m^2"'), "bar.damping", "vary bar.drag"),
+    (si_case("damping_ratio = 1e-3"), "drag", "vary bar.damping_ratio"),
+    (si_case(), "bar.damping", "vary bar.damping_ratio or bar.drag"),
+    (plain_case('d = 0\ndamping = {kind = "ratio", value = 0.01}'), "system.d", "vary system.damping"),
+    (plain_case('damping = {kind = "table", value = [0.1]}'), "system.damping", "one number"),
+    (plain_case(), "system.damping", "vary system.d"),
+]
+
+
+@pytest.mark.parametrize(("text", "name", "remedy"), OTHER_LAWS)
+def test_an_axis_of_damping_takes_no_other_law_away(text: str, name: str, remedy: str) -> None:
+    with pytest.raises(ParameterError, match=name) as caught:
+        CaseFamily(Case.from_text(text), {}).check({name: ""})
+    assert remedy in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("bar", "name", "unit", "value", "law"),
+    [
+        ('damping = {kind = "kelvin_voigt", value = "10 ns"}', "bar.damping", "ns", 20.0, KelvinVoigt),
+        ('damping = {kind = "kelvin_voigt", value = "0 ns"}', "damping_ratio", "", 0.01, Ratio),
+        ('damping = {kind = "ratio", value = 0.002}', "damping_ratio", "", 0.01, Ratio),
+        ('damping = {kind = "external", value = 3.0}', "drag", "N*s/m^2", 40.0, External),
+        ("damping_ratio = 1e-3", "damping_ratio", "", 0.01, Ratio),
+        ("", "drag", "N*s/m^2", 40.0, External),
+    ],
+)
+def test_an_axis_of_damping_varies_the_law_of_the_case(
+    bar: str, name: str, unit: str, value: float, law: type[Damping]
+) -> None:
+    family = CaseFamily(Case.from_text(si_case(bar)), {name: unit} if unit else {})
+    family.check({name: unit})
+    found, more = (family.system({name: factor * value}).body.damping for factor in (1.0, 2.0))
+    assert isinstance(found, law) and isinstance(more, law)
+    omega = np.array([1.0, 9.0])
+    assert more.of(omega) == pytest.approx(2.0 * found.of(omega), rel=1e-12)
+
+
+@pytest.mark.parametrize("keys", ["d = 0.3", "damping = {kind = 'external', value = 0.3}"])
+def test_either_key_of_an_external_damping_varies_it(keys: str) -> None:
+    family = CaseFamily(Case.from_text(plain_case(keys)), {})
+    for name in ("d", "system.d") if keys.startswith("d =") else ("d", "system.d", "system.damping"):
+        family.check({name: ""})
+        assert family.system({name: 0.1}).d == 0.1
+
+
+def test_the_sizes_of_sections_are_varied() -> None:
+    case = Case.from_text(si_case(sizes=STEPPED))
+    family = CaseFamily(case, {"sections[0].length": "mm", "bar.sections[1].bore": "mm"})
+    family.check({"sections[0].length": "mm", "bar.sections[1].bore": "mm"})
+    bar = family.system({"sections[0].length": 150.0, "bar.sections[1].bore": 12.0}).bar
+    assert bar is not None and [piece.end - piece.start for piece in bar.pieces] == pytest.approx([0.15, 0.25])
+    assert bar.pieces[1].bore == pytest.approx(0.012)
+    assert case == Case.from_text(si_case(sizes=STEPPED))
+    row = rows(case)["bar.sections[0].length"]
+    assert (row["value"], row["unit"], row["slides"]) == (120.0, "mm", False)
+    moved = placed(case, {"bar.sections[0].length": 100.0})
+    assert moved.to_dict()["bar"]["sections"][0]["length"] == "100.0 mm"
+    plain = Case.from_text(plain_case("impedances = [2, 1]\ntransit_times = [1, 2]"))
+    assert CaseFamily(plain, {}).system({"impedances[1]": 3.0}).body == SteppedBar(20.0, (2.0, 3.0), (1.0, 2.0))
+
+
+@pytest.mark.parametrize("name", ["bar.length", "length", "diameter", "bar.sections[7].length", "sections"])
+def test_sizes_of_a_bar_of_sections_are_those_of_its_sections(name: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        CaseFamily(Case.from_text(si_case(sizes=STEPPED)), {}).key(name)
+    assert "bar.sections[i].length" in caught.value.accepted
+    assert "counted from 0 at the driven end: bar.sections[0]." in caught.value.remedy
+
+
+@pytest.mark.parametrize("key", ["bar.sections[2].length", "bar.length.mm", "bar", "load.kind[0]", "bar.sections[-1]"])
+def test_a_key_of_nothing_is_not_varied(key: str) -> None:
+    with pytest.raises((ParameterError, CaseError)):
+        Case.from_text(si_case(sizes=STEPPED)).varied({key: "1 mm"})
 
 
 @pytest.mark.parametrize("name", ["s", "d", "restitution", "kappa", "load_factor", "amplitude"])

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from case_texts import STEPS, plain_case, refusal, si_case
+from percuss import Start, Stop, run
 from percuss.case import Case, steady_answer
 from percuss.case.file_format.damping_table import DampingTable, damping_law, damping_table
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
@@ -26,47 +28,8 @@ MASS_PER_LENGTH = 7850.0 * math.pi / 4.0 * 0.049**2
 OMEGA = 2.0 * math.pi * 60.0
 
 
-def si_case(bar: str = "", load: str = "", contact: str = "") -> str:
-    return f"""
-[bar]
-length = "341 mm"
-diameter = "49 mm"
-{bar}
-[load]
-kind = "harmonic"
-mean = "4 kN"
-amplitude = "9 kN"
-frequency = "60 Hz"
-{load}
-[contact]
-restitution = 0.2
-{contact}
-"""
-
-
-def plain_case(system: str = "d = 0.01", load: str = "") -> str:
-    return f"""
-[system]
-s = 20.0
-restitution = 0.6
-{system}
-[load]
-kind = "harmonic"
-mean = 0.5
-amplitude = 1.0
-{load}
-"""
-
-
 def system_of(text: str) -> System:
     return Case.from_text(text).system()
-
-
-def refusal(text: str) -> str:
-    with pytest.raises(CaseError) as caught:
-        Case.from_text(text, file="case.toml")
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 # -- damping --
@@ -147,7 +110,7 @@ def test_the_table_of_a_law_reads_back(law: Damping) -> None:
         ('damping = {kind = "external", value = "-4 N*s/m^2"}', ["bar.damping.value = '-4 N*s/m^2'", "0 or greater"]),
         ('damping = {kind = "table", value = 1.0}', ["bar.damping.value = 1.0", "a list of numbers"]),
         ('damping = {kind = "table", value = []}', ["bar.damping.value", "a list of numbers"]),
-        ('damping = {kind = "table", value = [1.0, -1.0]}', ["bar.damping.value = [1.0, -1.0]", "0 or greater"]),
+        ('damping = {kind = "table", value = [1.0, -1.0]}', ["bar.damping.value[1] = -1.0", "0 or greater"]),
         ('drag = "-1 N*s/m^2"', ["bar.drag = '-1 N*s/m^2'", "0 or greater"]),
         ('drag = "1 N*s/m^2"\ndamping_ratio = 1e-3', ["bar.drag", "either damping_ratio or drag, not both"]),
         (
@@ -194,7 +157,7 @@ def test_the_law_of_the_contact(word: str, law: type) -> None:
 
 def test_a_dimensionless_case_keeps_the_strain() -> None:
     assert system_of(plain_case()).contact == Kept(0.6)
-    assert system_of(plain_case()) == System(s=20.0, d=0.01, restitution=0.6, load=system_of(plain_case()).load)
+    assert system_of(plain_case()) == System(s=20.0, d=0.0048, restitution=0.6, load=system_of(plain_case()).load)
 
 
 def test_a_wrong_law_of_the_contact() -> None:
@@ -213,18 +176,15 @@ def test_the_place_of_the_load() -> None:
 
 # -- loads of steps --
 
-STEPS = 'kind = "steps"\nbreaks = [0.5, 2.0, 4.0]\nvalues = [1.0, -0.5, 0.25]\n'
-
 
 def steps_case(extra: str = "") -> str:
-    return "[system]\ns = 20.0\nd = 0.01\nrestitution = 0.6\n[load]\n" + STEPS + extra
+    return plain_case(load=extra, kind=STEPS)
 
 
 def test_a_load_of_steps() -> None:
     load = system_of(steps_case("harmonics = 16")).load
     assert (load.breaks, load.values, load.coefficients.size) == ((0.5, 2.0, 4.0), (1.0, -0.5, 0.25), 17)
-    head, tail = si_case().split("[load]")[0], si_case().split("[contact]")[1]
-    text = f'{head}[load]\n{STEPS}unit = "kN"\nfrequency = "60 Hz"\n[contact]{tail}'
+    text = si_case(load='unit = "kN"\nfrequency = "60 Hz"', kind=STEPS)
     system = system_of(text)
     assert [value * system.force_scale for value in system.load.values] == pytest.approx([1e3, -500.0, 250.0])
     on_a_face = text.replace('unit = "kN"', 'unit = "bar"\narea = "10 cm^2"')
@@ -248,6 +208,11 @@ def test_a_load_of_steps() -> None:
 )
 def test_wrong_steps(old: str, new: str, part: str) -> None:
     assert part in refusal(steps_case().replace(old, new))
+
+
+def test_steps_in_si_want_the_unit_of_their_values() -> None:
+    found = refusal(si_case(load='frequency = "60 Hz"', kind=STEPS))
+    assert "load.unit: missing" in found and "unit of the numbers" in found and "coefficients" not in found
 
 
 def test_steps_that_come_as_tables_are_limited() -> None:
@@ -342,7 +307,37 @@ def test_json_tells_of_body_and_contact(text: str) -> None:
         assert hertz == pytest.approx(bar.natural_frequencies(8).tolist(), rel=1e-12)
 
 
+def test_a_mode_with_a_node_at_the_load_is_told_so() -> None:
+    """Equal sections are a uniform bar: γ_n = 2 (−1)ⁿ cos nπx."""
+    for times, at in (((1, 1), 1), ((1, 5), 1), ((1, 2, 1), 2), ((3, 1), 1)):
+        keys = f"impedances = {[1.7] * len(times)}\ntransit_times = {[0.1 * time for time in times]}"
+        found = case_dict(Case.from_text(plain_case(keys, f"at = {at}")))["body"]["gamma"]
+        x = sum(times[:at]) / sum(times)
+        wanted = [2.0 * (-1) ** n * math.cos(n * math.pi * x) for n in range(1, 9)]
+        assert found == pytest.approx(wanted, rel=1e-13, abs=1e-13)
+        nodes = [n for n, own in enumerate(wanted) if abs(own) < 1e-13]
+        assert nodes and [n for n, own in enumerate(found) if own == 0.0] == nodes
+
+
 # -- reports --
+
+
+@pytest.mark.parametrize(
+    ("strain", "mean", "noted"), [("reversed", 1.5, True), ("kept", 1.5, False), ("reversed", 0.5, False)]
+)
+def test_a_rest_that_a_falling_bar_need_not_come_to_is_told(strain: str, mean: float, noted: bool) -> None:
+    """A bar that keeps its strain comes to rest in a chatter; one that turns it over bounces on (R = 0.8, s = 20)."""
+    from percuss.cli.steady_report import steady_report
+
+    text = plain_case(f'd = 0\nstrain = "{strain}"', restitution=0.8).replace("mean = 0.9", f"mean = {mean}")
+    case = Case.from_text(text)
+    answer = steady_answer(case, starts=0)
+    told = "bounce on without end" in answer.to_json_dict()["rest"]["note"]
+    rows = {label: text for section in steady_report(answer).sections for label, text in getattr(section, "rows", ())}
+    assert told == noted == ("bounce on without end" in rows["rest"])
+    if mean > 1.0:
+        found = run(case.system(), Start.rigid(-0.01), modes=8, stop=Stop(impacts=500))
+        assert (found.outcome == "rest") is not noted
 
 
 def test_reports_name_both_laws() -> None:

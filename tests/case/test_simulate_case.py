@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from case_texts import FOURIER, plain_case, si_case
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
@@ -18,40 +19,9 @@ from percuss.errors import CaseError, ParameterError, PercussError, ResonanceErr
 from percuss.simulate import DISTRIBUTIONS
 from percuss.stability import floquet_multipliers
 
-SI = """
-[bar]
-length = "300 mm"
-diameter = "49 mm"
-damping_ratio = 1e-3
-[load]
-kind = "harmonic"
-mean = "4 kN"
-amplitude = "9 kN"
-frequency = "60 Hz"
-[contact]
-restitution = 0.2
-"""
-
-PLAIN = """
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "fourier"
-coefficients = [[0.9, 0.0], [1.0, 0.0]]
-"""
-
-SQUARE = """
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.2
-[load]
-kind = "square"
-amplitude = 1.0
-kappa = 1.1
-"""
+SI = si_case("damping_ratio = 1e-3", sizes='length = "300 mm"\ndiameter = "49 mm"')
+PLAIN = plain_case(kind=FOURIER)
+SQUARE = plain_case(kind='kind = "square"\namplitude = 1.0\nkappa = 1.1', restitution=0.2)
 
 OMEGA = 2.0 * math.pi * 60.0
 

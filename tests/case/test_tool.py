@@ -253,7 +253,7 @@ WRONG = [
     ('length = "0.1 m", ', "", ["tool.sections[1].length", "only the last section"]),
     ('length = "1.2 m", ', 'lenght = "1.2 m", ', ["tool.sections[0].lenght", "did you mean 'length'?"]),
     ('diameter = "60 mm"', 'diameter = "-60 mm"', ["tool.sections[1].diameter = '-60 mm'", "greater than 0"]),
-    ('diameter = "60 mm"', 'diameter = "60 km"', ["tool.sections[1].area", "check the units"]),
+    ('diameter = "60 mm"', 'diameter = "60 km"', ["tool.sections[1].diameter = '60 km'", "check the units"]),
     ('sections = [{length = "1.2', 'section = [{length = "1.2', ["tool.section", "did you mean 'sections'?"]),
     ("[tool]", '[tool]\nkind = "wall"', ["tool.sections", "no sections of a wall"]),
     ('velocity = "9.5 m/s"', 'velocity = "-9.5 m/s"', ["blow.velocity = '-9.5 m/s'", "toward the tool"]),
@@ -372,16 +372,23 @@ def test_the_numbers_of_the_tool_may_be_varied() -> None:
 
 def test_the_sizes_of_its_sections_may_be_varied() -> None:
     case = Case.from_text(BAR + TOOL + BLOW + MOTION)
-    name = "tool.sections[2].length"
-    family = CaseFamily(case, {name: "mm", "tool.sections[1].diameter": "cm", "stiffness": "N/m"})
-    assert family.key("sections[2].length") == name
-    tool = family._varied({name: (50.0, "mm"), "tool.sections[1].diameter": (3.0, "cm")}).tool()
+    name = "tool.sections[1].length"
+    family = CaseFamily(case, {name: "mm", "tool.sections[0].diameter": "cm", "stiffness": "N/m"})
+    assert family.key(name) == name
+    tool = case.varied({name: "50 mm", "tool.sections[0].diameter": "3 cm"}).tool()
     assert isinstance(tool, Rod)
     assert [(s.length, s.diameter) for s in tool.sections] == [(1.2, 0.03), (0.05, 0.06)]
-    with pytest.raises(ParameterError, match=r"tool\.sections\[3\]\.length.*a section from 1 to 2"):
-        family.key("tool.sections[3].length")
-    with pytest.raises(ParameterError, match=r"did you mean 'tool\.sections\[2\]\.length'"):
-        family.key("tool.sections[2].lenght")
+    with pytest.raises(
+        ParameterError, match=r"sections, counted from 0 at the struck face: tool\.sections\[0\]\.length"
+    ):
+        family.key("tool.sections[2].length")
+    with pytest.raises(ParameterError, match=r"one of bar\.sections.* and tool\.sections"):
+        family.key("sections[1].length")
+    endless = Case.from_text(BAR + MOTION + '[tool]\nsections = [{diameter = "4 cm"}]\n')
+    assert [key for key in varied_keys(endless) if key.startswith("tool.")] == [
+        *(f"tool.{key}" for key in ("bit_mass", "gap")),
+        *(f"tool.sections[0].{key}" for key in ("diameter", "bore", "youngs_modulus", "density")),
+    ]
 
 
 def test_a_map_of_a_motion_is_offered_the_tool_only_where_it_depends_on_it() -> None:
@@ -402,6 +409,12 @@ def test_the_law_of_a_uniform_bar(advance: str | None) -> None:
     assert case_of(plain_tables(case)).timed_law() == law
     assert Case.from_text(bar + MOTION).timed_law() is None
     assert placed(case, {"restitution": 0.3}).timed_law() == Timed.of_uniform_bar(system.s, 0.3, advance or "kept")
+
+
+def test_equal_sections_are_a_uniform_bar() -> None:
+    bar = '[bar]\nsections = [{length = "1 m", diameter = "4 cm"}, {length = "2 m", diameter = "4 cm"}]\n'
+    case = Case.from_text(bar + MOTION.replace("restitution = 0.2", 'law = "b77-tau"\nrestitution = 0.2'))
+    assert case.timed_law() == Timed.of_uniform_bar(case.system().s, 0.2)
 
 
 def test_the_law_of_a_uniform_bar_knows_no_rock() -> None:

@@ -15,22 +15,12 @@ from typing import Any
 
 import pytest
 
+from case_texts import PLAIN
 from percuss.case import MACHINES, Case
 from percuss.cli import main
 from percuss.cli.parser import periods
 
 PERCUSS = [sys.executable, "-m", "percuss"]
-
-PLAIN = """
-title = "B77 scale"
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "fourier"
-coefficients = [[0.9, 0.0], [1.0, 0.0]]
-"""
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from case_texts import PLAIN
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
 from percuss.cli import main, simulate
@@ -23,17 +24,6 @@ from percuss.cli import simulation_progress as watch
 from percuss.cli.motion_report import label_in_words
 from percuss.cli.simulate_arguments import events, start_keys, time_or_text, whole
 from percuss.simulate import Trajectory
-
-PLAIN = """
-title = "B77 scale"
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "fourier"
-coefficients = [[0.9, 0.0], [1.0, 0.0]]
-"""
 
 TABLES = """
 [start]

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from case_texts import plain_case
 from percuss import Load, System
 from percuss.case import load_case
 from percuss.cli import main
@@ -24,20 +25,7 @@ from percuss.explore.attractors.experiment_job import ExperimentJob
 from percuss.explore.quantities import CYCLE_KINDS
 from percuss.simulate import OUTCOMES
 
-CASE = """
-title = "B77 scale"
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "harmonic"
-mean = 0.9
-amplitude = 1.0
-[simulation]
-modes = 2
-impacts = 200
-"""
+CASE = 'title = "B77 scale"\n' + plain_case() + "[simulation]\nmodes = 2\nimpacts = 200\n"
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 BASINS = ("basins", "hydraulic-drifter", "--modes", "2")
 PLANE = ("--x", "restitution=0.2:0.8:4", "--y", "load_factor=0.3:0.9:3")

@@ -7,6 +7,7 @@ import re
 
 import pytest
 
+from case_texts import plain_case
 from percuss.cli import main
 from percuss.cli.report_parts import Grid, Report, Section
 from percuss.cli.report_printing import show as show_report
@@ -15,18 +16,7 @@ from percuss.neutral import neutral, one_line
 EVIL = "a\x1b[2J\x1b]0;x\x07\x9b31m\u202eb\rc\x7f"
 STEERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
-CASE = """
-title = {title}
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-[load]
-kind = "harmonic"
-mean = 0.9
-amplitude = 1.0
-{more}
-"""
+CASE = "title = {title}\n" + plain_case() + "{more}\n"
 
 
 @pytest.fixture

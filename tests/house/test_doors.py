@@ -358,6 +358,9 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.System.from_si": (
             System.from_si, {"bar": bar, "load": SI_LOAD, "contact": contact}, {},
         ),
+        "model.System.stress": (
+            SI_SYSTEM.stress, {"x": [0.5], "strain": [1e-3]}, {},
+        ),
         "model.System.with_load_factor": (SYSTEM.with_load_factor, {"load_factor": 0.5}, {"load_factor": REAL}),
         "model.System.with_restitution": (SYSTEM.with_restitution, {"restitution": 0.5}, {}),
         # -- steady --

@@ -86,12 +86,13 @@ def decades(most: float) -> st.SearchStrategy[float]:
 
 @st.composite
 def stepped_bars(draw: st.DrawFn, most: int = 200, spread: float = 6.0, s: float | None = None) -> SteppedBar:
-    """1 to `most` sections whose impedances and transit times lie in 10^±spread, some of them equal."""
+    """1 to `most` sections; transit times lie in 10^±spread, impedances no further apart than neighbours may be."""
     count = draw(st.one_of(st.integers(1, min(most, 6)), st.integers(1, most)))
     own = draw(st.sampled_from([spread, 0.3]))
-    kinds = st.one_of(decades(own), st.sampled_from([1.0, 10.0**own]))
-    impedances = draw(st.lists(kinds, min_size=count, max_size=count))
-    times = draw(st.lists(kinds, min_size=count, max_size=count))
+    impedances, times = (
+        draw(st.lists(st.one_of(decades(most), st.sampled_from([1.0, 10.0**most])), min_size=count, max_size=count))
+        for most in (min(own, 2.9), own)
+    )
     lengths = draw(st.one_of(st.none(), st.just(tuple(times[::-1]))))
     wave_speed = draw(decades(2.0)) if s is None else s
     return SteppedBar(wave_speed, tuple(impedances), tuple(times), lengths=lengths)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss import Kept, Load, Reversed, System
+from percuss import Kept, Load, Reversed, System, steady_states
 from percuss.errors import ParameterError
-from percuss.model import Contact, Result, UniformBar
-from percuss.model.contact import LAWS
+from percuss.model import Contact, External, Result, SteppedBar, UniformBar
+from percuss.model.contact import LAWS, restitution_of_ratio, restitutions
 
 
 @given(r=st.floats(0.0, 1.0), u=st.floats(-1e3, 1e3), v=st.floats(-1e3, 1e3), omega=st.floats(0.1, 100.0))
@@ -42,14 +42,56 @@ def test_what_does_not_hold_is_refused_with_the_reason() -> None:
         law.need(Result.REDUCED)
 
 
-def test_the_strain_is_reversed_on_uniform_bars_only() -> None:
-    class Stepped(UniformBar):
-        kind = "stepped"
-
-    load = Load.harmonic(0.5, 1.0)
-    assert System(UniformBar(1.0), load, Reversed(0.2)).contact.strain_factor == -0.2
+def test_the_strain_is_reversed_on_bars_that_send_no_wave_back_only() -> None:
+    load, law = Load.harmonic(0.5, 1.0), Reversed(0.2)
+    assert System(UniformBar(1.0), load, law).contact.strain_factor == -0.2
+    assert System(SteppedBar(1.0, (2.0,), (1.0,)), load, law).contact == law
+    assert System(SteppedBar(1.0, (0.1 * 3, 0.3), (1.0, 4.0), lengths=(3.0, 1.0)), load, law).contact == law
     with pytest.raises(ParameterError, match="kept"):
-        System(Stepped(1.0), load, Reversed(0.2))
+        System(SteppedBar(1.0, (2.0, 1.9999), (1.0, 1.0)), load, law)
+
+
+def test_equal_sections_are_a_uniform_bar() -> None:
+    load = Load.fourier([0.4, 1.0, 0.3j])
+    stepped, uniform = (
+        SteppedBar(9.0, (3.0, 3.0, 3.0), (1.0, 2.0, 0.5), External(0.01)),
+        UniformBar(9.0, External(0.01)),
+    )
+    assert stepped.is_uniform and stepped.is_harmonic
+    ours, theirs = (steady_states(System(bar, load, Reversed(0.4))).orbits for bar in (stepped, uniform))
+    assert len(ours) == len(theirs) == 2
+    for one, other in zip(ours, theirs, strict=True):
+        assert one.phase == pytest.approx(other.phase, rel=1e-9)
+        assert one.impact_velocity == pytest.approx(other.impact_velocity, rel=1e-9)
+        assert one.delivered_energy == pytest.approx(other.delivered_energy, rel=1e-9)
+
+
+def test_what_a_bar_of_sections_is() -> None:
+    assert not SteppedBar(9.0, (1.0, 1.0), (1.0, 1.0), lengths=(1.0, 2.0)).is_uniform  # the second one is faster
+    assert SteppedBar(9.0, (1.0, 1.0), (1.0, 1.0), lengths=(1.0, 2.0)).is_harmonic
+    assert not SteppedBar(9.0, (1.0, 2.0), (1.0, 1.0)).is_harmonic
+
+
+@given(r=st.floats(0.0, 1.0))
+def test_what_depends_on_the_restitution(r: float) -> None:
+    for law in (Kept(r), Reversed(r)):
+        assert law.impulse == 1.0 + r
+        assert restitution_of_ratio(law.impedance_ratio) == pytest.approx(r, abs=1e-15)
+        assert law.is_lossless == (r == 1.0) and law.rebounds == (r > 0.0)
+        assert law.keeps_strain == isinstance(law, Kept)
+        # B77 (10): the impulse and the ratio say how a wave meets the rod of that ratio
+        assert law.impulse * (1.0 + law.impedance_ratio) == pytest.approx(2.0)
+        many = np.array([[r, 0.5], [0.0, r]])
+        for i, one in np.ndenumerate(many):
+            assert law.velocity_factors(many)[i] == law.with_restitution(float(one)).velocity_factor
+            assert law.strain_factors(many)[i] == law.with_restitution(float(one)).strain_factor
+
+
+def test_restitutions_are_looked_at() -> None:
+    assert restitutions([0, 1]).tolist() == [0.0, 1.0]
+    for wrong in ([0.5, 1.1], -0.1, np.nan, "soft"):
+        with pytest.raises(ParameterError, match="0 to 1"):
+            restitutions(wrong)
 
 
 def test_a_system_is_made_in_one_of_two_ways() -> None:

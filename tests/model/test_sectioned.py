@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from percuss import steady_states
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Load, Ratio, Reversed, Section, SectionedBar, SteppedBar, System
 from percuss.model.described import describe_system, system_from
+from percuss.plot.axes import stress_of
 
 FIGURES = json.loads((Path(__file__).parents[1] / "data" / "blow.json").read_text(encoding="utf-8"))
 MODES = next(case for case in FIGURES if case["kind"] == "modes")
@@ -59,6 +61,26 @@ def test_steps_lie_where_the_sections_meet() -> None:
     soft = SectionedBar([Section(0.1, 1e-3, youngs_modulus=70e9), Section(0.2, 1e-3)])
     at = np.array([0.0, *soft.body(1.0).places[1:], 1.0])
     assert soft.youngs_modulus_at(at).tolist() == [70e9, 210e9, 210e9]
+
+
+def test_the_stress_is_that_of_the_material_at_each_place() -> None:
+    parts = [Section(0.1, 1e-3, youngs_modulus=70e9, density=2700.0), Section(0.2, 1e-3)]
+    system = System.from_si(SectionedBar(parts, Ratio(0.05)), LOAD, Kept(0.6))
+    orbit = steady_states(system).orbits[0]
+    step, t = system.body.place(1), np.array([1.0, 3.0])
+    at = np.array([step - 1e-9, step + 1e-9])
+    strain = orbit.strain(at, t)
+    before, after = system.stress(at, strain)
+    assert np.abs(strain[0] / strain[1]) == pytest.approx(3.0, rel=1e-2)
+    assert before == pytest.approx(after, rel=1e-2)  # equal areas: the same force, the same stress
+    assert system.stress(at, strain[:, 0]) == pytest.approx([before[0], after[0]])
+    assert stress_of(system, at, strain)[0] == pytest.approx(before / 1e6)
+    plain = System(s=5.0, d=0.0, restitution=0.3, load=Load.harmonic(0.5, 1.0))
+    assert stress_of(plain, at, strain) is strain
+    with pytest.raises(ParameterError, match="from_si"):
+        plain.stress(at, strain)
+    with pytest.raises(ParameterError, match="a row for each of 3"):
+        system.stress([0.0, 0.5, 1.0], strain)
 
 
 def test_a_system_of_it_goes_through_json() -> None:
@@ -134,3 +156,14 @@ def test_areas_that_jump_by_a_million_are_a_slip(areas: tuple[float, ...]) -> No
     with pytest.raises(ParameterError, match=rf"sections\[{len(areas) - 1}\].area.*neighbour"):
         SectionedBar(tuple(Section(0.1, area) for area in areas))
     SectionedBar((Section(0.1, 1e-3), Section(0.1, 1.1e-9)))
+
+
+@pytest.mark.parametrize("impedances", [(1.0, 1e6), (1e7, 1.0), (2.0, 1.0, 1e-6)])
+def test_impedances_have_the_limit_of_areas(impedances: tuple[float, ...]) -> None:
+    with pytest.raises(ParameterError, match=rf"impedances\[{len(impedances) - 1}\].*neighbour"):
+        SteppedBar(5.0, impedances, (1.0,) * len(impedances))
+    SteppedBar(5.0, tuple(z**0.8 for z in impedances), (1.0,) * len(impedances))
+
+
+def test_a_gradual_change_may_be_of_more_than_a_million() -> None:
+    assert SteppedBar(5.0, (1.0, 1e4, 1e8), (1.0, 1.0, 1.0)).modes(8).inertia.min() > 0.0

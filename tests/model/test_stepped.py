@@ -21,8 +21,8 @@ FIGURES = json.loads((Path(__file__).parents[1] / "data" / "blow.json").read_tex
 STEADY = [case for case in FIGURES if case["kind"] == "steady"]
 X = np.linspace(0.0, 1.0, 11)
 PISTON = SteppedBar(12.0, (1.0, 3.0, 1.5), (1.0, 1.0, 0.5), lengths=(1.0, 2.0, 1.0))
-JUMPS = SteppedBar(7.0, (1.0, 1e6, 1.0, 1e-6, 1.0), (1.0, 0.3, 0.7, 0.2, 0.1))
-ROUGH = SteppedBar(20.0, tuple(10.0 ** (6.0 * math.sin(7.0 * i * i)) for i in range(40)), (1.0, 0.5) * 20)
+JUMPS = SteppedBar(7.0, (1.0, 9e5, 1.0, 1.2e-6, 1.0), (1.0, 0.3, 0.7, 0.2, 0.1))
+ROUGH = SteppedBar(20.0, tuple(10.0 ** (2.9 * math.sin(7.0 * i * i)) for i in range(40)), (1.0, 0.5) * 20)
 BARS = pytest.mark.parametrize("bar", [PISTON, JUMPS, ROUGH], ids=["piston", "jumps", "rough"])
 
 
@@ -176,7 +176,7 @@ def test_receptance_by_transfer_matrices_in_many_digits(
     at = np.array([x, source, 0.0, 1.0])
     near = float(np.min(np.abs(bar.frequencies(400) / abs(z) - 1.0))) if loss == 0.0 else 1.0
     assume(near > 1e-4)
-    with mp.workdps(250):
+    with mp.workdps(250 + int(abs(z.imag) / bar.s)):  # waves that grow by e^(Im z/s), less those that fall as much
         wanted = np.array([receptance(bar, z, own, source) for own in at])
     found = bar.lossless_receptance(np.array([z]), at, source).displacement[0]
     own = np.abs(bar.static_shape(np.array([source]), source).displacement[0])
@@ -279,17 +279,17 @@ def test_more_modes_do_not_change_the_first_ones() -> None:
 @pytest.mark.parametrize(
     ("name", "change"),
     [
-        ("impedances", {"impedances": (1.0, 0.0)}),
-        ("impedances", {"impedances": (1.0, -2.0)}),
+        ("impedances[1]", {"impedances": (1.0, 0.0)}),
+        ("impedances[1]", {"impedances": (1.0, -2.0)}),
         ("impedances", {"impedances": (1.0, math.nan)}),
         ("impedances", {"impedances": (1.0, math.inf)}),
         ("impedances", {"impedances": ()}),
         ("impedances", {"impedances": (1.0,) * 201, "transit_times": (1.0,) * 201}),
         ("impedances", {"impedances": (1.0, 1e16)}),
         ("impedances", {"impedances": "12"}),
-        ("transit_times", {"transit_times": (1.0, 0.0)}),
+        ("transit_times[1]", {"transit_times": (1.0, 0.0)}),
         ("transit_times", {"transit_times": (1.0,)}),
-        ("lengths", {"lengths": (1.0, -1.0)}),
+        ("lengths[1]", {"lengths": (1.0, -1.0)}),
         ("lengths", {"lengths": (1.0, 1.0, 1.0)}),
         ("s", {"s": 0.0}),
         ("s", {"s": math.nan}),

@@ -16,6 +16,7 @@ from percuss.model.body import Bar, Body, Damping, External, KelvinVoigt, Ratio,
 from percuss.model.contact import Kept, Reversed
 from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
 from percuss.simulate.kernels.modes import damped_phasors
+from percuss.simulate.profile import modal_parts
 from percuss.simulate.snapshot import desk_for
 from percuss.simulate.tables import table_of
 from percuss.steady import si_report, steady_states
@@ -195,3 +196,9 @@ def test_what_a_blow_delivers_is_what_the_steady_motion_says():
     si = run(system, Start.orbit(orbit), modes=32, stop=Stop(time=100.0)).summary.si
     assert abs(si.delivered_energy_J - si_report(orbit).delivered_energy_J) < 1e-9 * si.blow_energy_J
     assert si.delivered_energy_J > (1.0 - 0.6**2) * si.blow_energy_J * (1.0 + 1e-9)
+
+
+def test_a_profile_on_equal_sections_is_that_on_a_uniform_bar() -> None:
+    unit, samples = np.ones(12), (0.0, 0.4, -0.2, 0.1)
+    parts = modal_parts(samples, SteppedBar(8.0, (2.0, 2.0), (1.0, 3.0)), unit)
+    assert parts == pytest.approx(modal_parts(samples, UniformBar(8.0), unit), abs=1e-12)

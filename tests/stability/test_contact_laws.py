@@ -235,7 +235,7 @@ def test_reference_of_stepped_bars_from_their_modes(case: dict[str, Any]) -> Non
             float((p / (system.d + 1j * k) * waves / (1j * k * p)).sum().real),
         )
         slope = (force - system.load.mean - system.d * v) / system.load.mean
-        coefficients = quadratic_coefficients(system.d, r, orbit.period, sigma, slope)
+        coefficients = quadratic_coefficients(system.d, -r, orbit.period, sigma, slope)
         assert [float(a) for a in coefficients[::-1]] == pytest.approx([float(a) for a in state["a"]], rel=1e-9)
         moduli = np.sort(np.abs(np.roots([float(a) for a in state["a"]])))[::-1]
         assert moduli == pytest.approx([float(x) for x in state["reduced_moduli"]], rel=1e-9)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import i1e
 
-from percuss import Load, System, rest_on_wall
+from percuss import Kept, Load, System, rest_on_wall
+from percuss.model import External, KelvinVoigt, SteppedBar, UniformBar
 
 TURN = 2.0 * math.pi
 SLOW_20 = pytest.param(20.0, marks=pytest.mark.slow)
@@ -210,3 +211,14 @@ def test_steps_that_do_not_step() -> None:
     assert flat.possible and flat.least_contact_force == 0.4 and not flat.lifted_by_waves
     gentle = rest_on_wall(resting(Load.steps([0.0, 1.0], [1.0, 0.9]), 3.0, 0.5))
     assert gentle.possible and 0.7 < gentle.least_contact_force < 0.9
+
+
+def test_equal_sections_rest_as_a_uniform_bar_does() -> None:
+    load, damping = Load.steps([0.0, 2.0, 4.5], [1.0, -0.4, 0.6]), External(0.05)
+    whole = rest_on_wall(System(UniformBar(8.0, damping), load, Kept(0.5)))
+    parts = rest_on_wall(System(SteppedBar(8.0, (2.0, 2.0), (1.0, 3.0), damping), load, Kept(0.5)))
+    assert parts == whole
+    undamped = [
+        rest_on_wall(System(UniformBar(8.1, law), load, Kept(0.5))) for law in (External(0.0), KelvinVoigt(0.0))
+    ]
+    assert undamped[0] == undamped[1]

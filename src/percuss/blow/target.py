@@ -10,9 +10,9 @@ from typing import Any, Literal, TypeAlias
 
 from percuss.errors import ParameterError
 from percuss.model import Section
-from percuss.model.body.sectioned import MOST_JUMP, section_of
+from percuss.model.body.sectioned import section_of
 from percuss.model.body.sized import Piece
-from percuss.model.body.stepped import MOST_SECTIONS
+from percuss.model.body.stepped import MOST_JUMP, MOST_SECTIONS
 from percuss.model.checks import choice, count, finite, instance, non_negative, positive, several
 
 __all__ = ["ENDS", "End", "Rock", "Rod", "Target", "Wall"]

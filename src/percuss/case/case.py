@@ -12,6 +12,8 @@ from pydantic import ValidationError
 
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.file_format.building import Parts, Recording, check_motion, recording_of, system_of
+from percuss.case.file_format.contact_from_blow import blow_note, blow_of
+from percuss.case.file_format.dotted_keys import with_value
 from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.reading import parsed, text_of
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables, table_fields
@@ -210,10 +212,10 @@ class Case:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed in reading the recording and of the load's clock, one sentence each."""
+        """What was assumed in reading the recording, of the load's clock and of the blow, one sentence each."""
         read = () if self._recording is None else self._recording[1]
-        clock = clock_note(self.load())
-        return (*read, clock) if clock else read
+        others = (clock_note(self.load()), blow_note(blow_of(self.blow_question())) if self.is_from_blow else "")
+        return (*read, *(note for note in others if note))
 
     # -- simulation --
 
@@ -284,12 +286,13 @@ class Case:
         """
         data = self.to_dict()
         for key, value in mapping("values", values, "dotted keys and their values").items():
-            table, _, name = key.partition(".")
-            if not name or not isinstance(data.get(table, {}), dict):
-                raise ParameterError("values", key, "a key with its table", "for example bar.length")
-            data[table] = {**data.get(table, {}), name: value}
-            if value is None:
-                del data[table][name]
+            try:
+                if "." not in checked_text("values", key):
+                    raise LookupError(key)
+                data = with_value(data, key, value)
+            except LookupError:
+                remedy = "for example bar.length or bar.sections[0].length"
+                raise ParameterError("values", key, "a key with its table", remedy) from None
         return self._with(data)
 
     def _with(self, data: dict[str, Any]) -> Case:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.first_lines import every, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
+from percuss.case.answers.steady_json import rest_note
 from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
@@ -194,4 +195,5 @@ def _rest_section(answer: SteadyAnswer) -> Section:
             f"not possible: the contact force would fall to {least} with the waves in the bar "
             f"(the load itself to {load}), so the load pulls the bar off"
         )
-    return Section("At rest on the wall", (("rest", text),))
+    note = rest_note(rest, system.contact)
+    return Section("At rest on the wall", (("rest", f"{text}. {note}" if note else text),))

@@ -68,7 +68,7 @@ def _vocabulary() -> str:
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     steady = [name for name in QUANTITIES if name not in followed]
     paragraphs = (
-        "parameters: any number of the case file, bar.length or length for short; load.scale, a factor on the load; "
+        "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a factor on the load; "
         f"dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
         f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}.",
     )

@@ -252,7 +252,7 @@ def _error(growth: Array, weight: Array) -> float:
 
 def _growths(motion: Trajectory, first: int) -> Array:
     """Logarithm of the growth from impact to impact, after event number `first`."""
-    from percuss.explore.tangent import Elastic, Passage, log_growths  # only here is the compiler needed
+    from percuss.explore.tangent import Elastic, Impact, Passage, log_growths  # only here is the compiler needed
     from percuss.simulate.tables import prepared
 
     e, load, n = motion.events[first:], motion.system.load, motion.modes
@@ -265,5 +265,7 @@ def _growths(motion: Trajectory, first: int) -> Array:
     events = Passage(e.code, gone, e.phase, e.piece, e.impact_velocity, np.asarray(force))
     elastic = Elastic(np.ascontiguousarray(z[:, 0]), spectrum.free_rate(z), *spectrum.forced(e.phase, mean))
     growth = np.empty(max(len(e) - 1, 1))
-    found = log_growths(table, events, elastic, np.empty((2, n)), np.empty((2, n)), growth)
+    contact = motion.system.contact
+    law = Impact(contact.strain_factor, contact.velocity_factor)
+    found = log_growths(table, law, events, elastic, np.empty((2, n)), np.empty((2, n)), growth)
     return growth[:found]

@@ -23,6 +23,13 @@ LATE = 1e-9  # an event this little after a step of the load was at it, before i
 Floats = npt.NDArray[np.float64]
 
 
+class Impact(NamedTuple):
+    """α and β of the contact law: what it multiplies q_n by, and q_n'."""
+
+    strain: float
+    velocity: float
+
+
 class Passage(NamedTuple):
     """The events of a motion, rows: the first is an impact, all others impacts or grazes.
 
@@ -79,34 +86,34 @@ def flown_on(table, events, i, values, rates):
 
 
 @inner
-def struck(table, events, elastic, i, moved, drifting, values, rates):
-    """The difference just after impact number i: the saltation matrix of a law that multiplies q_n by α, q_n' by −R.
+def struck(modes, law, events, elastic, i, moved, drifting, values, rates):
+    """The difference just after impact number i: the saltation matrix of a law that multiplies q_n by α, q_n' by β.
 
     `moved`, `drifting`: of the rigid motion and its rate. Returns them after the impact, and the size of all of it.
     """
-    modes, r, strain = table.modes, table.bar.restitution, table.bar.strain
+    alpha, beta, apart, impulse = law.strain, law.velocity, law.strain - law.velocity, 1.0 - law.velocity
     total, rigid = moved, events.speed[i]
     for n in range(modes.omega.shape[0]):
         total += values[1, n]
         rigid -= rates[0, n] + elastic.rate[i, n]
     late = -total / events.speed[i]  # by how much the difference strikes later
-    moved += (1.0 + r) * rigid * late
-    drifting = -r * drifting - (1.0 + r) * events.force[i] * late
+    moved += impulse * rigid * late
+    drifting = beta * drifting - impulse * events.force[i] * late
     size = drifting * drifting
     for n in range(modes.omega.shape[0]):
         square = modes.omega[n] * modes.omega[n]
         before, place = rates[0, n] + elastic.rate[i, n], values[0, n] + elastic.shape[i, n]
-        pushed = (1.0 + r) * (square * modes.statics[n]) * events.force[i]
-        u = strain * values[1, n] + (strain + r) * before * late
-        v = -r * rates[1, n] + ((strain + r) * square * place - pushed) * late
-        moved += (1.0 - strain) * (values[1, n] + before * late)  # the striking end stays where it is
+        pushed = impulse * (square * modes.statics[n]) * events.force[i]
+        u = alpha * values[1, n] + apart * before * late
+        v = beta * rates[1, n] + (apart * square * place - pushed) * late
+        moved += (1.0 - alpha) * (values[1, n] + before * late)  # the striking end stays where it is
         values[1, n], rates[1, n] = u, v
         size += square * u * u + v * v
     return moved, drifting, math.sqrt(size + moved * moved)
 
 
 @entry
-def log_growths(table, events, elastic, values, rates, growth):
+def log_growths(table, law, events, elastic, values, rates, growth):
     """Logarithm of the growth of a small difference over each flight and impact, into `growth`; returns how many.
 
     `values`, `rates`: room for two rows of N numbers, the motion and the difference.
@@ -124,7 +131,7 @@ def log_growths(table, events, elastic, values, rates, growth):
         flown_on(table, events, i, values, rates)
         if events.code[i] != IMPACT:
             continue
-        moved, drifting, size = struck(table, events, elastic, i, moved, drifting, values, rates)
+        moved, drifting, size = struck(modes, law, events, elastic, i, moved, drifting, values, rates)
         growth[impacts] = math.log(size) if size > 0.0 else -math.inf
         impacts += 1
         if not 0.0 < size < math.inf:

@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, overload
 
+import numpy as np
+import numpy.typing as npt
+
 from percuss.errors import ParameterError
 from percuss.model.body import Body, External, SizedBody, UniformBar
-from percuss.model.checks import finite, instance, non_negative, positive, unit_interval
+from percuss.model.checks import Array, array, finite, instance, non_negative, numbers, positive, unit_interval
 from percuss.model.contact import Contact, Kept
 from percuss.model.load import Load
 from percuss.shown import Shown
@@ -211,8 +214,28 @@ class System(Shown):
 
     @property
     def stress_scale(self) -> float:
-        """E at the striking end, in Pa: stress is E times the strain u_x. `bar.youngs_modulus_at` tells of others."""
+        """E at the striking end, in Pa; `stress` is that of any place."""
         return self._si()[0].pieces[-1].youngs_modulus
+
+    def stress(self, x: npt.ArrayLike, strain: npt.ArrayLike) -> Array:
+        """Stress in Pa where the strain is u_x, negative in compression: E of the section at each place times it.
+
+        Parameters
+        ----------
+        x
+            Places from 0 at the driven end to 1, shape (n,).
+        strain
+            Dimensionless, shape (n,) or (n, …), as `Orbit.strain` and `Trajectory.strain` give it.
+
+        Raises
+        ------
+        ParameterError
+            For a system without sizes, places beyond the bar, and strains of another shape.
+        """
+        moduli, found = self._si()[0].youngs_modulus_at(array("x", x, 0.0, 1.0)), numbers("strain", strain)
+        if found.shape[:1] != moduli.shape:
+            raise ParameterError("strain", f"shape {found.shape}", f"a row for each of {moduli.size} places")
+        return np.asarray((moduli * found.T).T)
 
     # -- neighbours --
 

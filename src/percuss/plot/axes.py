@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from percuss.model import System
+    from percuss.model.checks import Array
 
-__all__ = ["Units", "units_of"]
+__all__ = ["Units", "stress_of", "units_of"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,6 @@ class Units:
     length_label: str
     speed: float
     speed_label: str
-    stress: float
     stress_label: str
 
 
@@ -39,7 +39,6 @@ def units_of(system: System) -> Units:
             "gap u(1, t)",
             1.0,
             "velocity of the striking end",
-            1.0,
             "strain u_x",
         )
     newtons = system.force_scale
@@ -53,6 +52,10 @@ def units_of(system: System) -> Units:
         "striking end [mm]",
         system.speed_scale,
         "velocity of the striking end [m/s]",
-        system.stress_scale / 1e6,
         "stress [MPa]",
     )
+
+
+def stress_of(system: System, x: Array, strain: Array) -> Array:
+    """What `Units.stress_label` names, at the places x: the stress in MPa of an SI system, else the strain itself."""
+    return system.stress(x, strain) / 1e6 if system.is_si else strain

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss import palette
 from percuss.model.checks import having
-from percuss.plot.axes import Units, units_of
+from percuss.plot.axes import Units, stress_of, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
 from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, judged_states
 from percuss.steady import SteadyStates
@@ -246,7 +246,7 @@ def _waves(figure: Figure, axes: Any, answer: JudgedMotions, units: Units) -> No
     axes.set_title(f"{title}\nthe {what} of the blow itself{peak} is not in it")
     x = np.linspace(0.0, 1.0, 101)
     t = np.linspace(0.0, orbit.period, 600)
-    field = orbit.strain(x, t) * units.stress
+    field = stress_of(answer.system, x, orbit.strain(x, t))
     size = float(np.percentile(np.abs(field), 99.5)) or 1.0
     picture = axes.imshow(
         field,

@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss import palette
 from percuss.model.checks import having
-from percuss.plot.axes import Units, units_of
+from percuss.plot.axes import Units, stress_of, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
 from percuss.plot.window import Window, window_of
 
@@ -217,8 +217,8 @@ def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
     if window.last <= window.first:
         _nothing(axes, "nothing has moved")
         return
-    field, first, last = window.strain
-    field = field * units.stress
+    x, strain, first, last = window.strain
+    field = stress_of(motion.system, x, strain)
     size = float(np.percentile(np.abs(field), 99.5)) or float(np.abs(field).max()) or 1.0
     picture = axes.imshow(
         field,

@@ -77,15 +77,16 @@ class Window:
         return times[order], values[order]
 
     @cached_property
-    def strain(self) -> tuple[Array, float, float]:
-        """The strain along the bar, shape (101, samples), and the first and the last time of it.
+    def strain(self) -> tuple[Array, Array, float, float]:
+        """Places, shape (101,), the strain there, shape (101, samples), and the first and the last time of it.
 
         Of the end of the stretch only: a cycle or two load periods, in which the waves can be told apart.
         """
         trips = 240.0 * self.motion.system.body.transit_time  # 120 times to the other end and back
         first = max(self.first, self.last - min(max(0.5 * (self.last - self.first), 2.0 * _TURN), trips))
         times = np.linspace(first, self.last, min(720, max(MOST_VALUES // (self.motion.modes + 1), 200)))
-        return self.motion.strain(np.linspace(0.0, 1.0, 101), times), first, self.last
+        x = np.linspace(0.0, 1.0, 101)
+        return x, self.motion.strain(x, times), first, self.last
 
 
 def window_of(motion: Trajectory) -> Window:

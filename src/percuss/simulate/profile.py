@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.body import Body, UniformBar
+from percuss.model.body import Body
 from percuss.model.checks import Array, numbers
 
 __all__ = ["Profile", "modal_parts", "number_tuple", "sampled", "values_at"]
@@ -53,7 +53,7 @@ def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
 
     A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar.
     """
-    if isinstance(body, UniformBar):
+    if body.is_uniform:
         integrals = _integrals(profile, body, unit.size)
         return np.append(integrals[0], integrals[1:] / (body.inertia(unit.size) * unit))
     x, w = _gauss(max(16, 2 * (unit.size + 1)))
@@ -62,7 +62,7 @@ def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
     return np.asarray(np.linalg.lstsq(shapes * root[:, None], _finite_at(profile, x) * root)[0], dtype=float)
 
 
-def _integrals(profile: Profile, bar: UniformBar, count: int) -> Array:
+def _integrals(profile: Profile, bar: Body, count: int) -> Array:
     """∫₀¹ u(x) φ_n(x)/φ_n(1) dx, n = 0 … `count`: exact for straight lines between samples, else by Gauss's rule.
 
     φ'' = −(ω/s)² φ and φ' = 0 at both ends, so that ∫ u φ dx = (s/ω)² ∫ u' φ' dx, and u' is constant between samples.

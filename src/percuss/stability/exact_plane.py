@@ -174,9 +174,8 @@ class _Job:
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
         self.period = 2.0 * np.pi * periods
         self.bar = _bar(system.body, system.load.at, self.period, modes)
-        kinds, which = np.unique(self.r, return_inverse=True)
-        factors = [system.contact.with_restitution(float(value)).strain_factor for value in kinds]
-        self.strain_factor = np.array(factors, dtype=float)[which.reshape(-1)]
+        self.velocity_factor = system.contact.velocity_factors(self.r)
+        self.strain_factor = system.contact.strain_factors(self.r)
 
     def work_off(self, workers: int) -> None:
         """All roots on the threads, each portion by itself."""
@@ -213,8 +212,8 @@ class _Job:
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
         found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
         kn.largest_multipliers(
-            self.r[index], self.strain_factor[index], self.mean[index], self.pull[side][index], f, rate, self.bar,
-            self.period, work, state, found, mode,
+            self.velocity_factor[index], self.strain_factor[index], self.mean[index], self.pull[side][index], f, rate,
+            self.bar, self.period, work, state, found, mode,
         )  # fmt: skip
         values = found[0] + 1j * found[1]
         for i in np.flatnonzero(mode < 0):

@@ -1,11 +1,11 @@
 """The linearised map from impact to impact, in the form that its structure gives it (theory §5).
 
 With ξ the perturbation of the modal state at fixed times, flight is ξ → Φ(T) ξ, block by block, and the impact is the
-saltation matrix S = D − g hᵀ/(h·ẋ⁻), which carries the change of the flight time. D = diag(α, −R) in every mode, the
-rigid one too: its position is set so that the striking end stays at 0, which for a state with y = 0 is α times itself.
-h is γ_n on the displacements, ẋ⁻ the velocity before the impact and g = Dẋ⁻ − ẋ⁺, in mode n
-((α + R) w_n, (α + R) ω_n² u_n − (1 + R) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ
-is block-diagonal plus rank one. Where the strain turns over with the velocity, α = −R, only the load is left in g.
+saltation matrix S = D − g hᵀ/(h·ẋ⁻), which carries the change of the flight time. D = diag(α, β) in every mode, β = −R,
+the rigid one too: its position is set so that the striking end stays at 0, which for a state with y = 0 is α times
+itself. h is γ_n on the displacements, ẋ⁻ the velocity before the impact and g = Dẋ⁻ − ẋ⁺, in mode n
+((α − β) w_n, (α − β) ω_n² u_n − (1 − β) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ
+is block-diagonal plus rank one. Where the strain turns over with the velocity, α = β, only the load is left in g.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class LinearMap:
         The two parts of g_n.
     speed
         W, the speed of the striking end before the impact with these modes.
-    restitution, strain_factor
-        R and α of the contact law.
+    velocity_factor, strain_factor
+        β and α of the contact law.
     """
 
     a: Array
@@ -64,16 +64,16 @@ class LinearMap:
     g: Array
     g_velocity: Array
     speed: float
-    restitution: float
+    velocity_factor: float
     strain_factor: float
 
     def dense(self) -> Array:
         """M as a full matrix of shape (2N + 2, 2N + 2); states ordered u_0, u_0', u_1, u_1', …"""
-        size, r, alpha = self.a.size, self.restitution, self.strain_factor
+        size, beta, alpha = self.a.size, self.velocity_factor, self.strain_factor
         matrix = np.zeros((2 * size, 2 * size))
         even, odd = np.arange(0, 2 * size, 2), np.arange(1, 2 * size, 2)
         matrix[even, even], matrix[even, odd] = alpha * self.a, alpha * self.b
-        matrix[odd, even], matrix[odd, odd] = -r * self.c, -r * self.e
+        matrix[odd, even], matrix[odd, odd] = beta * self.c, beta * self.e
         jump = np.stack([self.g, self.g_velocity], axis=1).reshape(-1) / self.speed
         flight = np.stack([self.gamma * self.a, self.gamma * self.b], axis=1).reshape(-1)
         return np.asarray(matrix - np.outer(jump, flight))
@@ -81,16 +81,16 @@ class LinearMap:
     @property
     def trace(self) -> float:
         """Sum of the multipliers."""
-        blocks = self.strain_factor * self.a - self.restitution * self.e
+        blocks = self.strain_factor * self.a + self.velocity_factor * self.e
         return float(blocks.sum() - (self.gamma * (self.a * self.g + self.b * self.g_velocity)).sum() / self.speed)
 
     @property
     def trace_of_square(self) -> float:
         """Sum of the squares of the multipliers: tr B² − 2 fᵀBg/W + (fᵀg/W)² with M = B − g fᵀ/W."""
-        r, alpha = self.restitution, self.strain_factor
-        blocks = (alpha * self.a) ** 2 - 2.0 * alpha * r * self.b * self.c + (r * self.e) ** 2
+        beta, alpha = self.velocity_factor, self.strain_factor
+        blocks = (alpha * self.a) ** 2 + 2.0 * alpha * beta * self.b * self.c + (beta * self.e) ** 2
         carried = self.a * self.g + self.b * self.g_velocity  # fᵀg mode by mode, and the upper half of Bg over α
-        turned = -r * (self.c * self.g + self.e * self.g_velocity)  # the lower half of Bg
+        turned = beta * (self.c * self.g + self.e * self.g_velocity)  # the lower half of Bg
         mixed = float((self.gamma * (self.a * alpha * carried + self.b * turned)).sum()) / self.speed
         return float(blocks.sum()) - 2.0 * mixed + (float((self.gamma * carried).sum()) / self.speed) ** 2
 
@@ -99,21 +99,21 @@ class LinearMap:
     def partial_fractions(self) -> tuple[Numbers, Numbers]:
         """Poles ξ_j and residues r_j of 1 + Σ r_j/(μ − ξ_j), whose zeros are the multipliers; shapes (2N + 2,).
 
-        The function is det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ + R E_n g_n]/Q_n(μ) with
-        Q_n = det(D Φ_n − μ) = μ² − (α a_n − R e_n) μ − α R E_n. Where the law keeps the strain (α = 1) all poles are
-        real. Where it turns it over they are −R times the eigenvalues of Φ_n, complex ones in pairs. Without drag both
-        of the rigid motion are −R then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no zero moves.
-        A pole of a pair that meets (R = 0) is kept with the residue 0.
+        The function is det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ − β E_n g_n]/Q_n(μ) with
+        Q_n = det(D Φ_n − μ) = μ² − (α a_n + β e_n) μ + α β E_n. Where the law keeps the strain (α = 1) all poles are
+        real. Where it turns it over they are β times the eigenvalues of Φ_n, complex ones in pairs. Without drag both
+        of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no zero moves.
+        A pole of a pair that meets (β = 0) is kept with the residue 0.
         """
-        r, alpha = self.restitution, self.strain_factor
+        beta, alpha = self.velocity_factor, self.strain_factor
         large, small = self._poles()
         apart = np.abs(large - small) > _TINY
         gap = np.where(apart, large - small, 1.0)
         slope = self.gamma * (self.a * self.g + self.b * self.g_velocity) / self.speed
-        constant = self.gamma * (r * self.decay) * self.g / self.speed
+        constant = self.gamma * (-beta * self.decay) * self.g / self.speed
         first = np.where(apart, (slope * large + constant) / gap, slope)
         second = np.where(apart, -(slope * small + constant) / gap, 0.0)
-        if alpha <= 0.0:  # else the two poles of the rigid motion, α and −R E, are far apart
+        if alpha <= 0.0:  # else the two poles of the rigid motion, α and β E, are far apart
             drag = small[0]
             others = np.sum(first[1:] / (_ASIDE - large[1:])) + np.sum(second[1:] / (_ASIDE - small[1:]))
             first *= (large - alpha) / (large - _ASIDE)
@@ -124,17 +124,17 @@ class LinearMap:
         return np.stack([large, small]).reshape(-1), np.stack([first, second]).reshape(-1)
 
     def _poles(self) -> tuple[Numbers, Numbers]:
-        """The eigenvalues of the blocks DΦ_n: the larger and the smaller of each; of the rigid motion α and −R E."""
-        r, alpha = self.restitution, self.strain_factor
-        trace, product = alpha * self.a - r * self.e, -alpha * r * self.decay
+        """The eigenvalues of the blocks DΦ_n: the larger and the smaller of each; of the rigid motion α and β E."""
+        beta, alpha = self.velocity_factor, self.strain_factor
+        trace, product = alpha * self.a + beta * self.e, alpha * beta * self.decay
         # trace² − 4 product, written so that nothing cancels where α < 0
-        square = (alpha * self.a + r * self.e) ** 2 - 4.0 * alpha * r * self.b * self.c
+        square = (alpha * self.a - beta * self.e) ** 2 + 4.0 * alpha * beta * self.b * self.c
         root = np.sqrt(square) if alpha > 0.0 else np.sqrt(square.astype(complex))
         large = 0.5 * (trace + np.where(trace < 0.0, -root, root))
         alive = np.abs(large) > _TINY  # of a mode damped to nothing within a flight both are 0
         small = np.where(alive, product / np.where(alive, large, 1.0), 0.0)
         if alpha <= 0.0:
-            large[0], small[0] = alpha, -r * self.decay[0]
+            large[0], small[0] = alpha, beta * self.decay[0]
         return large, small
 
     # -- eigenvectors --
@@ -164,10 +164,10 @@ class LinearMap:
 
     def _adjugate(self, mu: ComplexArray | complex, u: Any, v: Any) -> tuple[Any, Any, Any]:
         """adj(B_n − μ) of the vectors (u_n, v_n), and det(B_n − μ)."""
-        r, alpha = self.restitution, self.strain_factor
-        first, last = alpha * self.a - mu, -r * self.e - mu
-        determinant = first * last + alpha * r * self.b * self.c
-        return last * u - alpha * self.b * v, r * self.c * u + first * v, determinant
+        beta, alpha = self.velocity_factor, self.strain_factor
+        first, last = alpha * self.a - mu, beta * self.e - mu
+        determinant = first * last - alpha * beta * self.b * self.c
+        return last * u - alpha * self.b * v, first * v - beta * self.c * u, determinant
 
     def shares(self, multiplier: complex) -> Array:
         """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1.
@@ -195,12 +195,13 @@ def map_at_impact(system: System, period: float, force: float, displacement: Arr
     displacement, velocity
         u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
     """
-    r, alpha, d = system.restitution, system.contact.strain_factor, system.d
+    contact, d = system.contact, system.d
+    alpha, beta = contact.strain_factor, contact.velocity_factor
     modes, step = flights(system.body, system.load.at, period, displacement.size)
     omega = np.append(0.0, modes.omega)
     gamma = np.append(1.0, modes.gamma)
     decay = np.exp(-np.append(d, modes.damping) * period)
-    pull = (1.0 + r) * force - (alpha + r) * omega**2 * np.append(0.0, displacement)
+    pull = contact.impulse * force - (alpha - beta) * omega**2 * np.append(0.0, displacement)
     return LinearMap(
         a=np.append(1.0, step.a),
         b=np.append(period * float(phi1(d * period)), step.b),
@@ -209,10 +210,10 @@ def map_at_impact(system: System, period: float, force: float, displacement: Arr
         decay=decay,
         omega=omega,
         gamma=gamma,
-        g=(alpha + r) * velocity,
+        g=(alpha - beta) * velocity,
         g_velocity=-pull,
         speed=float(gamma @ velocity),
-        restitution=r,
+        velocity_factor=beta,
         strain_factor=alpha,
     )
 
@@ -230,6 +231,6 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     gamma = system.body.modes(modes, system.load.at).gamma
     # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
     bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
-    rigid = (system.load.mean * orbit.period + system.d * bent) / (1.0 + system.restitution)
+    rigid = (system.load.mean * orbit.period + system.d * bent) / system.contact.impulse
     force = float(system.load.value(orbit.phase, side))
     return map_at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))

@@ -176,7 +176,7 @@ def _secular(matrix: LinearMap) -> ComplexArray:
     if matrix.a.size <= _DENSE_CHECK:
         return np.asarray(np.linalg.eigvals(matrix.dense()).astype(complex))
     raise ConvergenceError(
-        f"the multipliers of {matrix.a.size - 1} modes crowd too closely (R = {matrix.restitution:g}): they miss the "
-        f"trace of their map by {first:.1e}",
+        f"the multipliers of {matrix.a.size - 1} modes crowd too closely, velocities times "
+        f"{matrix.velocity_factor:g} at the impact: they miss the trace of their map by {first:.1e}",
         f"ask for at most {_DENSE_CHECK - 1} modes",
     )

@@ -14,10 +14,10 @@ from percuss.errors import ParameterError
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers
-from percuss.model.contact import Result
+from percuss.model.contact import Result, restitutions
 from percuss.shown import Shown
 from percuss.stability.reduced import quadratic_coefficients, schur_quotients
-from percuss.steady.level import level_at
+from percuss.steady.level import level_at, level_of
 from percuss.steady.phase_condition import phase_condition
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.states import MAX_PERIODS
@@ -105,13 +105,11 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     """
     instance("system", system, System)
     m = count("periods", periods, most=MAX_PERIODS)
-    rows, columns = numbers("restitution", restitution, "numbers from 0 to 1"), numbers("load_factor", load_factor)
+    rows, columns = restitutions(restitution), numbers("load_factor", load_factor)
     try:
         r, factor = np.broadcast_arrays(rows, columns)
     except ValueError:
         raise ParameterError("load_factor", load_factor, "numbers in a shape that fits the restitution's") from None
-    if not (np.all(r >= 0.0) and np.all(r <= 1.0)):
-        raise ParameterError("restitution", restitution, "numbers from 0 to 1")
     if system.load.is_constant:
         raise ParameterError("load", str(system.load), "a load with an alternating part")
     unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
@@ -145,7 +143,7 @@ def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[P
     load v_f stands for it, which is right to second order in 1/s.
     """
     response = forced_response(system)
-    if system.contact.strain_factor == 1.0 or not response.is_smooth:
+    if system.contact.keeps_strain or not response.is_smooth:
         for i in range(0, restitution.size, _CHUNK):
             yield PhaseCurve(slice(i, i + _CHUNK), Arcs.of(response), 0.0)
         return
@@ -153,8 +151,9 @@ def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[P
     period = 2.0 * math.pi * periods
     values, which = np.unique(restitution, return_inverse=True)
     for i, value in enumerate(values):
-        condition = phase_condition(pushed.with_restitution(float(value)), periods)
-        raised = float(level_at(1.0, system.d, float(value), period)) - condition.level
+        one = pushed.with_restitution(float(value))
+        condition = phase_condition(one, periods)
+        raised = level_of(one, period) - condition.level
         yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), condition.arcs, raised)
 
 
@@ -164,7 +163,7 @@ def _fill(
     """Fill some cells: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
     period, response, arcs = 2.0 * math.pi * periods, forced_response(system), curve.arcs
     elastic, feeds = response.by_harmonics, system.contact.holds(Result.FEEDBACK)
-    r, mean = restitution[curve.cells], force[curve.cells]
+    beta, mean = system.contact.velocity_factors(restitution[curve.cells]), force[curve.cells]
     level = target[curve.cells] - curve.raised * mean
     end = elastic.end_shape() if feeds else np.zeros(elastic.k.size, dtype=complex)
     for branch in range(arcs.ends.size - 1):
@@ -179,7 +178,7 @@ def _fill(
         if not response.is_smooth:
             slope = response.rigid_acceleration(phase)  # exact where the series would ring
         sigma, slope = ringing / (mean[index] * period), slope / mean[index]
-        a_0, a_1, a_2 = quadratic_coefficients(system.d, r[index], period, sigma, slope)
+        a_0, a_1, a_2 = quadratic_coefficients(system.d, beta[index], period, sigma, slope)
         first, second = schur_quotients(a_0, a_1, a_2)
         rows = (on_circle(phase), slope, sigma, a_0, a_1, a_2, first, second)
         places = index + curve.cells.start if isinstance(curve.cells, slice) else curve.cells[index]

@@ -71,20 +71,21 @@ def elastic_feedback(orbit: Orbit) -> float:
 
 
 def quadratic_coefficients(
-    d: float, restitution: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
+    d: float, velocity_factor: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
 ) -> tuple[Array, Array, Array]:
-    """a_0, a_1, a_2 of B77 (29)–(31); `slope` is v_f'(φ)/p_0. Broadcasts."""
-    a_0, a_1, a_2 = _coefficients(d, period, *(np.asarray(x, dtype=float) for x in (restitution, sigma, slope)))
+    """a_0, a_1, a_2 of B77 (29)–(31), β = −R of the contact law; `slope` is v_f'(φ)/p_0. Broadcasts."""
+    a_0, a_1, a_2 = _coefficients(d, period, *(np.asarray(x, dtype=float) for x in (velocity_factor, sigma, slope)))
     return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
 
 
-def _coefficients(d: float, period: float, r: X, sigma: X, slope: X) -> tuple[X, X, X]:
+def _coefficients(d: float, period: float, beta: X, sigma: X, slope: X) -> tuple[X, X, X]:
     """a_0, a_1, a_2 for scalars or arrays; scalars take a tenth of the time of arrays of size 1."""
     decay, gain = math.exp(-d * period), -math.expm1(-d * period) / (d * period) if d * period else 1.0
-    fed = (1.0 + r) * sigma
+    impulse = 1.0 - beta
+    fed = impulse * sigma
     a_2 = 1.0 + fed
-    a_1 = -1.0 - r**2 * decay - gain * (1.0 + r) ** 2 * slope - (1.0 - r * decay) * fed
-    a_0 = r * decay * (r - fed)
+    a_1 = -1.0 - beta**2 * decay - gain * impulse**2 * slope - (1.0 + beta * decay) * fed
+    a_0 = beta * decay * (beta + fed)
     return a_0, a_1, a_2
 
 
@@ -117,7 +118,7 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
     sigma = elastic_feedback(orbit) if system.contact.holds(Result.FEEDBACK) else 0.0
-    a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.restitution, sigma, slope)
+    a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.contact.velocity_factor, sigma, slope)
     schur = _quotient(a_0, a_2), _quotient(a_1, a_0 + a_2)
     return Reduced(sigma, (a_0, a_1, a_2), schur, _moduli(a_0, a_1, a_2), other)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from percuss.model.checks import instance
-from percuss.model.contact import Result
+from percuss.model.contact import Contact, Result, restitution_of_ratio
 from percuss.shown import Shown
 from percuss.steady import Orbit
 
-__all__ = ["Waveform", "waveform_criterion"]
+__all__ = ["Waveform", "waveform_bounds", "waveform_criterion"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,19 @@ class Waveform(Shown):
         if self.ratio >= self.upper:
             return None
         root = (-self.ratio) ** 0.5 if self.ratio < 0.0 else 0.0
-        return (1.0 - root) / (1.0 + root) if root < 1.0 else None
+        return restitution_of_ratio(root) if root < 1.0 else None
+
+
+def waveform_bounds(contact: Contact) -> tuple[float, float]:
+    """Between which p(φ)/p_0 a blow is stable: −[(1 − R)/(1 + R)]² and 1 (B77 36).
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that the criterion does not hold for.
+    """
+    contact.need(Result.WAVEFORM)
+    return -(contact.impedance_ratio**2), 1.0
 
 
 def waveform_criterion(orbit: Orbit) -> Waveform:
@@ -70,9 +82,9 @@ def waveform_criterion(orbit: Orbit) -> Waveform:
     ParameterError
         For a contact law that it does not hold for.
     """
-    instance("orbit", orbit, Orbit).system.contact.need(Result.WAVEFORM)
-    load, r = orbit.system.load, orbit.system.restitution
-    lower, upper = -(((1.0 - r) / (1.0 + r)) ** 2), 1.0
+    instance("orbit", orbit, Orbit)
+    load = orbit.system.load
+    lower, upper = waveform_bounds(orbit.system.contact)
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
     middle = 0.5 * (lower + upper)
     return Waveform(max(sides, key=lambda ratio: abs(ratio - middle)), lower, upper, load.mean)

@@ -182,9 +182,8 @@ def tops(motion: Motion, low: float, high: float) -> tuple[Array, float]:
 def _safe_ends(motion: Motion, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
     speed = motion.impact_velocity
-    rebound = motion.system.restitution * speed
-    start = _quotient(2.0 * rebound, bounds.acceleration)
-    if motion.system.restitution == 0.0:  # it starts from rest: its acceleration decides
+    start = _quotient(-2.0 * motion.rebound_velocity, bounds.acceleration)
+    if not motion.system.contact.rebounds:  # it starts from rest: its acceleration decides
         begin = start_acceleration(motion)
         if begin >= 0.0:
             return None, motion.period
@@ -218,7 +217,9 @@ def _next_break(motion: Motion) -> float:
 def _bounds(motion: Motion, modes: int) -> _Bounds:
     d, load = motion.system.d, motion.system.load
     speed, force = motion.response.rigid_bounds()
-    fastest = speed + load.mean * motion.period + abs(motion.system.restitution * motion.rigid_velocity) + speed
+    fastest = (
+        speed + load.mean * motion.period + abs(motion.system.contact.velocity_factor * motion.rigid_velocity) + speed
+    )
     rigid = force + load.mean + d * fastest
     known = motion.system.body.modes(modes, motion.system.load.at)
     omega, damping = known.omega, known.damping

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from percuss.errors import ResonanceError
 from percuss.model import External, System
 from percuss.model.checks import count, instance
-from percuss.steady.level import level
+from percuss.steady.level import level_of
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.states import MAX_PERIODS, check_pushes
@@ -83,7 +83,7 @@ def greatest_drag(system: System, periods: int) -> float | None:
             highest = Arcs.of(forced_response(lighter)).highest
         except ResonanceError:
             return False
-        return float(level(lighter.load.mean, d, lighter.restitution, period)) <= highest
+        return level_of(lighter, period) <= highest
 
     low, high = 1e-9 * system.d, system.d
     if not low > 0.0 or not exists(low):

@@ -105,7 +105,7 @@ def _rigid_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
     k, p, v = waves.k, waves.p, waves.rigid_velocity
     turn = np.exp(1j * k * motion.phase)
     v_phi = float((v * turn).real.sum())
-    start = -motion.system.restitution * motion.rigid_velocity - v_phi
+    start = motion.system.contact.velocity_factor * motion.rigid_velocity - v_phi
     once, twice = period * float(phi1(d * period)), period**2 * float(phi2(d * period))
     fade = once / (d - 1j * k) * (d * start - p0)  # ∮ exp(ikt) r(t) dt
     half_turns = 0.5 * period

@@ -66,18 +66,16 @@ def _efficiency(orbit: Orbit) -> float | None:
     return orbit.delivered_energy / put_in
 
 
-def _stress(orbit: Orbit, share: float) -> float | None:
+def _peak_stress(orbit: Orbit) -> float | None:
     """At first contact, with R read as a ratio of impedances: over E (theory §10)."""
     speed = orbit.impact_velocity
-    return 0.5 * share * speed / orbit.system.s if speed > 0.0 else None
-
-
-def _peak_stress(orbit: Orbit) -> float | None:
-    return _stress(orbit, 1.0 + orbit.system.restitution)
+    return 0.5 * orbit.system.contact.impulse * speed / orbit.system.s if speed > 0.0 else None
 
 
 def _receiving_stress(orbit: Orbit) -> float | None:
-    return _stress(orbit, 1.0 - orbit.system.restitution)
+    """The same force on the greater area of the struck rod, of the same material."""
+    stress = _peak_stress(orbit)
+    return None if stress is None else orbit.system.contact.impedance_ratio * stress
 
 
 def _stress_scale(system: System) -> float:
@@ -90,7 +88,7 @@ def _stress_scale(system: System) -> float:
 
 
 def _mean_force(orbit: Orbit) -> float:
-    return (1.0 + orbit.system.restitution) * orbit.rigid_velocity / orbit.period
+    return orbit.system.contact.impulse * orbit.rigid_velocity / orbit.period
 
 
 def _frequency(system: System) -> float:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers
+from percuss.model.contact import restitutions
 from percuss.steady.phases import forced_response
 
 __all__ = ["grows"]
@@ -68,14 +69,12 @@ def grows(
     m = count("periods", periods, most=_MOST)
     n = None if modes is None else count("modes", modes, least=0, most=_MOST)
     phase = numbers("phases", phases, "phases in rad, or NaN", nan=True)
-    r = numbers("restitution", system.restitution if restitution is None else restitution, "numbers from 0 to 1")
-    if not np.all((r >= 0.0) & (r <= 1.0)):
-        raise ParameterError("restitution", r, "numbers from 0 to 1")
+    r = restitutions(system.restitution if restitution is None else restitution)
     try:
         full = np.broadcast_to(r, phase.shape) == 1.0
     except ValueError:
         raise ParameterError("restitution", f"shape {r.shape}", f"numbers in a shape that fits {phase.shape}") from None
-    keeps = system.d == 0.0 and system.contact.with_restitution(1.0).strain_factor == 1.0
+    keeps = system.d == 0.0 and system.contact.with_restitution(1.0).keeps_strain
     found = np.zeros(phase.shape, dtype=bool)
     asked = full & ~np.isnan(phase)
     if keeps and n != 0 and asked.any():

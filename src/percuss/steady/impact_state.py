@@ -1,7 +1,7 @@
 """The state of the elastic modes at the impact of a steady motion (B77 12, 13; theory §4).
 
-With D = diag(α, −R) of the contact law and Φ the propagator over the impact period T, the transient just after the
-impact is z = (I − DΦ)⁻¹(D − I) f, and the state just before it x = (I − ΦD)⁻¹(I − Φ) f; with α = 1 the velocity is
+With D = diag(α, β) of the contact law, β = −R, and Φ the propagator over the impact period T, the transient just after
+the impact is z = (I − DΦ)⁻¹(D − I) f, and the state just before it x = (I − ΦD)⁻¹(I − Φ) f; with α = 1 the velocity is
 f' det(I − Φ)/det(I − DΦ), and the displacement the same before and after.
 """
 
@@ -71,24 +71,24 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     forced
         f_n and f_n' at the impact phase, each of shape (N,).
     """
-    r, (f, f_velocity) = system.restitution, forced
-    alpha = system.contact.strain_factor
+    (f, f_velocity), contact = forced, system.contact
+    alpha, beta, impulse = contact.strain_factor, contact.velocity_factor, contact.impulse
     released = 1.0 - alpha  # 0 for the law that keeps the strain
     modes, step = flights(system.body, system.load.at, period, f.size)
     omega, d = modes.omega, modes.damping
     loss = -np.expm1(-0.5 * d * period)  # 1 − exp(−dT/2)
     half_d_b = 0.5 * d * step.b
     still = loss**2 + 2.0 * step.versine  # det(I − Φ)
-    kept = loss * (1.0 + r * step.half) + (1.0 - r) * step.versine - (1.0 + r) * half_d_b  # det(I − DΦ) for α = 1
-    divisor = kept + released * (step.a + r * step.half**2)
+    kept = loss * (1.0 - beta * step.half) + (1.0 + beta) * step.versine - impulse * half_d_b  # det(I − DΦ) for α = 1
+    divisor = kept + released * (step.a - beta * step.half**2)
     one_minus_a = loss + step.versine - half_d_b
-    singular = divisor <= 2.0 * (1.0 - r) * (_TURNED * omega * period) ** 2  # only without damping
+    singular = divisor <= 2.0 * (1.0 + beta) * (_TURNED * omega * period) ** 2  # only without damping
     safe = np.where(singular, 1.0, divisor)
-    push = -(1.0 + r) * f_velocity
+    push = -impulse * f_velocity
     # an undamped mode in exact resonance with the impacts only fixes its velocity
-    z = (push * step.b * alpha - released * (1.0 + r * step.e) * f) / safe
+    z = (push * step.b * alpha - released * (1.0 - beta * step.e) * f) / safe
     z = np.where(singular, 0.0, z)
-    z_velocity = (push * (one_minus_a + released * step.a) + released * r * step.c * f) / safe
+    z_velocity = (push * (one_minus_a + released * step.a) - released * beta * step.c * f) / safe
     z_velocity = np.where(singular, -f_velocity, z_velocity)
     velocity = f_velocity * (still + released * (step.a - step.half**2)) - released * step.c * f
     velocity = np.where(singular, 0.0, velocity / safe)
@@ -101,13 +101,13 @@ def resolvent_bound(system: System, period: float, omega: float, d: float) -> fl
 
     For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
     """
-    r = system.restitution
+    contact = system.contact
     half = float(np.exp(-0.5 * d * period))
     rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
     if rate == 0.0:
         return float("inf")
     slip = 0.5 * d / rate * half
-    least = -float(np.expm1(-0.5 * d * period)) * (1.0 + r * half) - (1.0 + r) * slip
+    least = -float(np.expm1(-0.5 * d * period)) * (1.0 - contact.velocity_factor * half) - contact.impulse * slip
     if least <= 0.0:
         return float("inf")
-    return (1.0 + r) * (half * omega / rate + 1.0 + half + slip) / least
+    return contact.impulse * (half * omega / rate + 1.0 + half + slip) / least

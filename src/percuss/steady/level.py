@@ -6,9 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.model import System
 from percuss.model.checks import Array, non_negative, numbers, positive
+from percuss.model.contact import impedance_ratio, restitution_of_ratio, restitutions
 
-__all__ = ["langevin", "level", "level_at", "level_factor", "restitution_at"]
+__all__ = ["langevin", "level", "level_at", "level_factor", "level_of", "restitution_at"]
 
 _SERIES = (1 / 3, -1 / 45, 2 / 945, -1 / 4725, 2 / 93555, -1382 / 638512875, 4 / 18243225, -3617 / 162820783125)
 _SMALL = 0.2  # the series with 8 terms is right to 1e-17 relative below this
@@ -32,14 +34,12 @@ def level_factor(damping: npt.ArrayLike, restitution: npt.ArrayLike) -> Array:
     Both terms are positive, so no digit is lost anywhere; as d → 0 the first one vanishes.
     """
     r = np.asarray(restitution, dtype=float)
-    return 0.5 * langevin(0.5 * np.asarray(damping, dtype=float)) + (1.0 - r) / (2.0 * (1.0 + r))
+    return 0.5 * langevin(0.5 * np.asarray(damping, dtype=float)) + 0.5 * impedance_ratio(r)
 
 
 def level(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: float) -> Array:
     """c(d, R) of B77 (14) for mean load p_0 and impact period T (all dimensionless); broadcasts over p_0 and R."""
-    mean, restitution = numbers("mean", mean), numbers("restitution", restitution, "numbers from 0 to 1")
-    if not np.all((restitution >= 0.0) & (restitution <= 1.0)):
-        raise ParameterError("restitution", restitution, "numbers from 0 to 1")
+    mean, restitution = numbers("mean", mean), restitutions(restitution)
     try:
         return level_at(mean, non_negative("d", d), restitution, positive("period", period))
     except ValueError as error:
@@ -53,6 +53,11 @@ def level_at(mean: npt.ArrayLike, d: float, restitution: npt.ArrayLike, period: 
     return np.asarray(mean, dtype=float) * period * level_factor(d * period, restitution)  # B77 (14)
 
 
+def level_of(system: System, period: float) -> float:
+    """c of a system with impacts every T = `period`."""
+    return float(level_at(system.load.mean, system.d, system.restitution, period))
+
+
 def restitution_at(mean: float, d: float, height: Array, period: float) -> Array:
     """R at which the level has this height, `level_at` backwards; shape of `height`. Outside 0 to 1 there is none.
 
@@ -62,5 +67,5 @@ def restitution_at(mean: float, d: float, height: Array, period: float) -> Array
     >>> restitution_at(0.9, 0.0, np.array([float(level_at(0.9, 0.0, 0.6, 6.28))]), 6.28).round(12)
     array([0.6])
     """
-    quotient = 2.0 * height / (mean * period) - float(langevin(np.array(0.5 * d * period)))  # (1 − R)/(1 + R)
-    return np.asarray((1.0 - quotient) / (1.0 + quotient))
+    ratio = 2.0 * height / (mean * period) - float(langevin(np.array(0.5 * d * period)))
+    return np.asarray(restitution_of_ratio(ratio))

@@ -96,15 +96,16 @@ class Motion(Shown):
 
         By Σ γ_n (u_n⁺ − u_n⁻), as the striking end stays at the wall; 0 when the strain is kept.
         """
-        change = self.system.contact.strain_factor - 1.0
-        return change * float(self._end_rows[0] @ self.state.displacement) if change else 0.0
+        if self.system.contact.keeps_strain:
+            return 0.0
+        return (self.system.contact.strain_factor - 1.0) * float(self._end_rows[0] @ self.state.displacement)
 
     @property
     def rigid_velocity(self) -> float:
         """Mean velocity of the bar just before the impact: w_0 = p_0 T/(1 + R) whatever the damping (B77)."""
         system = self.system
         dragged = system.d * self.rebasing if system.d > 0.0 else 0.0  # over the period the bar moves as far
-        return (system.load.mean * self.period - dragged) / (1.0 + system.restitution)
+        return (system.load.mean * self.period - dragged) / system.contact.impulse
 
     @cached_property
     def impact_velocity(self) -> float:
@@ -116,7 +117,7 @@ class Motion(Shown):
     @property
     def rebound_velocity(self) -> float:
         """Velocity u_t(1, 0⁺) = −R u_t(1, 0⁻) of the striking end just after the impact."""
-        return -self.system.restitution * self.impact_velocity
+        return self.system.contact.velocity_factor * self.impact_velocity
 
     @property
     def blow_energy(self) -> float:
@@ -137,8 +138,8 @@ class Motion(Shown):
     def rigid_stroke(self) -> float:
         """Range of the mean motion over the impact period: the scale of all relative errors."""
         t, pushed, faded = _looks(self.system.d, self.periods)
-        r, mean = self.system.restitution, self.system.load.mean
-        start = -r * (mean * self.period / (1.0 + r)) - self._rigid_start[1]
+        contact, mean = self.system.contact, self.system.load.mean
+        start = contact.velocity_factor * (mean * self.period / contact.impulse) - self._rigid_start[1]
         moved = self.response.rigid_displacement(self.phase + t) + mean * pushed + start * faded
         return float(np.ptp(moved)) or 1.0
 
@@ -197,7 +198,7 @@ class Motion(Shown):
     def _drift(self, t: Array) -> tuple[Array, Array]:
         """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
         d, mean = self.system.d, self.system.load.mean
-        start = -self.system.restitution * self.rigid_velocity - self._rigid_start[1]
+        start = self.system.contact.velocity_factor * self.rigid_velocity - self._rigid_start[1]
         fade = t * phi1(d * t)
         return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
 

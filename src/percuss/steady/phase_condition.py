@@ -21,7 +21,7 @@ from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.impact_state import modal_state
-from percuss.steady.level import level_at
+from percuss.steady.level import level_of
 from percuss.steady.oscillator import phi1
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.response import Response
@@ -97,9 +97,9 @@ def phase_condition(system: System, periods: int, modes: int | None = None) -> P
     """The condition for impacts once in `periods` load periods, of the bar with `modes` modes or with all of them."""
     period = 2.0 * math.pi * periods
     response = forced_response(system)
-    level = float(level_at(system.load.mean, system.d, system.restitution, period))
+    level = level_of(system, period)
     n = RELEASED_MODES if modes is None else modes
-    if system.contact.strain_factor == 1.0 or n == 0:
+    if system.contact.keeps_strain or n == 0:
         return PhaseCondition(Arcs.of(response), level)
     if not response.is_smooth:
         return _Polished(Arcs.of(response), level, system, period, n)
@@ -141,5 +141,5 @@ def _rebasing(system: System, period: float, modes: int, phase: float) -> float:
 
 def _weight(system: System, period: float) -> float:
     """What a unit of a adds to v_f in (14): 1/T without damping."""
-    d, r = system.d, system.restitution
-    return 1.0 / (period * float(phi1(d * period))) - d * r / (1.0 + r)
+    d, contact = system.d, system.contact
+    return 1.0 / (period * float(phi1(d * period))) + d * contact.velocity_factor / contact.impulse

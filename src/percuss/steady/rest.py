@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from percuss.model import External, System
+from percuss.model import System
 from percuss.model.checks import ComplexArray, instance
 from percuss.shown import Shown
 from percuss.steady.near_resonance import step_harmonics
@@ -98,7 +98,7 @@ def _under_steps(system: System) -> Rest:
     load, body, quasi_static = system.load, system.body, min(system.load.values)
     if not load.jumps:
         return Rest(quasi_static >= 0.0, quasi_static, None, quasi_static)
-    if not (body.is_harmonic and isinstance(body.damping, External) and load.at == 0):
+    if not (body.is_harmonic and body.damping.is_even and load.at == 0):
         least, phase = _smoothed(system)
     elif system.d == 0.0 and held_resonance(load, body.frequency_floor(1)):
         least, phase = -math.inf, None

@@ -13,7 +13,7 @@ from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers, positive
 from percuss.shown import Shown
 from percuss.steady.full_rebound import grows
-from percuss.steady.level import level_factor
+from percuss.steady.level import level_factor, restitution_at
 from percuss.steady.orbit import Orbit
 from percuss.steady.phase_condition import phase_condition
 
@@ -143,7 +143,7 @@ def steady_states(
     condition = phase_condition(system, m, n)
     phases, folds = condition.roots()
     kept = np.ones(phases.shape, dtype=bool)
-    if system.d == 0.0 and system.restitution == 1.0:
+    if system.d == 0.0 and system.contact.is_lossless:
         kept = ~grows(system, phases, m, modes=n)
     orbits = tuple(
         Orbit(system, m, float(phase), bool(fold), n, wanted)
@@ -194,7 +194,5 @@ def _nearest(system: System, period: float, highest: float) -> Nearest:
     """B77 (14) solved for the mean load, and for R, at the fold c = max v_f."""
     mean = highest / (period * float(level_factor(system.d * period, system.restitution)))
     load_factor = system.load.load_factor * mean / system.load.mean
-    least = float(level_factor(system.d * period, 1.0))  # what damping alone asks for
-    ratio = 2.0 * (highest / (system.load.mean * period) - least)  # (1 − R)/(1 + R)
-    restitution = (1.0 - ratio) / (1.0 + ratio) if ratio >= 0.0 else None
-    return Nearest(load_factor, mean, restitution)
+    restitution = float(restitution_at(system.load.mean, system.d, np.array(highest), period))
+    return Nearest(load_factor, mean, restitution if restitution <= 1.0 else None)

@@ -98,7 +98,7 @@ def truncation(motion: Untruncated) -> Truncation:
         n = motion.requested_modes
         return Truncation(motion, n, n, n, motion.modal_state(n))
     scale = motion.rigid_stroke
-    if motion.system.contact.strain_factor != 1.0:  # what its release sets ringing falls off like 1/n²
+    if not motion.system.contact.keeps_strain:  # what its release sets ringing falls off like 1/n²
         return Truncation(motion, RELEASED_MODES, RELEASED_MODES, RELEASED_MODES, motion.modal_state(RELEASED_MODES))
     largest = motion.response.most_modes
     for probe in [p for p in _PROBES if p < largest] + [largest]:
@@ -147,22 +147,22 @@ def _beyond(motion: Untruncated, amplitude: Array) -> float:
     modes, floor = body.modes(n, system.load.at), body.frequency_floor(n)
     top = slice(n // 2, n)
     shares = modes.damping[top] / modes.omega[top]
-    known = system.contact.strain_factor == 1.0 and floor > 0.0 and shares[-1] <= shares[0]
+    known = system.contact.keeps_strain and floor > 0.0 and shares[-1] <= shares[0]
     last = float(modes.damping[-1])
     each = motion.response.modal_velocity_bound(motion.phase, floor, last) if known else math.inf
     bound = 0.5 * body.coupling_bound * each * body.transit_time / (math.pi * floor**2) if known else math.inf
     if math.isfinite(bound):  # of Σ |f_n'|/ω_n, as |f_n'| ≤ each/ω_n² and ω_{n+j} ≥ floor + jπs
-        r, free = system.restitution, not np.any(modes.damping)
-        if r == 1.0 and free:
+        contact, free = system.contact, not np.any(modes.damping)
+        if contact.is_lossless and free:
             return bound  # nothing rings but −f_n'
         damped = resolvent_bound(system, motion.period, floor, last)
-        if bound * damped <= _VAGUE * motion.rigid_stroke or (r == 1.0 and math.isfinite(damped)):
+        if bound * damped <= _VAGUE * motion.rigid_stroke or (contact.is_lossless and math.isfinite(damped)):
             return bound * damped
         if body.is_harmonic and np.all(modes.damping == last):
             # hardly damped: by how near the modes come to resonance with the impacts
-            full, shift = (1.0 + r) / (1.0 - r), last**2 * motion.periods / (8.0 * floor)
+            full, shift = 1.0 / contact.impedance_ratio, last**2 * motion.periods / (8.0 * floor)
             near = cubic_sum(system.s, motion.periods, n, damped / full, shift)
             return float(body.coupling_bound * each / modes.omega[0] ** 3 * full * near)
-    order = 3 if motion.response.is_smooth and system.contact.strain_factor == 1.0 else 2
+    order = 3 if motion.response.is_smooth and system.contact.keeps_strain else 2
     numbers = np.arange(1, n + 1)[top]
     return body.coupling_bound * float(np.max(amplitude[top] * numbers**order)) / float((order - 1) * n ** (order - 1))

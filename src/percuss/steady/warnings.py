@@ -37,7 +37,7 @@ def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str
     if not proven:
         texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
     # what the release of strain sets ringing falls off so slowly that no number of modes reaches a fine tolerance
-    least = 0.0 if motion.system.contact.strain_factor == 1.0 else _UNAVOIDABLE
+    least = 0.0 if motion.system.contact.keeps_strain else _UNAVOIDABLE
     if motion.requested_modes is None and motion.error_bound > max(motion.tolerance, least):
         texts.append(
             f"{motion.modes} modes leave a position error of up to {motion.error_bound:.1e} of the stroke "
@@ -71,7 +71,7 @@ def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]
     state, system = motion.state, motion.system
     modes = system.body.modes(state.omega.size, system.load.at)
     share = np.abs(modes.gamma) * state.amplitude / stroke
-    typical = (1.0 + system.restitution) * np.abs(state.forced_velocity) / state.omega
+    typical = system.contact.impulse * np.abs(state.forced_velocity) / state.omega
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
     rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * modes.damping**2, 0.0)) * motion.periods
@@ -84,7 +84,7 @@ def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]
         for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
     ]
     stuck = np.flatnonzero(state.divisor == 0.0)
-    if stuck.size and system.restitution < 1.0:
+    if stuck.size and not system.contact.is_lossless:
         text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is undetermined"
         found.append((np.inf, text))
     return found

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from percuss.case.answers.framed_stretch import stretch_of
 from percuss.case.answers.json_values import number, plain
 from percuss.errors import ParameterError
+from percuss.model.checks import Array
 from percuss.simulate.events import IMPACT
 from percuss.steady import steady_states
 
@@ -100,7 +101,7 @@ def orbit_frames(
         "x": x,
         "t": t,
         "displacement": field.displacement.T,
-        "strain": field.strain.T,
+        "strain": _strain(system, x, field.strain).T,
         "end_t": whole.reshape(-1),
         "end_gap": np.tile(gap, cycles),
         "end_velocity": np.tile(velocity, cycles),
@@ -156,7 +157,7 @@ def motion_frames(
         "x": x,
         "t": t,
         "displacement": motion.position(x, moments).T,
-        "strain": motion.strain(x, moments).T,
+        "strain": _strain(motion.system, x, motion.strain(x, moments)).T,
         "end_t": end_t,
         "end_gap": gap,
         "end_velocity": velocity,
@@ -193,6 +194,11 @@ def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
     if low >= length:
         raise ParameterError("window", list(window), f"a part of the {length:.6g} rad that are framed")
     return low, min(high, length)
+
+
+def _strain(system: System, x: Array, strain: Array) -> Array:
+    """u_x; of a bar with sizes the stress over `stress_scale_Pa`, which differs where its material does."""
+    return system.stress(x, strain) / system.stress_scale if system.is_si else strain
 
 
 def _header(system: System, modes: int, begin: float, end: float, period: float | None) -> dict[str, Any]:

@@ -140,7 +140,7 @@ class SteadyAnswer(Shown):
             **heading_dict(self.name, self.title, self.system, self.notes),
             **self._blow(),
             "periods": [period.to_json_dict() for period in self.periods],
-            "rest": rest_dict(self.rest),
+            "rest": rest_dict(self.rest, self.system.contact),
             "starts": plain(self.starts.to_json_dict(self.system)),
         }
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from percuss.case.answers.json_values import number, numbers
 from percuss.stability import exact_plane, stability_plane, waveform_criterion
+from percuss.stability.waveform import waveform_bounds
 from percuss.steady import steady_states
 
 if TYPE_CHECKING:
@@ -72,10 +73,10 @@ def curves_dict(
 
 def _waveform(system: System, orbits: Sequence[Any]) -> dict[str, Any]:
     found = [waveform_criterion(orbit) for orbit in orbits]
-    r = system.restitution
+    lower, upper = waveform_bounds(system.contact)
     return {
-        "lower": number(found[0].lower if found else -(((1.0 - r) / (1.0 + r)) ** 2)),
-        "upper": 1.0,
+        "lower": number(lower),
+        "upper": number(upper),
         "mean": number(system.load.mean),
         "orbits": [
             {

@@ -9,13 +9,36 @@ from percuss.case.answers.json_values import number, numbers, plain
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
+    from percuss.model import Contact
     from percuss.stability import Reduced, Stability, Waveform
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
 
-__all__ = ["orbit_dict", "period_dict", "reduced_dict", "rest_dict", "waveform_dict", "with_blow"]
+__all__ = [
+    "orbit_dict",
+    "period_dict",
+    "reduced_dict",
+    "rest_dict",
+    "rest_note",
+    "waveform_dict",
+    "with_blow",
+]
 
 
-def rest_dict(rest: Rest) -> dict[str, Any]:
+def rest_note(rest: Rest, contact: Contact) -> str:
+    """What a possible rest leaves open of motions that fall onto the wall; empty under a law that keeps the strain.
+
+    Seen in simulations of uniform bars under loads that never pull: at s = 20 the bar bounces on from R = 0.7 up, at
+    s = 200 from R = 0.65, at s = 2 at no R. A chatter of small bounces ends at rest under either law.
+    """
+    if not rest.possible or contact.strain_factor == 1.0:
+        return ""
+    return (
+        "As the impact turns the strain over, a bar that falls onto the wall may bounce on without end and never come "
+        "to rest, in particular a stiff one with a large restitution; the random starts show whether it does"
+    )
+
+
+def rest_dict(rest: Rest, contact: Contact) -> dict[str, Any]:
     """Whether the bar can lie on the wall for all time."""
     return {
         "possible": bool(rest.possible),
@@ -24,6 +47,7 @@ def rest_dict(rest: Rest) -> dict[str, Any]:
         "quasi_static": number(rest.quasi_static),
         "lifted_by_waves": bool(rest.lifted_by_waves),
         "held_by_waves": bool(rest.held_by_waves),
+        "note": rest_note(rest, contact),
     }
 
 

@@ -8,20 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from percuss.case.file_format.body_building import (
-    contact_of,
-    plain_body,
-    plain_contact,
-    plain_law,
-    si_law,
-    sized_body,
-)
+from percuss.case.file_format.body_building import plain_body, sized_body
+from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
 from percuss.case.file_format.contact_from_blow import blow_of, restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
 from percuss.case.file_format.recorded_load import history_load
-from percuss.case.file_format.schema import PhysicalCase, PlainCase
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.case.file_format.tool_building import (
     NO_BIT,
@@ -72,12 +66,12 @@ class Parts:
             if tables.contact is not None:
                 make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
                 self.contact = self._try("contact", tables.contact, make)
-        elif tables.system.d is None and tables.system.damping is None:
+        elif not _says_its_damping(tables.system):
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
         else:
             self.body = self._try("system", tables.system, plain_body)
-            make = partial(plain_contact, body=self.body, tool=tables.tool is not None)
+            make = partial(plain_contact, tool=tables.tool is not None)
             self.contact = self._try("system", tables.system, make)
         if tables.load is not None and not isinstance(tables.load, HistoryForce):
             self.load = self._try("load", tables.load, load_of)
@@ -121,7 +115,7 @@ class Parts:
         if body is None:
             return
         if (law := self._law(tables)) is not None:
-            self._try(*_contact_table(tables), lambda _: law(0.0).check(body))
+            self._try(*_contact_table(tables), lambda table: check_body(table, law, body))
         if self.load is not None or isinstance(tables.load, HistoryForce):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
@@ -177,6 +171,11 @@ class Parts:
 def _contact_table(tables: PhysicalCase | PlainCase) -> tuple[str, BaseModel | None]:
     """The table that says how the bar leaves what it strikes, and its name."""
     return ("system", tables.system) if isinstance(tables, PlainCase) else ("contact", tables.contact)
+
+
+def _says_its_damping(table: SystemTable) -> bool:
+    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
+    return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 
 def _some_body(bar: SizedBody) -> Body | None:

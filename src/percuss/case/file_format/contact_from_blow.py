@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.body import Body, SizedBody
 
-__all__ = ["OneBlow", "blow_of", "restitution_of", "timed_law"]
+__all__ = ["OneBlow", "blow_note", "blow_of", "restitution_of", "timed_law"]
 
 _SPENT = 1e-9
 """A restitution that is as good as 0: the bar has given its momentum away."""
@@ -44,6 +44,8 @@ class OneBlow(NamedTuple):
         How many contacts it has.
     outcome
         How its window ended, in words.
+    is_over
+        Whether nothing speaks for another contact.
     """
 
     restitution: float
@@ -53,13 +55,14 @@ class OneBlow(NamedTuple):
     ringing_share: float
     contacts: int
     outcome: str
+    is_over: bool
 
 
 def blow_of(question: BlowQuestion) -> OneBlow:
     """The blow of a bar on its tool, without a load.
 
-    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. A blow that
-    was computed before is remembered.
+    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
+    ends with `until`, where that is given. A blow that was computed before is remembered.
 
     Raises
     ------
@@ -74,25 +77,30 @@ def blow_of(question: BlowQuestion) -> OneBlow:
         remedy = 'for example velocity = "10 m/s"; without the gap one blow serves all speeds'
         accepted = "a velocity in [blow] beside the gap of [rock], as the blow depends on its speed"
         raise ParameterError("restitution", None, accepted, remedy)
-    return _blow(question.striker, question.target, velocity)
+    return _blow(question.striker, question.target, velocity, question.until)
 
 
 @lru_cache(maxsize=64)
-def _blow(striker: SizedBody | Body, target: Rod | Wall, velocity: float | tuple[float, ...]) -> OneBlow:
-    from percuss.blow import strike
+def _blow(
+    striker: SizedBody | Body, target: Rod | Wall, velocity: float | tuple[float, ...], until: float | None
+) -> OneBlow:
+    from percuss.blow import Outcome, strike
 
-    found = strike(striker, target, velocity)
-    if not found.contacts:
-        raise ParameterError("restitution", None, "a blow: the bar does not reach the tool", "check the gap of [tool]")
+    found = strike(striker, target, velocity, until=until)
+    restitution, centroid = found.effective_restitution, found.force_centroid
+    if restitution is None or centroid is None:
+        remedy = "check the velocity in [blow] and the gap of [tool]"
+        raise ParameterError("restitution", None, "a blow of a bar that reaches the tool", remedy)
     residual = found.residual_penetration or 0.0
     return OneBlow(
-        found.effective_restitution,
+        restitution,
         None if found.contacts[-1].end is None else found.contact_duration,
-        found.force_centroid,
+        centroid,
         residual / found.impulse,
         found.vibration_energy_after / found.kinetic_energy_before,
         len(found.contacts),
         found.outcome.value,
+        found.outcome in (Outcome.OVER, Outcome.SPENT, Outcome.WINDOW_ENDED),
     )
 
 
@@ -104,12 +112,22 @@ def restitution_of(blow: OneBlow) -> float:
     ParameterError
         For one that is none of a rebound.
     """
+    if not blow.is_over:
+        accepted = f"a blow that is over; {blow.outcome}"
+        raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
     if abs(blow.restitution) <= _SPENT:
         return 0.0
     if not 0.0 <= blow.restitution <= 1.0:
         accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
         raise ParameterError("restitution", None, accepted, _FORWARD)
     return blow.restitution
+
+
+def blow_note(blow: OneBlow) -> str:
+    """What is to be known of a restitution that is that of a blow, one sentence."""
+    several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
+    share = f"{100.0 * blow.ringing_share:.2g} % of the energy stays in the bar as ringing"
+    return f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
 
 
 def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:

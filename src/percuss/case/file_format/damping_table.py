@@ -40,8 +40,9 @@ def damping_law(table: DampingTable, units: bool) -> Damping:
     try:
         return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
     except ParameterError as error:
-        value = list(table.value) if isinstance(table.value, tuple) else table.value
-        raise ParameterError("damping.value", value, error.accepted, error.remedy) from None
+        _, bracket, place = error.name.partition("[")
+        value = error.value if bracket else table.value
+        raise ParameterError(f"damping.value{bracket}{place}", value, error.accepted, error.remedy) from None
 
 
 def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:

@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 from pydantic import ValidationError
 
+from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, ParameterError
 
@@ -43,18 +44,10 @@ def raise_all(problems: Sequence[CaseError]) -> NoReturn:
 
 def from_parameter(error: ParameterError, file: str, table: str, given: Mapping[str, Any]) -> CaseError:
     """The problem of a case file behind an object's refusal; shows the value as the file has it."""
-    name = error.name.split("[")[0]
-    value = error.value if name != error.name or name not in given else _as_written(given[name])
+    held = value_at(given, error.name)
+    value = error.value if held is None or isinstance(held, list | tuple | dict) else held
+    value = list(value) if isinstance(value, tuple) else value  # as a file has it
     return CaseError(file, f"{table}.{error.name}", value, f"expected {error.accepted}", error.remedy)
-
-
-def _as_written(value: Any) -> Any:
-    """A value as the file has it; a list of tables only by their number."""
-    if not isinstance(value, tuple):
-        return value
-    if value and isinstance(value[0], dict):
-        return f"{len(value)} tables"
-    return [_as_written(one) for one in value]
 
 
 def from_validation(
@@ -86,7 +79,7 @@ def from_validation(
     for key, item in extra.items():
         table, _, name = key.rpartition(".")
         known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
-        hint = did_you_mean(name, known)
+        hint = _MEANT.get(key) or did_you_mean(name, known) or _belongs(name, fields)
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
         hint = hint or _ONLY_IN_SI.get(key, "")
         what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
@@ -120,6 +113,25 @@ def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:
             text += f".{step}" if text else step
             here = here.get(step)
     return text
+
+
+_MEANT = {
+    "system.sections": "sections have sizes and stand in [bar]; here give impedances and transit_times",
+    "system.damping_ratio": 'here it is damping = {kind = "ratio", value = …}',
+    "system.drag": "here it is d, the drag D/(MΩ)",
+    "bar.d": "in SI it is the drag, a force per velocity and metre",
+    "bar.bore": "a section has a bore: give sections, one or more",
+    "bar.material": "a section has a material: give sections, one or more; or youngs_modulus and density",
+    "bar.impedances": "in SI give sections, with their sizes",
+    "bar.transit_times": "in SI give sections, with their sizes",
+}
+"""Keys that do not stand here, though one might think so, and what stands for them."""
+
+
+def _belongs(name: str, fields: Mapping[str, Sequence[str]]) -> str:
+    """Which table takes a key that stands in another one; nothing when none does."""
+    tables = [table for table, keys in fields.items() if table and name in keys and "." not in table]
+    return f"it belongs in {' or '.join(f'[{table}]' for table in tables)}" if tables else ""
 
 
 _EXPECTED = {
@@ -185,7 +197,7 @@ _EXAMPLES = {
     "bar.length": 'give it with its unit, for example length = "341 mm"',
     "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',
     "load.file": 'name the file of the recording, for example file = "pressure.csv"',
-    "load.unit": 'name the unit of the coefficients, for example unit = "kN"',
+    "load.unit": 'name the unit of the numbers, for example unit = "kN"',
     "load.coefficients": "give pairs [re, im] from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]",
     "load.mean": "the mean of the load, in SI with its unit",
     "load.amplitude": "the amplitude of the load, in SI with its unit",

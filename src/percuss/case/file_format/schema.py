@@ -120,13 +120,13 @@ class SystemTable(Table):
     r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0."""
     d: float | None = None
     r"""External damping $D/(M\Omega)$, which brakes the bar as a whole, too. Allowed: 0 or greater. When left out:
-    `damping` is needed."""
+    `damping` is needed, or `impedances`, beside which it is 0."""
     restitution: Restitution
     """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
     1."""
     damping: SystemDamping | None = None
     """The damping by another law, `{kind = "…", value = …}`, see below; `d` is 0 or left out beside it. When left
-    out: `d` is needed."""
+    out: `d` holds."""
     impedances: Numbers | None = None
     """Impedances of the sections of a stepped bar from the driven to the striking end, in any one unit. Allowed:
     positive, up to 200 of them. When left out: the bar is uniform."""

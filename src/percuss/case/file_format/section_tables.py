@@ -78,7 +78,11 @@ def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Dampin
     ParameterError
         By the key of the table.
     """
-    bar = SectionedBar(sections_of("sections", tables, common))
+    sections = sections_of("sections", tables, common)
+    try:
+        bar = SectionedBar(sections)
+    except ParameterError as error:
+        raise by_what_was_given(error, tables) from None
     return replace(bar, damping=damping or External(drag * bar.length / bar.mass))
 
 
@@ -93,18 +97,26 @@ def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple
     return tuple(_section(f"{name}[{i}].", table, common) for i, table in enumerate(tables))
 
 
+def by_what_was_given(error: ParameterError, tables: Sequence[SectionTable]) -> ParameterError:
+    """The refusal of an area that follows from a diameter, by the key of the diameter."""
+    for i, table in enumerate(tables):
+        if error.name == f"sections[{i}].area" and table.diameter is not None:
+            return ParameterError(f"sections[{i}].diameter", table.diameter, error.accepted, error.remedy)
+    return error
+
+
 def _section(name: str, table: SectionTable, common: Any) -> Section:
     sizes: dict[str, Any] = {"length": None}
     for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
         if (text := getattr(table, key)) is not None:
             sizes[key] = _size(name + key, text, dimension)
     bore = 0.0 if table.bore is None else non_negative(f"{name}bore", si(table.bore, "length", f"{name}bore"))
+    material = _material(name, table, common)
     try:
-        return Section(**sizes, bore=bore, **_material(name, table, common)._asdict())
+        return Section(**sizes, bore=bore, **material._asdict())
     except ParameterError as error:
-        if error.name.startswith(name):
-            raise
-        raise ParameterError(name + error.name, error.value, error.accepted, error.remedy) from None
+        accepted = f"less than the diameter, {table.diameter}" if error.name == "bore" else error.accepted
+        raise ParameterError(name + error.name, error.value, accepted, error.remedy) from None
 
 
 def _material(name: str, table: SectionTable, common: Any) -> Material:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.schema import ContactTable
-from percuss.case.file_format.section_tables import sections_of
+from percuss.case.file_format.section_tables import by_what_was_given, sections_of
 from percuss.case.file_format.tool_tables import BlowTable, PlainTool, RockTable, ToolTable
 from percuss.errors import ParameterError
 from percuss.model.body import Body, Section, SizedBody, SteppedBar
@@ -82,7 +82,7 @@ def sized_target(tool: ToolTable | None, rock: Rock | None, contact: ContactTabl
     if tool.kind == "wall":
         for key in ("sections", "end", "bit_mass"):
             if getattr(tool, key) is not None:
-                raise ParameterError(key, "given", f"no {key} of a wall", 'a rod has kind = "rod"')
+                raise ParameterError(key, None, f"no {key} of a wall", 'a rod has kind = "rod"')
         if rock is not None:
             raise ParameterError("kind", "wall", '"rod" beside a table [rock]', "take [rock] away, or describe the rod")
         return Wall(gap)
@@ -90,7 +90,11 @@ def sized_target(tool: ToolTable | None, rock: Rock | None, contact: ContactTabl
         raise ParameterError("sections", None, 'the sections of the rod, or kind = "wall"', _SECTIONS)
     sections = sections_of("sections", tool.sections, tool)
     end = _end(tool, sections, rock)
-    return Rod(sections, end, bit_mass=_si(tool, "bit_mass", "mass"), rock=rock, gap=gap)
+    bit_mass = _si(tool, "bit_mass", "mass")
+    try:
+        return Rod(sections, end, bit_mass=bit_mass, rock=rock, gap=gap)
+    except ParameterError as error:
+        raise by_what_was_given(error, tool.sections) from None
 
 
 NO_BIT = 'describe what is struck in [tool], a bit for example: sections = [{length = "0.2 m", diameter = "90 mm"}]'

@@ -113,7 +113,7 @@ def _plain_number(value: Any, info: ValidationInfo) -> Any:
 def _numbers(value: Any) -> Any:
     """A list of numbers as a tuple."""
     if not isinstance(value, list | tuple) or not value:
-        raise ValueError("a list of numbers, for example [-1.0, 0.01]")
+        raise ValueError("a list of numbers, for example [1.0, 0.01]")
     for i, number in enumerate(value):
         if not _is_number(number):
             raise ValueError(f"a list of numbers; number {i} of the list is {str(number)[:40]}")

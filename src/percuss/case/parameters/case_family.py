@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
+from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
@@ -18,9 +20,10 @@ from percuss.case.parameters.case_keys import (
     LOAD_SCALE,
     key_of,
     varied_keys,
+    with_generic_places,
     with_held,
 )
-from percuss.case.parameters.section_keys import check_number, with_sizes
+from percuss.case.parameters.damping_keys import DAMPING, check_same_law
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
 from percuss.model import System
@@ -84,10 +87,22 @@ class CaseFamily:
             return found[0]
         if found:
             raise ParameterError("parameter", name, f"one of {' and '.join(found)}")
-        check_number(name, self._tables)
-        words = [*PARAMETERS, *known]
-        hint = did_you_mean(name, [*words, *(key.partition(".")[2] for key in known)])
-        raise ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
+        raise self._unknown(name)
+
+    def _unknown(self, name: str) -> ParameterError:
+        """The refusal of a name, with those that there are; a size of the bar has its places in a bar of sections."""
+        known = self.keys
+        words = [*PARAMETERS, *with_generic_places(known)]
+        last = name.rpartition(".")[2].partition("[")[0]
+        in_lists = [key for key in known if "[" in key and last in re.split(r"[.\[\]]+", key)[1:]]
+        struck = name.startswith("tool.")
+        in_list = next((key for key in in_lists if key.startswith("tool.") == struck), None)
+        if in_list:
+            whose, where = ("tool", "struck face") if struck else ("bar", "driven end")
+            hint = f"the {whose} has sections, counted from 0 at the {where}: {in_list}"
+        else:
+            hint = did_you_mean(name, [*PARAMETERS, *known, *(key.partition(".")[2] for key in known)])
+        return ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
 
     @cached_property
     def keys(self) -> list[str]:
@@ -96,7 +111,8 @@ class CaseFamily:
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""
-        for name, unit in mapping("names", names, "parameters and their units").items():
+        refuse_twice({name: self._thing(name) for name in mapping("names", names, "parameters and their units")})
+        for name, unit in names.items():
             if self.units.get(name, "") != unit:
                 raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
             key = self.key(name)
@@ -104,7 +120,8 @@ class CaseFamily:
                 PARAMETERS[name].check(self.case.system())
             elif key == LOAD_SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
-        refuse_twice({name: self._thing(name) for name in names})
+            elif key_of(key).sets == DAMPING:
+                check_same_law(self.case, name, key)
 
     def _thing(self, name: str) -> str:
         """The word of what a parameter sets."""
@@ -156,12 +173,11 @@ class CaseFamily:
             for other in key_of(key).instead_of:
                 if other != key and other in self.keys:
                     values.setdefault(other, None)
-        return self.case.varied(with_sizes(self._tables, values))
+        return self.case.varied(values)
 
     def _held(self, key: str, value: Any) -> Any:
         """A value as it stands under a key; of a table such as {kind, value} only the number is another."""
-        table, _, name = key.partition(".")
-        return with_held(self._tables.get(table, {}).get(name), value)
+        return with_held(value_at(self._tables, key), value)
 
     @cached_property
     def _tables(self) -> dict[str, Any]:

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.load_tables import HistoryForce
-from percuss.case.file_format.schema import table_fields
-from percuss.case.parameters.section_keys import section_keys
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, keys_of, table_fields
+from percuss.case.file_format.section_tables import SectionTable
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
 
-__all__ = ["FREQUENCY", "KEYS", "LOAD_AREA", "LOAD_SCALE", "Key", "key_of", "varied_keys"]
+__all__ = [
+    "FREQUENCY",
+    "KEYS",
+    "LOAD_AREA",
+    "LOAD_SCALE",
+    "Key",
+    "held",
+    "key_of",
+    "varied_keys",
+    "with_generic_places",
+    "with_held",
+]
 
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
@@ -55,8 +68,8 @@ _DAMPINGS = ("bar.drag", "bar.damping", "bar.damping_ratio")
 
 KEYS: dict[str, Key] = {
     "system.s": Key(sets="s"),
-    "system.d": Key(sets="damping"),
-    "system.damping": Key(sets="damping"),
+    "system.d": Key(sets="damping", instead_of=("system.damping",)),
+    "system.damping": Key(sets="damping", instead_of=("system.d",)),
     "system.restitution": Key(sets="restitution"),
     "bar.length": Key("bar length", slides=True),
     "bar.area": Key("bar area", instead_of=("bar.diameter",)),
@@ -105,9 +118,45 @@ def varied_keys(case: Case) -> list[str]:
     none |= _NO_NUMBERS
     tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
     keys = [f"{table}.{name}" for table in tables for name in fields.get(table, ()) if name not in none]
-    several = {"blow.load", "blow.velocity" if isinstance(getattr(case.tables.blow, "velocity", None), tuple) else ""}
-    sizes = section_keys("tool", case.to_dict().get("tool", {}))
-    return [*(key for key in keys if key not in several), *sizes, *([] if table is None else [LOAD_SCALE])]
+    none = {"blow.load"} | (
+        {"blow.velocity"} if isinstance(getattr(case.tables.blow, "velocity", None), tuple) else set()
+    )
+    if isinstance(case.tables, PhysicalCase) and case.tables.bar.sections is not None:
+        none |= _OF_UNIFORM_BARS
+    in_lists = _keys_in_lists(case.tables)
+    return [*(key for key in keys if key not in none), *in_lists, *([] if table is None else [LOAD_SCALE])]
+
+
+_OF_UNIFORM_BARS = {"bar.length", "bar.area", "bar.diameter"}
+
+
+def _keys_in_lists(tables: PhysicalCase | PlainCase) -> list[str]:
+    """The keys of the sections of a stepped bar and of the tool, counted from 0 at the driven end, or at the face."""
+    if isinstance(tables, PhysicalCase):
+        lists = {"bar": tables.bar.sections or (), "tool": () if tables.tool is None else tables.tool.sections or ()}
+        sections = [(f"{name}.sections[{i}]", own) for name, those in lists.items() for i, own in enumerate(those)]
+        return [f"{place}.{name}" for place, section in sections for name in _numbers_of(section)]
+    numbers = {name: getattr(tables.system, name) or () for name in ("impedances", "transit_times")}
+    return [f"system.{name}[{i}]" for name, values in numbers.items() for i in range(len(values))]
+
+
+def _numbers_of(section: SectionTable) -> list[str]:
+    """The keys of a section that may hold one number beside those that it has."""
+    none = {"material", "area" if section.area is None else "diameter"}
+    none |= set() if section.material is None else {"youngs_modulus", "density"}
+    none |= {"length"} if section.length is None else set()  # an endless one
+    return [name for name in keys_of(SectionTable) if name not in none]
+
+
+def with_generic_places(keys: Iterable[str]) -> list[str]:
+    """The keys with those that differ only by a place in a list told once.
+
+    Examples
+    --------
+    >>> with_generic_places(["bar.density", "bar.sections[0].length", "bar.sections[1].length"])
+    ['bar.density', 'bar.sections[i].length']
+    """
+    return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", key) for key in keys))
 
 
 def held(given: Any) -> Any:

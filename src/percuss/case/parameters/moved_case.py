@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.file_format.dotted_keys import value_at, with_value
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
 from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
 from percuss.case.parameters.moves import MOVES, RELATIVE, scale_load
@@ -76,7 +77,7 @@ def _move(tables: Tables, name: str, value: float, now: System) -> None:
     elif name == LOAD_SCALE:
         scale_load(tables["load"], name, value)
     else:
-        table, _, key = name.partition(".")
-        if key not in tables.get(table, {}):
+        given = value_at(tables, name)
+        if given is None:
             raise ParameterError(name, value, "a key that the case has")
-        tables[table][key] = like(tables[table][key], value)
+        tables.update(with_value(tables, name, like(given, value)))

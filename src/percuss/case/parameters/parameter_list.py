@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number
+from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_keys import LOAD_SCALE, held, key_of, varied_keys
 from percuss.case.parameters.moves import MOVES, can_move
@@ -78,7 +79,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
         if table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
             continue  # the motion does not depend on it
         about = key_of(name)
-        given = 1.0 if name == LOAD_SCALE else held(tables.get(table, {}).get(key))
+        given = 1.0 if name == LOAD_SCALE else held(value_at(tables, name))
         if given is None or (not case.is_si and (table == "system" or key in PARAMETERS)):
             continue  # a dimensionless parameter is the same
         value, unit = parsed_quantity(given)

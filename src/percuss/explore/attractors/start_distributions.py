@@ -77,7 +77,7 @@ def named(system: System, distribution: str, number: int, seed: int = 0, first: 
         raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
-    speed = _TURN * system.load.mean / (1.0 - system.contact.velocity_factor)
+    speed = _TURN * system.load.mean / system.contact.impulse
     if distribution == "wall" and speed <= 0.0:
         raise ParameterError(
             "distribution", "wall", "a load that pushes (mean greater than 0)", "use 'field' or 'gentle', or a file"

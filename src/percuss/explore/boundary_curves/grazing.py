@@ -144,7 +144,7 @@ def _fault(motion: Orbit) -> Callable[[Orbit], float]:
     """What is wrong with a motion, as a function of motions: positive where it is wrong, negative where it is right."""
     if motion.impact_velocity <= 0.0:
         return lambda other: -other.impact_velocity
-    if motion.system.restitution == 0.0 and start_acceleration(motion) >= 0.0:
+    if not motion.system.contact.rebounds and start_acceleration(motion) >= 0.0:
         return start_acceleration
     low, high = _beyond(motion)
     return lambda other: _highest(other, low, high)

@@ -15,7 +15,7 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import Orbit
-from percuss.steady.level import level_at
+from percuss.steady.level import level_of
 from percuss.steady.phase_condition import PhaseCondition, phase_condition
 from percuss.steady.phases import Arcs, forced_response
 
@@ -106,8 +106,7 @@ class Line:
         response = forced_response(system)
         if response.is_smooth:
             return phase_condition(system, self.periods, self.modes)
-        level = float(level_at(system.load.mean, system.d, system.restitution, self.period))
-        return PhaseCondition(Arcs.of(response), level)
+        return PhaseCondition(Arcs.of(response), level_of(system, self.period))
 
     @cached_property
     def middle(self) -> System:

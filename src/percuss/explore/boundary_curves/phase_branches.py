@@ -38,7 +38,7 @@ class Heights:
 def heights_of(line: Line) -> Heights | None:
     if line.name not in ("load_factor", "restitution", "mean", "amplitude"):
         return None
-    if line.name == "restitution" and line.middle.contact.strain_factor != 1.0:
+    if line.name == "restitution" and not line.middle.contact.keeps_strain:
         return None  # R moves the curve itself
     if line.name in ("mean", "amplitude") and (
         not isinstance(line.family, SystemFamily) or "load_factor" in line.fixed
@@ -103,7 +103,8 @@ class PhaseStretch:
         if not response.is_smooth:
             slope = response.slope_on(self.branch, phase)
         sigma = ringing / (push * period) if system.contact.holds(Result.FEEDBACK) else np.zeros_like(phase)
-        return quadratic_coefficients(system.d, heights.restitution(y), period, sigma, slope / push)
+        beta = system.contact.velocity_factors(heights.restitution(y))
+        return quadratic_coefficients(system.d, beta, period, sigma, slope / push)
 
 
 def _factor(line: Line) -> float:

@@ -223,7 +223,12 @@ class Body(ABC):
 
     @property
     def is_harmonic(self) -> bool:
-        """Whether every frequency is exactly n times the first one."""
+        """Whether no wave is sent back inside it, as in a uniform bar: every frequency is n times the first one."""
+        return self.is_uniform
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether mass and stiffness are spread evenly along x, as in a bar of one section."""
         return False
 
     def frequency(self, n: IntArray) -> Array:

@@ -79,6 +79,11 @@ class Damping(ABC):
         """Whether no mode loses anything."""
 
     @property
+    def is_even(self) -> bool:
+        """Whether every mode, the rigid motion too, has the same d, as if waves in the bar just faded on their way."""
+        return self.is_zero
+
+    @property
     def words(self) -> str:
         """What it is, and what it does to the bar, for a report."""
         return "none" if self.is_zero else f"{self}: {self.sentence}"
@@ -133,6 +138,10 @@ class External(Damping):
     @property
     def is_zero(self) -> bool:
         return self.d == 0.0
+
+    @property
+    def is_even(self) -> bool:
+        return True
 
     def __str__(self) -> str:
         return f"d = {self.d:.6g}"
@@ -238,7 +247,7 @@ class Table(Damping):
         found = numbers("values", self.values).reshape(-1).tolist()
         if not found:
             raise ParameterError("values", self.values, "the damping of one mode or more")
-        object.__setattr__(self, "values", tuple(non_negative("values", value) for value in found))
+        object.__setattr__(self, "values", tuple(non_negative(f"values[{n}]", one) for n, one in enumerate(found)))
 
     def of(self, omega: Array) -> Array:
         own = np.asarray(self.values)[: omega.size]
@@ -259,7 +268,8 @@ class Table(Damping):
         return not any(self.values)
 
     def __str__(self) -> str:
-        return f"damping of {len(self.values)} modes given, the first {self.values[0]:.6g}"
+        count = len(self.values)
+        return f"damping of {count} mode{'s' if count > 1 else ''} given, the first {self.values[0]:.6g}"
 
 
 def equivalent_ratio(damping: Damping, omega: float) -> float:

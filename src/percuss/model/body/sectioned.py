@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import ClassVar
 
 from percuss.errors import ParameterError
@@ -16,10 +17,9 @@ from percuss.model.body.sized import Piece, SizedBody
 from percuss.model.body.stepped import MOST_SECTIONS, SteppedBar
 from percuss.model.checks import instance, non_negative, positive, several
 
-__all__ = ["MOST_JUMP", "Section", "SectionedBar", "section_of"]
+__all__ = ["Section", "SectionedBar", "section_of"]
 
-MOST_JUMP = 1e6
-"""Areas of two neighbours that differ by more are a slip of units, not a bar."""
+_IMPEDANCE = re.compile(r"impedances\[(\d+)\]")
 
 
 @dataclass(frozen=True)
@@ -123,15 +123,13 @@ class SectionedBar(SizedBody):
         instance("damping", self.damping, Damping)
         if not (math.isfinite(self.mass) and self.mass > 0.0 and math.isfinite(self.length)):
             raise ParameterError("sections", "sizes", "sizes and densities that give the bar a finite mass")
-        self._check_jumps()
-        self.body(1.0 / self.transit_time)  # what cannot be a bar is refused here
-
-    def _check_jumps(self) -> None:
-        areas = [piece.area for piece in self.pieces]
-        for i, (one, other) in enumerate(pairwise(areas), 1):
-            if max(one, other) >= MOST_JUMP * min(one, other):
-                wanted = f"an area that differs from its neighbour's by a factor of less than {MOST_JUMP:,.0f}"
-                raise ParameterError(f"sections[{i}].area", other, wanted, "check the units of its sizes")
+        try:
+            self.body(1.0 / self.transit_time)  # what cannot be a bar is refused here
+        except ParameterError as error:
+            if (jump := _IMPEDANCE.fullmatch(error.name)) is None:
+                raise
+            area = self.pieces[int(jump[1])].area
+            raise ParameterError(f"sections[{jump[1]}].area", area, error.accepted, error.remedy) from None
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -21,8 +22,12 @@ __all__ = ["MOST_SECTIONS", "SteppedBar"]
 MOST_SECTIONS = 200
 """Sections of a bar: far more than a machine's, and few enough for thousands of modes in a second."""
 
+MOST_JUMP = 1e6
+"""Impedances of two neighbours that differ by more are a slip of units, not a bar."""
+
 _MOST_RATIO = 1e15  # of two impedances, or two transit times: beyond it one of the sections is nothing
 _LEAST_KEPT = 64
+_ROUNDING = 1e-12  # by which equal impedances may differ
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,13 @@ class SteppedBar(Body):
             if len(found) != count:
                 raise ParameterError(name, len(found), f"as many as there are impedances, {count}")
             object.__setattr__(self, name, found)
+        self._check_jumps()
+
+    def _check_jumps(self) -> None:
+        for i, (one, other) in enumerate(pairwise(self.impedances), 1):
+            if max(one, other) > (1.0 - 1e-9) * MOST_JUMP * min(one, other):
+                wanted = f"a section whose impedance differs from its neighbour's by less than {MOST_JUMP:,.0f} times"
+                raise ParameterError(f"impedances[{i}]", other, wanted, "check the units")
 
     @property
     def sections(self) -> Chain:
@@ -91,6 +103,17 @@ class SteppedBar(Body):
     def places(self) -> tuple[float, ...]:
         """The driven end, 0, and the steps."""
         return tuple(self.sections.start.tolist())
+
+    @property
+    def is_harmonic(self) -> bool:
+        """Its sections have the same impedance."""
+        return max(self.impedances) <= (1.0 + _ROUNDING) * min(self.impedances)
+
+    @property
+    def is_uniform(self) -> bool:
+        """Its sections have the same impedance and the same speed of waves."""
+        slow = np.divide(self.transit_times, self.lengths or self.transit_times)
+        return self.is_harmonic and bool(slow.max() <= (1.0 + _ROUNDING) * slow.min())
 
     def _waves(self, count: int) -> Waves:
         """Of `count` modes and some more: the number is rounded up, so that few tables serve all questions."""
@@ -149,8 +172,11 @@ class SteppedBar(Body):
 def _sections(name: str, values: object) -> tuple[float, ...]:
     accepted = f"numbers greater than 0, one for each of 1 to {MOST_SECTIONS} sections"
     found = np.atleast_1d(numbers(name, values, accepted))
-    if found.ndim != 1 or not np.all(found > 0.0):
+    if found.ndim != 1:
         raise ParameterError(name, values, accepted)
+    if not np.all(found > 0.0):
+        i = int(np.argmin(found > 0.0))
+        raise ParameterError(f"{name}[{i}]", float(found[i]), "a number greater than 0")
     if not 1 <= found.size <= MOST_SECTIONS:
         raise ParameterError(name, f"{found.size} sections", accepted)
     if not found.max() <= _MOST_RATIO * found.min():

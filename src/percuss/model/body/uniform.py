@@ -102,7 +102,7 @@ class UniformBar(Body):
         return np.where(resonant, np.inf, there / np.where(resonant, 1.0, bottom))
 
     @property
-    def is_harmonic(self) -> bool:
+    def is_uniform(self) -> bool:
         return True
 
     def frequency(self, n: IntArray) -> Array:

@@ -5,10 +5,23 @@
 
 from percuss.model.contact.contact import Contact, Result
 from percuss.model.contact.kept import Kept
+from percuss.model.contact.restitution import impedance_ratio, restitution_of_ratio, restitutions
 from percuss.model.contact.reversed import Reversed
 from percuss.model.contact.timed import ADVANCES, Advance, Timed
 
-__all__ = ["ADVANCES", "LAWS", "Advance", "Contact", "Kept", "Result", "Reversed", "Timed"]
+__all__ = [
+    "ADVANCES",
+    "LAWS",
+    "Advance",
+    "Contact",
+    "Kept",
+    "Result",
+    "Reversed",
+    "Timed",
+    "impedance_ratio",
+    "restitution_of_ratio",
+    "restitutions",
+]
 
 LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}
 """The laws by their word in case files."""

@@ -7,9 +7,13 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import ClassVar, TypeVar
 
+import numpy as np
+import numpy.typing as npt
+
 from percuss.errors import ParameterError
 from percuss.model.body.body import Body
 from percuss.model.checks import Array, positive, unit_interval
+from percuss.model.contact.restitution import impedance_ratio
 
 __all__ = ["Contact", "Result"]
 
@@ -33,7 +37,8 @@ class Contact(ABC):
     −R times itself, and its position is such that the striking end stays where it touches. To write a law, write a
     frozen dataclass with `strain_factor`, the words `kind` and `sentence`, what of the theory holds for it
     (`results`), and `check` when it does not fit every body. Everything else follows: steady motions, multipliers,
-    simulations and their energy ask for no more.
+    simulations and their energy ask for no more. What depends on R is asked of the law, by `velocity_factor`,
+    `impulse` and the others below; nothing but the laws knows how it does.
 
     Parameters
     ----------
@@ -105,8 +110,44 @@ class Contact(ABC):
 
     @property
     def velocity_factor(self) -> float:
-        """−R: what the velocity of every mode is multiplied by."""
+        """β = −R: what the velocity of every mode is multiplied by."""
         return -self.restitution
+
+    @property
+    def keeps_strain(self) -> bool:
+        """Whether the strain just after an impact is that just before it, α = 1."""
+        return self.strain_factor == 1.0
+
+    @property
+    def rebounds(self) -> bool:
+        """Whether the striking end leaves the wall with a speed, R > 0; else it starts from rest."""
+        return self.velocity_factor != 0.0
+
+    @property
+    def is_lossless(self) -> bool:
+        """Whether an impact takes no energy: R = 1."""
+        return self.energy_taken(1.0, 0.0) == 0.0 and self.energy_taken(0.0, 1.0) == 0.0
+
+    @property
+    def impulse(self) -> float:
+        """1 + R: the impulse of the wall on a body over the momentum with which the body strikes."""
+        return 1.0 - self.velocity_factor
+
+    @property
+    def impedance_ratio(self) -> float:
+        """(1 − R)/(1 + R): the impedance of the body over that of a receiving rod that R stands for (B77 10)."""
+        return impedance_ratio(self.restitution)
+
+    def velocity_factors(self, restitution: npt.ArrayLike) -> Array:
+        """`velocity_factor` of laws of this kind with other restitutions, of any shape."""
+        return -np.asarray(restitution, dtype=float)
+
+    def strain_factors(self, restitution: npt.ArrayLike) -> Array:
+        """`strain_factor` of laws of this kind with other restitutions, of any shape."""
+        given = np.asarray(restitution, dtype=float)
+        kinds, which = np.unique(given, return_inverse=True)
+        found = [self.with_restitution(float(value)).strain_factor for value in kinds]
+        return np.array(found, dtype=float)[which].reshape(given.shape)
 
     @property
     def duration(self) -> float:
@@ -119,7 +160,7 @@ class Contact(ABC):
 
     def energy_taken(self, kinetic: float, strain: float) -> float:
         """What an impact takes of the kinetic energy and of the strain energy just before it."""
-        return (1.0 - self.restitution**2) * kinetic + (1.0 - self.strain_factor**2) * strain
+        return (1.0 - self.velocity_factor**2) * kinetic + (1.0 - self.strain_factor**2) * strain
 
     def holds(self, result: Result) -> bool:
         """Whether a result of the theory holds for this law."""

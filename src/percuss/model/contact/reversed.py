@@ -45,13 +45,13 @@ class Reversed(Contact):
         return -self.restitution
 
     def check(self, body: Body) -> None:
-        """Uniform bars only: a step sends back a part of a wave before it has met the far end.
+        """Bars that send no wave back inside them: a step returns a part of one before it has met the far end.
 
         Raises
         ------
         ParameterError
-            For any other body.
+            For a body whose impedance is not the same all along.
         """
-        if body.kind != "uniform":
+        if not body.is_harmonic:
             remedy = 'take the law that keeps the strain: strain = "kept"'
             raise ParameterError("strain", "reversed", "a uniform bar for the law that reverses the strain", remedy)

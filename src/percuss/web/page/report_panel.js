@@ -160,5 +160,5 @@ function rest() {
   const closes =
     energy &&
     `The energy put in per blow goes to the blow (${percent(energy.impact / energy.input)}) and to damping (${percent(energy.damping / energy.input)}).`;
-  put(parts.rest, h("h3", {}, "Lying at rest on the wall"), h("p", {}, words), closes && h("p", {}, closes), warnings);
+  put(parts.rest, h("h3", {}, "Lying at rest on the wall"), h("p", {}, words), found.note && h("p", {}, `${found.note}.`), closes && h("p", {}, closes), warnings);
 }

@@ -1,0 +1,6 @@
+"""The load: what pushes, over its period, and where on the body."""
+
+from percuss.model.load.load import Load
+from percuss.model.load.periodic_force import MAX_HARMONICS, MOST_STEPS, Jump, Side
+
+__all__ = ["MAX_HARMONICS", "MOST_STEPS", "Jump", "Load", "Side"]
