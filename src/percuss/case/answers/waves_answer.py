@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.json_values import heading_dict
+from percuss.case.answers.json_values import heading_dict, plain
 from percuss.case.answers.numerals import percent
 from percuss.case.answers.waves_json import waves_dict
 from percuss.case.answers.waves_question import limits_of, release_of, struck_by
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from percuss.blow.machine import MachineMotion, Progress
     from percuss.case.case import Case
     from percuss.model import System
+    from percuss.simulate import Progress as LawProgress
     from percuss.simulate import Trajectory
     from percuss.steady import Orbit, TimedOrbit
 
@@ -98,12 +99,13 @@ class WavesAnswer(Shown):
         """The answer in plain values, as `percuss simulate --contact waves --json` prints it."""
         last = None if last is None else count("last", last, least=0)
         heading = heading_dict(self.name, self.title, self.system, self.notes)
-        return {**heading, **waves_dict(self, last)}
+        beside = [plain(asdict(one)) for one in self.beside]
+        return {**heading, **waves_dict(self.motion, self.warnings, beside, last)}
 
 
 def waves_answer(
     case: Case,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[Progress | LawProgress], object] | None = None,
     *,
     quiet: bool = False,
     cells: int = 400,
@@ -113,7 +115,7 @@ def waves_answer(
     Parameters
     ----------
     progress
-        Called now and then; the motion ends as cancelled when it returns something true.
+        Called now and then, for both motions; they end as cancelled when it returns something true.
     quiet
         Whether all ringing is made to end between blows.
     cells
@@ -161,7 +163,7 @@ def waves_answer(
         cells=cells,
         progress=progress,
     )
-    law = run(system, start, modes=simulation.modes, stop=simulation.stop)
+    law = run(system, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
     notes = (*case.notes, struck.note) if struck.note else case.notes
     return WavesAnswer(case.file, case.title, motion, law, _beside(case, motion, law), notes)
 

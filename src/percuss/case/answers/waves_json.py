@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -10,20 +11,22 @@ from percuss.case.answers.json_values import number, numbers, plain
 
 if TYPE_CHECKING:
     from percuss.blow.machine import MachineMotion
-    from percuss.case.answers.waves_answer import WavesAnswer
 
 __all__ = ["waves_dict", "with_an_impact_a_line"]
 
 
-def waves_dict(answer: WavesAnswer, last: int | None = None) -> dict[str, Any]:
+def waves_dict(
+    motion: MachineMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
+) -> dict[str, Any]:
     """The JSON object of a motion by waves.
 
     Parameters
     ----------
+    beside
+        What the laws say, in plain values.
     last
         The number of last impacts to keep; None keeps all.
     """
-    motion = answer.motion
     return {
         "outcome": motion.ending.name.lower(),
         "label": motion.label,
@@ -38,10 +41,10 @@ def waves_dict(answer: WavesAnswer, last: int | None = None) -> dict[str, Any]:
             "rounding": number(motion.lattice.rounding),
         },
         "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
-        "warnings": list(answer.warnings),
+        "warnings": list(warnings),
         "settled": _settled(motion),
         "energy": plain({**asdict(motion.energy), "error": motion.energy.error}),
-        "beside": [plain(asdict(one)) for one in answer.beside],
+        "beside": beside,
         "impacts": _impacts(motion, last),
     }
 
