@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from percuss.model import Load as Load
     from percuss.model import Reversed as Reversed
     from percuss.model import System as System
+    from percuss.model import Timed as Timed
     from percuss.simulate import Ensemble as Ensemble
     from percuss.simulate import Start as Start
     from percuss.simulate import Starts as Starts
@@ -33,11 +34,13 @@ if TYPE_CHECKING:
     from percuss.simulate import simulate_many as simulate_many
     from percuss.stability import Stability as Stability
     from percuss.stability import stability_of as stability_of
+    from percuss.stability import timed_stability as timed_stability
     from percuss.steady import Orbit as Orbit
     from percuss.steady import SteadyStates as SteadyStates
     from percuss.steady import rest_on_wall as rest_on_wall
     from percuss.steady import si_report as si_report
     from percuss.steady import steady_states as steady_states
+    from percuss.steady import timed_states as timed_states
 
 _ROOMS = {
     "Bar": "percuss.model",
@@ -55,6 +58,7 @@ _ROOMS = {
     "SteadyStates": "percuss.steady",
     "Stop": "percuss.simulate",
     "System": "percuss.model",
+    "Timed": "percuss.model",
     "Trajectory": "percuss.simulate",
     "rest_on_wall": "percuss.steady",
     "run": "percuss.simulate",
@@ -62,6 +66,8 @@ _ROOMS = {
     "simulate_many": "percuss.simulate",
     "stability_of": "percuss.stability",
     "steady_states": "percuss.steady",
+    "timed_stability": "percuss.stability",
+    "timed_states": "percuss.steady",
 }
 
 __all__ = ["__version__", *_ROOMS]

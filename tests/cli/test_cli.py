@@ -1,4 +1,4 @@
-"""The command line, as real processes: what is printed where, exit codes, and every kind of bad input."""
+"""The command line: what is printed where, exit codes, every kind of bad input; and the same of real processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,25 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """The command in this process, in a folder with `case.toml`."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.toml").write_text(PLAIN, encoding="utf-8")
+
+    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
+        try:
+            code = main(arguments)
+        except SystemExit as ended:  # --help
+            code = int(ended.code or 0)
+        return subprocess.CompletedProcess(arguments, code, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
+def process(tmp_path: Path) -> Run:
+    """The command as a process of its own: its streams and its exit code are real."""
+
     def call(*arguments: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
             [*PERCUSS, *arguments],
@@ -53,10 +71,10 @@ def refused(done: subprocess.CompletedProcess[str], *parts: str) -> None:
 # -- help -----------------------------------------------------------------------------------------------------------
 
 
-def test_version(run: Run) -> None:
+def test_version(process: Run) -> None:
     from percuss import __version__
 
-    assert run("--version").stdout == f"percuss {__version__}\n"
+    assert process("--version").stdout == f"percuss {__version__}\n"
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"], ["help"]])
@@ -88,8 +106,7 @@ def examples() -> list[str]:
     return [line.strip() for text in texts for line in text.splitlines() if line.strip()]
 
 
-def test_every_example_of_the_help_runs(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(PLAIN, encoding="utf-8")
+def test_every_example_of_the_help_runs(run: Run, tmp_path: Path) -> None:
     done: set[str] = set()
     for line in examples():
         assert line.startswith("percuss ")
@@ -97,7 +114,7 @@ def test_every_example_of_the_help_runs(tmp_path: Path) -> None:
         if words[0] == "new" and "-o" in words:
             words.append("--force")  # two of the examples write the same file
         if line not in done:
-            subprocess.run([*PERCUSS, *words], cwd=tmp_path, check=True, capture_output=True)
+            assert run(*words).returncode == 0, line
         done.add(line)
     assert (tmp_path / "drifter_pressure.csv").exists()
     assert (tmp_path / "breaker.png").stat().st_size > 5000
@@ -132,8 +149,8 @@ def in_order(wanted: list[str], found: dict[str, Any]) -> bool:
     return [key for key in found if key in wanted] == wanted
 
 
-def test_json_of_a_plain_case(run: Run) -> None:
-    done = run("steady", "case.toml", "--json", "--periods", "1,3", "--modes", "8")
+def test_json_of_a_plain_case(process: Run) -> None:
+    done = process("steady", "case.toml", "--json", "--periods", "1,3", "--modes", "8")
     assert done.returncode == 0
     assert done.stderr == ""
     found = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
@@ -190,8 +207,8 @@ def test_json_keeps_every_digit(run: Run) -> None:
     assert [orbit["phase"] for orbit in found["periods"][0]["orbits"]] == [orbit.phase for orbit in states.orbits]
 
 
-def test_report_for_people(run: Run) -> None:
-    done = run("steady", "mini-breaker", "--periods", "1..2")
+def test_report_for_people(process: Run) -> None:
+    done = process("steady", "mini-breaker", "--periods", "1..2")
     assert done.returncode == 0
     assert "\x1b" not in done.stdout  # no colours into a pipe
     for part in (
@@ -216,8 +233,8 @@ def test_no_motion_is_an_answer(run: Run, tmp_path: Path) -> None:
     assert "come to rest on the wall" in done.stdout
 
 
-def test_case_from_standard_input(run: Run) -> None:
-    done = run("steady", "-", "--json", stdin=PLAIN)
+def test_case_from_standard_input(process: Run) -> None:
+    done = process("steady", "-", "--json", stdin=PLAIN)
     assert done.returncode == 0
     assert json.loads(done.stdout)["case"] == "<stdin>"
 
@@ -227,8 +244,8 @@ def test_a_file_goes_before_a_machine(run: Run, tmp_path: Path) -> None:
     assert run("steady", "mini-breaker").stdout.startswith("B77 scale\n")
 
 
-def test_plot(run: Run, tmp_path: Path) -> None:
-    done = run("steady", "case.toml", "--json", "--plot", "picture.svg")
+def test_plot(process: Run, tmp_path: Path) -> None:
+    done = process("steady", "case.toml", "--json", "--plot", "picture.svg")
     assert done.returncode == 0
     json.loads(done.stdout)  # nothing but JSON on stdout
     assert "picture.svg" in done.stderr
@@ -280,6 +297,11 @@ def test_wrong_arguments(run: Run, tmp_path: Path, arguments: list[str], parts: 
     refused(run(*arguments), *parts)
     assert sorted(tmp_path.iterdir()) == before  # nothing written
     assert (tmp_path / "case.toml").read_text(encoding="utf-8") == PLAIN
+
+
+def test_a_wrong_argument_of_a_process(process: Run) -> None:
+    refused(process("stedy"), "unknown command 'stedy'")
+    refused(process("steady", "cas.toml"), "did you mean 'case.toml'?")
 
 
 @pytest.mark.parametrize(

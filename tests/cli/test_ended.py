@@ -77,6 +77,37 @@ def test_ctrl_c_after_the_answer_changes_nothing():
     assert done.returncode == 0 and done.stderr == "" and "hydraulic-drifter" in done.stdout
 
 
+BREAKS_OFF = {
+    "in code made from text": "exec('raise KeyboardInterrupt')",
+    "in a library that makes another error of it": """
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        raise RuntimeError("while something was built") from None
+""",
+}
+"""Where Ctrl-C may come while modules are loaded: in a named tuple, or in a schema of pydantic's."""
+
+
+@pytest.mark.parametrize("where", BREAKS_OFF)
+def test_ctrl_c_while_modules_are_loaded(where, tmp_path):
+    """The exit code is that of an interrupted command, with its one line."""
+    (tmp_path / "one").mkdir()
+    script = f"""
+import signal, sys
+from percuss.cli import app, main
+def run(_):
+    {BREAKS_OFF[where].lstrip()}
+app.run = run
+sys.exit(main())
+"""
+    (tmp_path / "one" / "__main__.py").write_text(script, encoding="utf-8")
+    command = [sys.executable, "-m", "one"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "\npercuss: interrupted\n")
+
+
 def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
     """A batch system sends it to all processes of a job at once."""
     from percuss.explore.jobs.archive import Archive

@@ -37,7 +37,7 @@ from percuss.explore.jobs.pool import Chunk, Processes
 from percuss.explore.jobs.process_count import SMALL
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.jobs.result_columns import Sheet
-from percuss.explore.sweep_job import sweep_job
+from percuss.explore.sweep_question import sweep_job
 from percuss.notebook import duration
 
 HERE = Path(__file__).resolve().parent
@@ -355,7 +355,7 @@ OWN = """
     from percuss import Load, System
     from percuss.errors import PercussError
     from percuss.explore.jobs.process_count import helpers
-    from percuss.explore.sweep_job import sweep_job
+    from percuss.explore.sweep_question import sweep_job
     def own(system): return system.s
     def answer(asked):
         system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))

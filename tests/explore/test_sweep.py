@@ -12,7 +12,7 @@ from percuss.explore import QUANTITIES, REASONS, Axis, Sweep, SystemFamily, boun
 from percuss.explore.cells import label_text
 from percuss.explore.planes import fits_plane
 from percuss.explore.ranges import true_ranges
-from percuss.explore.sweep_job import sweep_job
+from percuss.explore.sweep_question import sweep_job
 
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 SQUARE = System(s=20.0, d=0.0048, restitution=0.6, load=Load.square(1.0, 1.3))

@@ -27,6 +27,7 @@ PUBLIC = [
     "SteadyStates",
     "Stop",
     "System",
+    "Timed",
     "Trajectory",
     "__version__",
     "rest_on_wall",
@@ -35,6 +36,8 @@ PUBLIC = [
     "simulate_many",
     "stability_of",
     "steady_states",
+    "timed_stability",
+    "timed_states",
 ]
 
 HEAVY = {"h5py", "matplotlib", "nptdms", "numba", "numpy", "pint", "pydantic", "rich", "scipy"}

@@ -281,7 +281,7 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
 
 
 ANSWERS = {
-    "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml"),
+    "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
     "simulate --contact waves": (
         "simulate hydraulic-drifter --contact waves --cells 16 --impacts 3 --full",
@@ -310,6 +310,19 @@ amplitude = 1.0
 kappa = 1.4142135623730951
 """
 """A hammer that strikes as its load jumps: κ(2 − κ)(1 + R) = 2(κ − 1)(1 − R), theory §6."""
+
+TAU = """
+[system]
+s = 20.0
+d = 0.0048
+restitution = 0.6
+law = "b77-tau"
+[load]
+kind = "harmonic"
+mean = 0.9
+amplitude = 1.0
+"""
+"""A hammer whose blows take time."""
 
 
 def documented() -> dict[str, dict[str, set[str]]]:
@@ -344,6 +357,7 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     """Both ways: every key of an answer is in the table of its object, every key of a table is in some answer."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
+    (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
     described = documented()
     assert described.keys() == ANSWERS.keys()
     for command, questions in ANSWERS.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
+from case_texts import plain_case
 from percuss import Load, System, plot, steady_states
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.errors import ParameterError, PercussError
@@ -46,6 +48,13 @@ def test_formats(striker: SteadyAnswer, tmp_path: Path, suffix: str, start: byte
 def test_same_answer_same_picture(striker: SteadyAnswer, tmp_path: Path) -> None:
     first = plot.save(plot.steady(striker), tmp_path / "a.svg").read_bytes()
     assert plot.save(plot.steady(striker), tmp_path / "b.svg").read_bytes() == first
+
+
+def test_a_title_that_no_font_has_is_drawn_without_a_word(tmp_path: Path) -> None:
+    case = Case.from_text('title = "🔨"\n' + plain_case())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert plot.save(plot.steady(steady_answer(case, starts=0)), tmp_path / "a.png").stat().st_size > 5000
 
 
 def test_panels_carry_units(striker: SteadyAnswer) -> None:

@@ -14,7 +14,6 @@ import strategies
 from percuss import Kept, Load, System
 from percuss.model import SteppedBar, Timed
 from percuss.stability import timed_stability
-from percuss.stability.reduced import quadratic_coefficients
 from percuss.steady import Reason, TimedOrbit, timed_states
 from percuss.steady.phases import forced_response
 from timed_oracle import Blow, after
@@ -85,8 +84,10 @@ def test_without_duration_it_is_b77s_quadratic_of_a_rigid_bar(drawn: strategies.
         moduli = []
         for force in forces:
             slope = (force - load.mean - d * velocity) / load.mean  # v_f' over p_0
-            a_0, a_1, a_2 = quadratic_coefficients(d, r, orbit.period, 0.0, slope)
-            moduli.append(float(np.abs(np.roots([a_2, a_1, a_0])).max()))
+            decay = math.exp(-d * orbit.period)
+            gain = (1.0 - decay) / (d * orbit.period) if d * orbit.period > 1e-8 else 1.0
+            linear = -1.0 - r**2 * decay - gain * (1.0 + r) ** 2 * slope  # B77 (29)–(31) with σ = 0
+            moduli.append(float(np.abs(np.roots([1.0, linear, r**2 * decay])).max()))
         judged = timed_stability(orbit)
         assert abs(judged.multipliers[0]) == pytest.approx(max(moduli), rel=1e-6, abs=1e-6)
 

@@ -751,6 +751,22 @@ def test_arrow_keys_move_the_design_and_other_axes_can_be_chosen(desk: Desk) -> 
     expect(page.locator("#map-readout")).to_contain_text("Hz")
 
 
+def test_the_size_of_a_section_is_an_axis(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    build_piston(page)
+    told(page, "bar.sections")
+    page.click("#tab-map")
+    page.select_option("#map-x", "bar.sections[1].length")
+    until(page, "decodeURIComponent(location.hash).includes('x=bar.sections[1].length')")
+    page.wait_for_selector("#map[data-coarse='8']")
+    expect(page.locator("#map-readout")).to_contain_text("mm")
+    page.focus("#map")
+    page.keyboard.press("Shift+ArrowRight")
+    until(page, "Number(document.querySelector('#map').dataset.design.split(',')[0]) > 121")
+    page.click("#tab-case")
+    expect(page.locator("#field-bar-sections-1-length")).not_to_have_value("120 mm")
+
+
 def test_a_slow_map_comes_in_strips_and_does_not_hold_up_a_move(desk: Desk) -> None:
     page = desk.open("panel=map&machine=mini-breaker&x=load.frequency&xr=15:20&y=bar.length&yr=300:340&q=power")
     page.wait_for_selector("#map[data-coarse='8']")
@@ -1665,8 +1681,8 @@ def test_pictures(desk: Desk) -> None:
         page = desk.open(words)
         page.wait_for_timeout(2500)
         if name == "map":
-            page.wait_for_selector("#map[data-curves]")
-            page.wait_for_timeout(3000)
+            page.wait_for_selector("#map[data-fine][data-curves]", timeout=120_000)
+            page.wait_for_timeout(8000)  # the last points of the curves
         if name == "motion":
             page.click("#play")
         if name == "experiment":

@@ -86,7 +86,7 @@ def label_in_words(motion: Trajectory) -> str:
     if name == "departed":
         return "The bar leaves the wall for good"
     if motion.period_unresolved:
-        return "The hammer finds no rhythm that can be computed: it comes to rest, but when next depends on rounding"
+        return "The hammer finds no rhythm that can be computed: it rests, but how soon again depends on rounding"
     if name == "aperiodic":
         return "The hammer finds no rhythm: its last impacts do not return to any earlier state"
     return "No periodic motion has been found so far"

@@ -68,8 +68,8 @@ def _vocabulary() -> str:
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     steady = [name for name in QUANTITIES if name not in followed]
     paragraphs = (
-        "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a factor on the load; "
-        f"dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
+        "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "
+        f"factor on the load; dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
         f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}.",
     )
     return "\n".join(textwrap.fill(text, 120, break_on_hyphens=False) for text in paragraphs)

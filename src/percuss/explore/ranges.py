@@ -58,7 +58,7 @@ def true_ranges(job: SweepJob, found: Sweep, quantity: str) -> tuple[Range, ...]
     --------
     >>> from percuss import Load, System
     >>> from percuss.explore import Sweep
-    >>> from percuss.explore.sweep_job import sweep_job
+    >>> from percuss.explore.sweep_question import sweep_job
     >>> rigid = System(s=1e7, d=0.0, restitution=0.5, load=Load.harmonic(0.9, 1.0))
     >>> job = sweep_job(rigid, "load_factor=0.1:1.2:12", quantities=["reduced_stable"])
     >>> found = Sweep.shaped(job, job.compute(0, job.size, lambda: False))

@@ -14,8 +14,10 @@ from percuss.explore.axis import Axis
 from percuss.explore.cells import label_text
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Column, Columns
+from percuss.explore.own_quantities import SystemFunction
 from percuss.explore.quantities import CELL_OUTCOMES, DEFAULT_QUANTITIES, REASONS
-from percuss.explore.sweep_job import SweepJob, SystemFunction, sweep_job
+from percuss.explore.sweep_job import SweepJob
+from percuss.explore.sweep_question import sweep_job
 from percuss.model import System
 from percuss.shown import Shown
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -113,7 +114,8 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
         raise ParameterError("path", str(path), f"a name that ends in {', '.join(SUFFIXES)}")
     undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}[suffix]  # same answer, same bytes
     buffer = io.BytesIO()
-    with style():
+    with style(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # such as 🔨 in a title: a box in its place
         figure.savefig(buffer, format=suffix[1:], dpi=150, metadata=undated)
     write_whole(target, buffer.getvalue())
     return target

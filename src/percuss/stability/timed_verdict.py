@@ -60,9 +60,7 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
 
     Examples
     --------
-    >>> from percuss import Load, System
-    >>> from percuss.model import Timed
-    >>> from percuss.steady import timed_states
+    >>> from percuss import Load, System, Timed, timed_states
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in timed_states(system, Timed.of_uniform_bar(20.0, 0.6)).orbits:
     ...     print(timed_stability(orbit).reason)

@@ -98,7 +98,7 @@ class TimedOrbit(Shown):
 
     @property
     def blow_energy(self) -> float:
-        """½ V², the kinetic energy of the rigid motion; B77's is ½ `rigid_velocity`² of its motion."""
+        """½ V², the kinetic energy of the rigid motion; of B77's motion half the square of its `rigid_velocity`."""
         return 0.5 * self.rigid_velocity**2
 
     @property

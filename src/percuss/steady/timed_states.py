@@ -127,8 +127,7 @@ def timed_states(system: System, law: Timed, periods: int = 1, *, modes: int | N
 
     Examples
     --------
-    >>> from percuss import Load, System
-    >>> from percuss.model import Timed
+    >>> from percuss import Load, System, Timed
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in timed_states(system, Timed.of_uniform_bar(20.0, 0.6)).orbits:
     ...     print(f"{orbit.phase:.6f} {orbit.phase_b77:.6f} {orbit.rigid_velocity:.6f} {orbit.admissible}")

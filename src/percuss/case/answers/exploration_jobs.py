@@ -53,7 +53,7 @@ def sweep_job_of(
     CaseError, ParameterError
         When the case cannot be used, or the question has no answer.
     """
-    from percuss.explore.sweep_job import sweep_job
+    from percuss.explore.sweep_question import sweep_job
 
     checked_case(case)
     axes = several("axes", axes, "a list of Axis")

@@ -11,6 +11,7 @@ from percuss.case.answers.numerals import number, quantity
 
 if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import OrbitAnswer, SteadyAnswer
+    from percuss.case.answers.timed_answer import TimedAnswer
     from percuss.steady import Rest
 
 __all__ = ["Summary", "every", "name_of", "summary_of"]
@@ -54,6 +55,9 @@ def summary_of(answer: SteadyAnswer) -> Summary:
     said = [ends_sentence(answer.starts, labels, answer.system), clock_in_short(answer.system.load)]
     if running:
         return Summary(_can_run(answer, running[0]), _joined(_others(running), *said), True)
+    alone = [one for period in answer.periods if period.timed is not None for one in period.timed.alone if one.runs]
+    if alone:
+        return Summary(_runs_alone(alone[0]), _joined(*said), True)
     rest = "The bar may also come to rest on the wall." if _stays(answer.rest) else ""
     what = f"No steady motion with one impact {_asked([period.states.periods for period in answer.periods])}"
     found = any(period.orbits for period in answer.periods)
@@ -73,6 +77,14 @@ def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
     return (
         f"The hammer can run with one blow {every(first.orbit.periods)}: {figures}; stable, "
         f"{_margins(first)} ({name_of(answer, first)} below)."
+    )
+
+
+def _runs_alone(found: TimedAnswer) -> str:
+    orbit = found.orbit
+    return (
+        f"By {orbit.law.law} the hammer can run with one blow {every(orbit.periods)}: phase {number(orbit.phase)} rad; "
+        f"stable, margin {number(found.stability.margin, 3)}. By B77's law, whose blows take no time, it cannot."
     )
 
 

@@ -60,10 +60,7 @@ class OrbitAnswer(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The motion in plain values."""
         told = orbit_dict(self.orbit, self.stability, self.drag, self.si)
-        if self.timed is None and not self.ended:
-            return told
-        blow = None if self.timed is None else self.timed.to_json_dict(self.stability)
-        return with_blow(told, blow)
+        return with_blow(told, self.timed) if self.ended or self.timed is not None else told
 
 
 @dataclass(frozen=True)
@@ -82,7 +79,9 @@ class PeriodAnswer(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The motions in plain values."""
         told = period_dict(self.states, [answer.to_json_dict() for answer in self.orbits], self.greatest_drag)
-        return told if self.timed is None else {**told, "blow": self.timed.to_json_dict()}
+        if self.timed is None:
+            return told
+        return {**told, "blow": self.timed.to_json_dict({one.orbit.phase: one.stability for one in self.orbits})}
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from percuss.case.answers.json_values import number, numbers, plain
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
+    from percuss.case.answers.timed_answer import TimedAnswer
     from percuss.model import Contact
     from percuss.stability import Reduced, Stability, Waveform
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
@@ -109,15 +110,11 @@ def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None)
     }
 
 
-def with_blow(told: dict[str, Any], blow: dict[str, Any] | None) -> dict[str, Any]:
-    """A motion of B77's law with what a law says of it that knows the duration of the blow; None where that ends it.
-
-    The phase is then that of the blow; everything else outside of ``blow`` is still said of B77's motion.
-    """
-    here = {"phase": told["phase"] if blow is None else blow["phase"], "phase_b77": told["phase"]}
-    multipliers = None if blow is None else blow["multipliers"]
-    rest = None if blow is None else {key: value for key, value in blow.items() if key not in ("phase", "multipliers")}
-    return {**told, **here, "blow_multipliers": multipliers, "blow": rest}
+def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]:
+    """A motion of B77's law with the phase of the motion that continues it when its blows take time; None for none."""
+    phase = told["phase"] if timed is None else number(timed.orbit.phase)
+    multipliers = None if timed is None else timed.multipliers
+    return {**told, "phase": phase, "phase_b77": told["phase"], "blow_multipliers": multipliers}
 
 
 _WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -32,17 +32,14 @@ class TimedAnswer(Shown):
         """Whether a hammer can sustain this motion: admissible and stable."""
         return self.orbit.admissible and self.stability.stable
 
-    def margin_change(self, judged: Stability | None) -> float | None:
-        """By how much the margin is greater than that of the rhythm of B77's motion."""
-        return None if judged is None else self.stability.margin - judged.margin_rhythm
-
     def to_json_dict(self, judged: Stability | None = None) -> dict[str, Any]:
-        """The motion in plain values, with the verdict on B77's motion for the difference."""
+        """The motion in plain values; with the verdict on the motion of B77's law, if it continues one."""
         orbit, verdict = self.orbit, self.stability
         violation = orbit.violation
         return plain(
             {
                 "phase": orbit.phase,
+                "phase_b77": orbit.phase_b77,
                 "phase_shift": orbit.phase_shift,
                 "rigid_velocity": orbit.rigid_velocity,
                 "contact_velocity": orbit.contact_velocity,
@@ -54,11 +51,12 @@ class TimedAnswer(Shown):
                 "contact_end": orbit.contact[1],
                 "ringing_left": orbit.ringing_left,
                 "admissible": orbit.admissible,
-                "violation": None if violation is None else {"time": violation.time, "depth": violation.depth},
+                "passage_time": None if violation is None else violation.time,
+                "passage_depth": None if violation is None else violation.depth,
                 "stable": verdict.stable,
                 "reason": verdict.reason,
                 "margin": verdict.margin,
-                "margin_change": self.margin_change(judged),
+                "margin_b77": None if judged is None else judged.margin_rhythm,
                 "multipliers": self.multipliers,
                 "warnings": list(orbit.warnings),
             }
@@ -87,13 +85,16 @@ class TimedPeriod(Shown):
         """The motions that continue none of B77's."""
         return tuple(one for one in self.orbits if one.orbit.b77 is None)
 
-    def to_json_dict(self) -> dict[str, Any]:
-        """Level and existence, and the motions that continue none of B77's; the others stand beside those."""
+    def to_json_dict(self, judged: Mapping[float, Stability]) -> dict[str, Any]:
+        """Level, existence and motions; with the verdicts on the motions of B77's law by their phases."""
         return {
             "level": number(self.states.level),
             "level_max": number(self.states.level_max),
             "exists": self.states.exists,
-            "orbits": [one.to_json_dict() for one in self.alone],
+            "orbits": [
+                one.to_json_dict(None if one.orbit.phase_b77 is None else judged[one.orbit.phase_b77])
+                for one in self.orbits
+            ],
         }
 
 

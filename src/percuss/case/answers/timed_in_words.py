@@ -29,7 +29,7 @@ def law_in_words(law: Timed, system: System) -> str:
 
 
 def timed_in_words(found: TimedAnswer, judged: Stability | None = None) -> list[str]:
-    """A motion in lines: phase, blow, verdict, and whether it is possible; beside B77's where it has one."""
+    """A motion in lines: its phase, its blow, its verdict beside that on B77's motion, and what makes it impossible."""
     orbit, system = found.orbit, found.orbit.system
     beside = "" if judged is None else f" (B77's rhythm {number(judged.margin_rhythm, 3)})"
     lines = [_phase(found), _blow(found), f"{_verdict(found)}; margin {number(found.stability.margin, 3)}{beside}"]

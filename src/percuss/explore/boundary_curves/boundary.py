@@ -34,6 +34,8 @@ __all__ = ["KINDS", "Boundaries", "Curve", "boundaries", "checked_boundaries"]
 
 CRITERIA = ("reduced", "exact")
 
+Row = list[tuple[int, Crossing]]  # what crosses the line of one value of x, and on which branch
+
 
 def boundaries(
     system: System | Family,
@@ -111,33 +113,41 @@ def boundaries(
     callback("progress", progress)
     if samples is not None:
         count("samples", samples, least=2, most=10**6)
-    asked = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
-    x_name, values, y_name, low, high = asked
-    rows: list[list[tuple[int, Crossing]]] = []
-    failed: list[tuple[float, str]] = []
+    x_name, values, y_name, low, high = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
     meter = Meter(values.size, 0, progress)
-    meter.start(0)
 
     def given_up() -> bool:
         return meter() or (halt is not None and halt())
 
-    for value in values.tolist():
-        fixed = {} if x_name == PERIODS else {x_name: value}
-        m = int(value) if x_name == PERIODS else periods
-        line = Line(family, fixed, y_name, low, high, m, modes, halt=given_up, told=meter.within)
-        try:
-            with halting(given_up):
-                rows.append(_on_line(line, criterion, tuple(kinds), samples))
-        except Interrupted:
-            rows.append([])
-            failed.append((value, "given up"))
-        except (PercussError, Halted) as error:
-            rows.append([])
-            failed.append((value, str(error) or "given up"))
-        meter.add(1)
-    meter.tell()
+    def line(value: float) -> Line:
+        fixed, m = ({}, int(value)) if x_name == PERIODS else ({x_name: value}, periods)
+        return Line(family, fixed, y_name, low, high, m, modes, halt=given_up, told=meter.within)
+
+    rows, failed = _line_by_line(line, values, meter, lambda one: _on_line(one, criterion, tuple(kinds), samples))
     curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
     return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
+
+
+def _line_by_line(
+    line: Callable[[float], Line], values: Array, meter: Meter, found_on: Callable[[Line], Row]
+) -> tuple[list[Row], list[tuple[float, str]]]:
+    """What is found at each value of x, and the values that failed, with the reasons."""
+    rows: list[Row] = []
+    failed: list[tuple[float, str]] = []
+    meter.start(0)
+    for value in values.tolist():
+        one, row = line(value), []
+        try:
+            with halting(one.halt):
+                row = found_on(one)
+        except Interrupted:
+            failed.append((value, "given up"))
+        except (PercussError, Halted) as error:
+            failed.append((value, str(error) or "given up"))
+        rows.append(row)
+        meter.add(1)
+    meter.tell()
+    return rows, failed
 
 
 def checked_boundaries(

@@ -91,18 +91,9 @@ def carry_out(
     """
     _check(job, workers, chunk)
     callback("progress", progress)
-    if archive is not None:
-        path("archive", archive)
-    flag("resume", resume)
-    if pool is not None:
-        having("pool", pool, ("workers", "begin", "submit", "finished"), "workers, as percuss.cluster.pool gives them")
+    _check_places(archive, resume, pool)
     number = 1 if pool is not None else helpers(job, workers)
-    kept = None
-    if archive is not None:
-        if resume and Path(archive).exists():
-            kept = Archive.resume(archive, job)
-        else:
-            check_free(archive)
+    kept = _resumed(archive, resume, job)
     with watched(progress) as watch:
         meter = Meter(job.size, bytes_of(job), watch)
         meter.damaged = 0 if kept is None else len(kept.damaged)
@@ -121,6 +112,25 @@ def _check(job: Job, workers: int | None, chunk: int | None) -> None:
         count("chunk", chunk, most=_MOST_ITEMS)
     if workers is not None:
         count("workers", workers, most=_MOST_WORKERS)
+
+
+def _check_places(archive: object, resume: object, pool: object) -> None:
+    """Where it is computed and kept."""
+    if archive is not None:
+        path("archive", archive)
+    flag("resume", resume)
+    if pool is not None:
+        having("pool", pool, ("workers", "begin", "submit", "finished"), "workers, as percuss.cluster.pool gives them")
+
+
+def _resumed(archive: str | os.PathLike[str] | None, resume: bool, job: Job) -> Archive | None:
+    """The archive to go on with; None where there is none yet, in a place that is free then."""
+    if archive is None:
+        return None
+    if resume and Path(archive).exists():
+        return Archive.resume(archive, job)
+    check_free(archive)
+    return None
 
 
 @contextmanager

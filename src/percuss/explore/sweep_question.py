@@ -1,0 +1,104 @@
+"""The question of a sweep: its job, and which questions have no answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from percuss.errors import ParameterError, PercussError
+from percuss.explore.axis import Axis
+from percuss.explore.family import Family, family_of
+from percuss.explore.own_quantities import SystemFunction, checked_functions
+from percuss.explore.parameters import PERIODS
+from percuss.explore.quantities import DEFAULT_QUANTITIES, checked
+from percuss.explore.sweep_job import SweepJob
+from percuss.model import System
+from percuss.model.checks import Array, count, instance
+from percuss.stability.verdict import DEFAULT_MODES
+from percuss.steady.states import MAX_MODES, MAX_PERIODS
+
+if TYPE_CHECKING:
+    from percuss.simulate import Start, Stop
+
+__all__ = ["sweep_job"]
+
+_MOST_IMPACTS = 10**7
+
+
+def sweep_job(
+    what: System | Family,
+    *axes: Axis | str,
+    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    periods: int = 1,
+    modes: int | None = None,
+    simulated: int = DEFAULT_MODES,
+    start: Start | None = None,
+    stop: Stop | None = None,
+    impacts: int = 2000,
+    discard: int = 500,
+    functions: Mapping[str, SystemFunction] | None = None,
+) -> SweepJob:
+    """The job of a sweep, checked; see `sweep`.
+
+    Parameters
+    ----------
+    simulated
+        Elastic modes of the simulations, when `modes` does not say it.
+    """
+    from percuss.simulate import Start, Stop
+
+    family = family_of(what)
+    own = checked_functions({} if functions is None else functions)
+    names = checked(quantities) if quantities or not own else ()
+    spans = tuple(axis if isinstance(axis, Axis) else Axis.parsed(axis) for axis in axes)
+    _check_axes(family, spans)
+    number = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    job = SweepJob(
+        family=family,
+        axes=spans,
+        quantities=names,
+        periods=count("periods", periods, most=MAX_PERIODS),
+        modes=number,
+        simulated=count("modes", simulated, least=0, most=MAX_MODES) if number is None else number,
+        start=None if start is None else instance("start", start, Start),
+        stop=Stop() if stop is None else instance("stop", stop, Stop),
+        impacts=count("impacts", impacts, least=10, most=_MOST_IMPACTS),
+        discard=count("discard", discard, least=0, most=_MOST_IMPACTS),
+        functions=own,
+    )
+    _check_some(job)
+    return job
+
+
+def _check_some(job: SweepJob) -> None:
+    """The refusal of the first cell, when none of several over the map has a system: then the question is wrong."""
+    refused: list[Exception] = []
+    some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
+    for place in product(*some.tolist()):
+        cell = job.cell(int(np.ravel_multi_index(place, job.shape)))
+        try:
+            job.family.system(job.system_values(cell))
+            return
+        except (PercussError, ArithmeticError) as error:
+            refused.append(error)
+    raise refused[0]
+
+
+def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
+    if not axes:
+        raise ParameterError("axes", None, "one or more axes, such as restitution=0:0.9:200")
+    names = [axis.name for axis in axes]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ParameterError("axes", twice[0], "each parameter on one axis only")
+    for axis in axes:
+        if axis.name == PERIODS and (axis.unit or np.any(axis.values % 1.0) or not _whole(axis.values)):
+            raise ParameterError(PERIODS, axis.values, f"whole numbers from 1 to {MAX_PERIODS}")
+    family.check({axis.name: axis.unit for axis in axes if axis.name != PERIODS})
+
+
+def _whole(values: Array) -> bool:
+    return bool(values.min() >= 1 and values.max() <= MAX_PERIODS)

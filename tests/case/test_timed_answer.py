@@ -1,0 +1,141 @@
+"""What `percuss steady` says of blows that take time: the numbers of the law in their units, beside B77's law."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from percuss.case import Case, SteadyAnswer, load_case, steady_answer
+from percuss.case.answers.first_lines import summary_of
+from percuss.cli import main
+from percuss.cli.steady_report import steady_report
+from percuss.html_report import report_html
+
+PLAIN = """
+[system]
+s = {s}
+d = 0.0
+restitution = 0.6
+law = "{law}"
+[load]
+kind = "harmonic"
+mean = {mean}
+amplitude = 1.0
+"""
+ROD = """
+[bar]
+length = "0.341 m"
+diameter = "49 mm"
+[load]
+kind = "harmonic"
+mean = "4 kN"
+amplitude = "9 kN"
+frequency = "60 Hz"
+[contact]
+receiving_area = "28.3 cm^2"
+law = "b77-tau"
+"""
+
+
+def answered(law: str = "b77-tau", mean: float = 0.9, s: float = 20.0) -> SteadyAnswer:
+    return steady_answer(Case.from_text(PLAIN.format(law=law, mean=mean, s=s)))
+
+
+def lines(answer: SteadyAnswer) -> str:
+    report = steady_report(answer)
+    return "\n".join(
+        f"{section.heading}\n" + "\n".join(f"{label}: {text}" for label, text in getattr(section, "rows", ()))
+        for section in report.sections
+    )
+
+
+def test_the_numbers_of_the_law_in_si() -> None:
+    answer = steady_answer(Case.from_text(ROD))
+    bar = answer.system.bar
+    assert bar is not None
+    told = answer.to_json_dict()
+    blow, r = told["blow"], answer.system.restitution
+    transit = bar.length / bar.wave_speed
+    assert blow["law"] == told["contact"]["law"] == "b77-tau"
+    assert blow["effective_restitution"] == r
+    assert blow["contact_duration"] == pytest.approx(2.0 * transit)
+    assert blow["force_centroid"] == pytest.approx(transit)
+    # the rod's face moves on by (1 − R) V/2 for two transits, with V = P_0/((1 + R) f mass)
+    speed = 4000.0 / ((1.0 + r) * 60.0 * bar.mass)
+    assert blow["advance_per_blow"] == pytest.approx((1.0 - r) * speed * transit)
+    assert (blow["ringing_share"], blow["contacts"]) == (0.0, 1)
+    assert "s later than B77's impact" in lines(answer)
+
+
+def test_both_laws_stand_side_by_side() -> None:
+    answer = answered()
+    told = answer.to_json_dict()
+    (period,) = told["periods"]
+    assert period["blow"]["level"] == pytest.approx(period["level"] * (1.0 - 1.0 / (20.0 * math.pi)))
+    b77 = steady_answer(Case.from_text(PLAIN.format(law="b77", mean=0.9, s=20.0))).to_json_dict()
+    for orbit, alone, motion in zip(
+        period["orbits"], b77["periods"][0]["orbits"], period["blow"]["orbits"], strict=True
+    ):
+        assert (orbit["phase_b77"], orbit["phase"]) == (alone["phase"], motion["phase"])
+        assert orbit["blow_multipliers"] == motion["multipliers"]
+        assert motion["phase_shift"] == pytest.approx(orbit["phase"] - orbit["phase_b77"])
+        assert motion["margin"] == pytest.approx(1.0 - max(math.hypot(*pair) for pair in motion["multipliers"]))
+        assert motion["margin_b77"] == alone["margin_rhythm"]
+        assert {key: orbit[key] for key in alone if key != "phase"} == {
+            key: value for key, value in alone.items() if key != "phase"
+        }
+    assert json.dumps(told, allow_nan=False)
+    text = lines(answer)
+    assert "b77-tau: restitution 0.6, contact 0.1 rad" in text
+    assert "Orbit 2 of 2, m = 1: stable, possible; by b77-tau stable, possible" in text
+    assert "margin 0.4" in summary_of(answer).headline and "by b77-tau" in summary_of(answer).headline
+
+
+def test_without_such_a_law_nothing_is_said_of_one() -> None:
+    told = answered("b77").to_json_dict()
+    assert "blow" not in told and "blow" not in told["periods"][0]
+    assert "phase_b77" not in told["periods"][0]["orbits"][0]
+    assert told["contact"]["law"] == "b77"
+
+
+def test_motions_that_only_the_law_has() -> None:
+    """Between the folds of the two laws, 4/π and 1/(1 − q) times that."""
+    answer = answered(mean=1.005 * 4.0 / math.pi)
+    (period,) = answer.periods
+    assert period.timed is not None
+    assert not period.orbits and len(period.timed.alone) == 2 and answer.running == ()
+    told: dict[str, Any] = answer.to_json_dict()["periods"][0]
+    assert [orbit["phase_b77"] for orbit in told["blow"]["orbits"]] == [None, None]
+    text = lines(answer)
+    assert "Of b77-tau alone, m = 1" in text and "no motion of B77's law corresponds to it" in text
+    assert "b77-tau: 2 steady motions" in text
+    assert summary_of(answer).runs and "By b77-tau the hammer can run" in summary_of(answer).headline
+
+
+def test_the_law_decides_what_runs() -> None:
+    """Between the flips of the two laws."""
+    answer = answered(mean=0.76)
+    found = answer.periods[0].orbits[-1]
+    assert found.stability.stable and found.timed is not None and not found.timed.stability.stable
+    assert not found.runs and answer.running == ()
+    assert "flip" in lines(answer)
+
+
+def test_the_report_as_a_file_has_both() -> None:
+    pytest.importorskip("matplotlib")
+    case = Case.from_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0))
+    text = report_html(case, steady_answer(case))
+    assert "By b77-tau: restitution 0.6" in text and "rad later than B77&#x27;s impact" in text
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
+    path = tmp_path / "tau.toml"
+    path.write_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0), encoding="utf-8")
+    assert main(["steady", str(path), "--json", "--periods", "1,2"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["blow"]["contact_duration"] == 0.1
+    assert [period["blow"]["exists"] for period in told["periods"]] == [True, False]
+    assert load_case("mini-breaker").timed_law() is None
