@@ -83,7 +83,7 @@ def test_the_error_of_a_phase_falls_as_the_square_of_the_cell():
     square=st.booleans(),
     pushed_back=st.booleans(),
 )
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_what_every_motion_keeps(sections, s, ratio, p, damping, square, pushed_back):
     """Momentum and energy close; faces only push; contacts come one after another; an impact takes no energy in."""
     impedances, times = zip(*sections, strict=True)

@@ -40,8 +40,6 @@ class Energy(Shown):
         their mean. It falls with the size of the cells.
     stored
         Rise of the striker's kinetic and elastic energy.
-    error
-        What is missing, over the sum of the others: rounding.
     """
 
     load_work: float
@@ -52,7 +50,7 @@ class Energy(Shown):
 
     @property
     def error(self) -> float:
-        """Relative; dimensionless."""
+        """What is missing, over the sum of the amounts: rounding; dimensionless."""
         parts = self.load_work, self.given, self.damped, self.averaged, self.stored
         missing = parts[0] - sum(parts[1:])
         whole = sum(map(abs, parts))
