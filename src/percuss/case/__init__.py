@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
     from percuss.case.file_format.problems import CaseErrors
@@ -32,6 +33,7 @@ __all__ = [
     "Simulation",
     "SimulationAnswer",
     "SteadyAnswer",
+    "WavesAnswer",
     "basins_job_of",
     "blow_answer",
     "experiment_job_of",
@@ -40,6 +42,7 @@ __all__ = [
     "simulation_answer",
     "steady_answer",
     "sweep_job_of",
+    "waves_answer",
 ]
 
 _HOME = {
@@ -54,6 +57,7 @@ _HOME = {
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
     "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
@@ -62,6 +66,7 @@ _HOME = {
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
     "sweep_job_of": "answers.exploration_jobs",
+    "waves_answer": "answers.waves_answer",
 }
 
 
