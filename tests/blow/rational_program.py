@@ -183,10 +183,8 @@ def _meet(f: tuple[Fraction, Fraction], g: tuple[Fraction, Fraction], tau: Fract
         corners = kept
         if len(corners) < 3:
             return False
-    area = sum(
-        s * r_next - s_next * r for (s, r), (s_next, r_next) in zip(corners, corners[1:] + corners[:1], strict=True)
-    )
-    return area != 0
+    following = corners[1:] + corners[:1]
+    return sum(s * r_next - s_next * r for (s, r), (s_next, r_next) in zip(corners, following, strict=True)) != 0
 
 
 def blow(given: Collision) -> Outcome:
