@@ -183,7 +183,7 @@ def blow(given: Collision, dt: float, peaks: bool = False) -> Found:
     masses = dict(case.joint_masses)
     joints = [Mass(masses.get(i, 0.0)) for i in range(1, len(rod))]
     rock = None
-    if case.end == "rock" and rod:
+    if rod and (case.end == "rock" or case.bit_mass):
         rock = Rock(case.k1, case.gamma, case.bit_mass, rod[-1].impedance, dt, -case.rock_gap)
     still = [Mass(0.0) for _ in striker]
     steps = round(case.until / dt)

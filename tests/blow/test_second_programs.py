@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
 import lattice_program
 import rational_program
+import smooth_program
 from collisions import Collision, Reference, references, simple
 
 BLOWS = references()
@@ -70,6 +72,27 @@ def test_lattice_comes_to_the_references(reference: Reference) -> None:
         assert found.rock.residual == pytest.approx(expected["residual_penetration"], rel=1e-5)
 
 
+@named(BLOWS)
+def test_smooth_program_has_every_figure_of_the_references(reference: Reference) -> None:
+    case, expected = reference.collision, reference.expected
+    found = smooth_program.blow(case)
+    assert len(found.contacts) == len(expected["contacts"])
+    for ours, theirs in zip(found.contacts, expected["contacts"], strict=True):
+        for number, wanted in zip(ours, theirs, strict=True):
+            assert wanted is None or number == pytest.approx(wanted, rel=1e-9, abs=1e-9 * case.until)
+    energy, speed = expected["kinetic_energy_before"], expected["mean_velocity_before"]
+    assert found.striker_energy_after == pytest.approx(
+        expected["rigid_energy_after"] + expected["vibration_energy_after"], abs=1e-9 * energy
+    )
+    assert found.work_through_face == pytest.approx(expected["work_through_face"], abs=1e-9 * energy)
+    assert found.gap_after == pytest.approx(expected["gap_after"], abs=1e-9 * speed * case.until)
+    if found.bit is not None:
+        assert found.bit.work == pytest.approx(expected["rock_work"], abs=1e-9 * energy)
+        assert found.bit.deepest == pytest.approx(expected["greatest_penetration"], rel=1e-9)
+        assert found.bit.position == pytest.approx(expected["penetration_after"], abs=1e-9 * speed * case.until)
+        assert found.bit.greatest_force == pytest.approx(expected["greatest_rock_force"], rel=1e-9)
+
+
 def pushed_on_a_fixed_rod(*velocity: Fraction) -> Collision:
     return Collision(
         striker=((Fraction(3), Fraction(2)), (Fraction(1), Fraction(3))),
@@ -104,3 +127,30 @@ def test_lattice_errs_by_its_step_where_contacts_begin_between() -> None:
         errors = [abs(getattr(lattice_program.blow(case, dt), name) - wanted) for dt in (2.0**-5, 2.0**-9)]
         assert errors[1] <= 2.0**-8 * (1.0 + abs(wanted))
         assert errors[1] <= errors[0] / 4.0 + 1e-12
+
+
+BIT_AND_JOINT = Collision(
+    striker=((1.0, 1.0), (2.0, 0.7)),
+    velocity=(1.0, 1.0),
+    rod=((1.5, 0.6), (0.8, 1.1)),
+    end="rock",
+    k1=1.3,
+    gamma=0.4,
+    bit_mass=0.5,
+    joint_masses=((1, 0.3),),
+    until=5.0,
+)
+
+
+@pytest.mark.parametrize("bit_mass", [0.0, 0.5])
+@pytest.mark.parametrize("gamma", [0.4, 1.0])
+@pytest.mark.parametrize("rock_gap", [0.0, 0.2])
+def test_lattice_comes_to_the_smooth_program(bit_mass: float, gamma: float, rock_gap: float) -> None:
+    case = replace(BIT_AND_JOINT, bit_mass=bit_mass, gamma=gamma, rock_gap=rock_gap)
+    smooth, lattice = smooth_program.blow(case), lattice_program.blow(case, 1.0 / 512.0)
+    assert smooth.bit is not None
+    assert lattice.rock is not None
+    assert lattice.impulse == pytest.approx(smooth.impulse, rel=5e-3)
+    assert lattice.rock.work == pytest.approx(smooth.bit.work, abs=5e-3 * case.energy_before)
+    assert lattice.rock.deepest == pytest.approx(smooth.bit.deepest, rel=5e-3)
+    assert lattice.striker_energy_after == pytest.approx(smooth.striker_energy_after, abs=1e-2 * case.energy_before)
