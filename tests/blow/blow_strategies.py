@@ -95,7 +95,7 @@ def _approaching(case: Collision) -> Collision:
     scale = max(map(abs, case.velocity), default=1) or 1
     if mean < 0:
         case = replace(case, velocity=tuple(-v for v in case.velocity))
-    if 20 * abs(mean) < scale:
+    if 10 * abs(mean) < scale or scale * 10 < 1:
         case = replace(case, velocity=tuple(v + scale for v in case.velocity))
     return case if case.velocity_before > 0 else replace(case, velocity=tuple(v + 1 for v in case.velocity))
 
@@ -120,7 +120,7 @@ def collisions(
     """Anything; `rock` True: always, False: never."""
     count = draw(st.integers(1, sections))
     striker = tuple((draw(impedances), draw(times)) for _ in range(count))
-    speeds = tuple(draw(st.one_of(st.just(1.0), st.floats(-1.5, 1.5))) for _ in range(count))
+    speeds = tuple(draw(st.one_of(st.just(1.0), st.floats(-1.5, 1.5).map(lambda v: round(v, 2)))) for _ in range(count))
     extra: dict[str, Any] = {"load_at": draw(st.integers(0, count - 1))}
     ends = ["rock"] if rock else ["wall", "infinite", "free", "fixed"] + ([] if rock is False else ["rock", "rock"])
     end = draw(st.sampled_from(ends))
@@ -137,10 +137,12 @@ def collisions(
         extra |= {"k1": draw(decades(-1.5, 1.5)), "gamma": draw(st.one_of(st.just(1.0), st.floats(0.05, 1.0)))}
         extra["rock_gap"] = draw(st.one_of(st.just(0.0), MIDDLING)) if gaps else 0.0
     if gaps:
-        extra["gap"] = draw(st.one_of(st.just(0.0), MIDDLING))
+        extra["gap"] = draw(st.one_of(st.just(0.0), st.floats(0.01, 2.0)))  # turned into a length below
     if loads and draw(st.booleans()):
         moments = sorted(draw(st.sets(st.floats(0.0, 20.0), min_size=1, max_size=3)))
         extra["load"] = tuple((t, draw(st.floats(-1.0, 1.0))) for t in moments)
     ended = "infinite" if end == "wall" else end
     case = Collision(striker, speeds, 0.0, None if rod is None else tuple(rod), ended, **extra)
-    return _lasting(_approaching(case), transits)  # type: ignore[arg-type]
+    case = _approaching(case)
+    case = replace(case, gap=case.gap * case.velocity_before * case.transit)
+    return _lasting(case, transits)  # type: ignore[arg-type]
