@@ -16,7 +16,7 @@ from percuss.model.body.sized import Piece, SizedBody
 from percuss.model.body.stepped import MOST_SECTIONS, SteppedBar
 from percuss.model.checks import instance, non_negative, positive, several
 
-__all__ = ["Section", "SectionedBar"]
+__all__ = ["MOST_JUMP", "Section", "SectionedBar", "section_of"]
 
 MOST_JUMP = 1e6
 """Areas of two neighbours that differ by more are a slip of units, not a bar."""
@@ -29,7 +29,7 @@ class Section:
     Parameters
     ----------
     length
-        In m.
+        In m; None for the endless last section of a rod that is struck, which no bar has.
     area
         Cross-sectional area in m², a bore taken off; or give `diameter`.
     diameter
@@ -53,7 +53,7 @@ class Section:
     210000000000.0
     """
 
-    length: float
+    length: float | None
     area: float | None = None
     diameter: float | None = None
     bore: float = 0.0
@@ -61,7 +61,9 @@ class Section:
     density: float = 7850.0
 
     def __post_init__(self) -> None:
-        checks = {"length": positive, "bore": non_negative, "youngs_modulus": positive, "density": positive}
+        checks = {"bore": non_negative, "youngs_modulus": positive, "density": positive}
+        if self.length is not None:
+            checks["length"] = positive
         if (self.area is None) == (self.diameter is None):
             raise ParameterError("area", self.area, "either an area or a diameter")
         checks |= {"area": positive} if self.diameter is None else {"diameter": positive}
@@ -69,6 +71,17 @@ class Section:
             object.__setattr__(self, name, check(name, getattr(self, name)))
         if self.diameter is not None and self.bore >= self.diameter:
             raise ParameterError("bore", self.bore, f"less than the diameter, {self.diameter:g}")
+
+    def piece(self, start: float) -> Piece:
+        """The same from a place on, in m; one without a length reaches to infinity."""
+        if self.diameter is None:
+            area = float(self.area or 0.0)
+            outer = math.sqrt(4.0 / math.pi * area + self.bore**2)
+        else:
+            outer = self.diameter
+            area = math.pi / 4.0 * (outer - self.bore) * (outer + self.bore)
+        end = math.inf if self.length is None else start + self.length
+        return Piece(start, end, area, self.youngs_modulus, self.density, outer, self.bore)
 
 
 @dataclass(frozen=True)
@@ -103,7 +116,10 @@ class SectionedBar(SizedBody):
         given = several("sections", self.sections, "a list of sections")
         if not 1 <= len(given) <= MOST_SECTIONS:
             raise ParameterError("sections", f"{len(given)} of them", f"1 to {MOST_SECTIONS} sections")
-        object.__setattr__(self, "sections", tuple(_section(i, one) for i, one in enumerate(given)))
+        object.__setattr__(self, "sections", tuple(section_of(i, one) for i, one in enumerate(given)))
+        for i, section in enumerate(self.sections):
+            if section.length is None:
+                raise ParameterError(f"sections[{i}].length", None, "a length in m", "only a struck rod can be endless")
         instance("damping", self.damping, Damping)
         if not (math.isfinite(self.mass) and self.mass > 0.0 and math.isfinite(self.length)):
             raise ParameterError("sections", "sizes", "sizes and densities that give the bar a finite mass")
@@ -120,8 +136,12 @@ class SectionedBar(SizedBody):
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the driven end to the striking end."""
-        starts = accumulate((section.length for section in self.sections[:-1]), initial=0.0)
-        return tuple(_piece(section, start) for section, start in zip(self.sections, starts, strict=True))
+        starts = accumulate(self._lengths[:-1], initial=0.0)
+        return tuple(section.piece(start) for section, start in zip(self.sections, starts, strict=True))
+
+    @property
+    def _lengths(self) -> tuple[float, ...]:
+        return tuple(section.length for section in self.sections if section.length is not None)
 
     @property
     def length(self) -> float:  # type: ignore[override]  # what the contract reads
@@ -136,7 +156,7 @@ class SectionedBar(SizedBody):
             tuple(piece.impedance for piece in self.pieces),
             tuple(piece.transit_time for piece in self.pieces),
             self.damping.per_radian(omega),
-            tuple(section.length for section in self.sections),
+            self._lengths,
         )
 
     def __str__(self) -> str:
@@ -149,7 +169,7 @@ class SectionedBar(SizedBody):
         )
 
 
-def _section(number: int, given: object) -> Section:
+def section_of(number: int, given: object) -> Section:
     """A section, or the one that a dict makes; errors say which one it is."""
     name = f"sections[{number}]"
     if isinstance(given, Section):
@@ -161,14 +181,3 @@ def _section(number: int, given: object) -> Section:
         return Section(**given)
     except ParameterError as error:
         raise ParameterError(f"{name}.{error.name}", error.value, error.accepted, error.remedy) from None
-
-
-def _piece(section: Section, start: float) -> Piece:
-    if section.diameter is None:
-        area = float(section.area or 0.0)
-        outer = math.sqrt(4.0 / math.pi * area + section.bore**2)
-    else:
-        outer = section.diameter
-        area = math.pi / 4.0 * (outer - section.bore) * (outer + section.bore)
-    end = start + section.length
-    return Piece(start, end, area, section.youngs_modulus, section.density, outer, section.bore)
