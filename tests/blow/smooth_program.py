@@ -25,6 +25,9 @@ FIT = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 SLOPE = chebyshev.chebval(NODES, chebyshev.chebder(FIT, axis=0)).T  # of the values at the nodes
 GAUSS = legendre.leggauss(DEGREE + 8)
 LOOKS = 64
+ORDERS = np.arange(DEGREE + 1)
+SAMPLES = chebyshev.chebvander(np.linspace(-1.0, 1.0, LOOKS + 1)[1:], DEGREE) @ FIT
+INTEGRALS = chebyshev.chebval(NODES, chebyshev.chebint(FIT, lbnd=-1.0, axis=0)).T
 STEEP = 3.0  # rate × duration of an interval at most
 SMALL = 1e-13
 
@@ -40,8 +43,17 @@ class Part:
     coefficients: Vector
 
     def at(self, t: Vector | float) -> Vector:
+        if self.coefficients.size == 1:
+            return np.full(np.shape(t), self.coefficients[0])
         scaled = (2.0 * np.asarray(t) - self.start - self.end) / (self.end - self.start)
-        return np.asarray(chebyshev.chebval(scaled, self.coefficients))
+        angles = np.arccos(np.clip(scaled, -1.0, 1.0))
+        return np.asarray(np.cos(np.multiply.outer(angles, ORDERS)) @ self.coefficients)
+
+
+def fitted(start: float, end: float, values: Vector) -> Part:
+    """Through values at the nodes; of degree 0 where they are all the same."""
+    constant = np.ptp(values) <= 2e-16 * abs(values[0])
+    return Part(start, end, values[:1] if constant else FIT @ values)
 
 
 @dataclass
@@ -63,7 +75,7 @@ class Way:
         return part.at(times - self.transit)
 
     def enter(self, start: float, end: float, values: Vector) -> None:
-        self.parts.append(Part(start, end, FIT @ values))
+        self.parts.append(fitted(start, end, values))
         while self.transit is not None and self.parts[0].end < start - self.transit:
             self.parts.pop(0)  # it has left
 
@@ -239,7 +251,7 @@ def _first_root(times: Vector, values: Vector, wanted: Callable[[float, float], 
     """The first time at which the sampled function goes through 0 as wanted, after its start."""
     part = Part(times[0], times[-1], FIT @ values)
     where = np.linspace(times[0], times[-1], LOOKS + 1)[1:]
-    looks = part.at(where)
+    looks = SAMPLES @ values
     start = times[0] + 1e-9 * (times[-1] - times[0])
     before, value = start, float(part.at(start))
     for t, new in zip(where, looks, strict=True):
@@ -259,8 +271,7 @@ def rises(a: float, b: float) -> bool:
 
 def _integrated(times: Vector, values: Vector) -> Vector:
     """∫ from the first node to each."""
-    part = chebyshev.chebint(FIT @ values, lbnd=-1.0)
-    return np.asarray(0.5 * (times[-1] - times[0]) * chebyshev.chebval(NODES, part))
+    return np.asarray(0.5 * (times[-1] - times[0]) * (INTEGRALS @ values))
 
 
 def _whole(times: Vector, values: Vector) -> float:
