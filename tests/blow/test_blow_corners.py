@@ -74,7 +74,7 @@ def test_a_striker_far_heavier_than_the_rod_gives_its_momentum_away_in_steps(imp
     assert blow.face_force.at(2.0 * np.arange(20) + 1.0) == pytest.approx(steps, rel=1e-9)
 
 
-@pytest.mark.parametrize("gap", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("gap", [1.0, 1e3, 9e5])
 def test_a_gap_that_closes_late(gap: float) -> None:
     striker = SectionedBar([section(1.0, 1.0)])
     blow = strike(striker, Wall(gap), 1.0, until=gap + 5.0)
