@@ -2,7 +2,63 @@
 
 from __future__ import annotations
 
-from percuss.blow.parts import Outcome, Peak, Pulse, Spell
-from percuss.blow.target import Rock, Rod, Target, Wall
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-__all__ = ["Outcome", "Peak", "Pulse", "Rock", "Rod", "Spell", "Target", "Wall"]
+from percuss.kernel_cache import ensure_cache
+
+if TYPE_CHECKING:
+    from percuss.blow.blow import Blow
+    from percuss.blow.gauges import Waves
+    from percuss.blow.parts import Outcome, Peak, Pulse, Spell
+    from percuss.blow.striking import strike
+    from percuss.blow.string_state import AlongBody, StringState
+    from percuss.blow.target import Rock, Rod, Target, Wall
+    from percuss.blow.trace import Trace
+
+ensure_cache()  # before anything here is compiled
+
+__all__ = [
+    "AlongBody",
+    "Blow",
+    "Outcome",
+    "Peak",
+    "Pulse",
+    "Rock",
+    "Rod",
+    "Spell",
+    "StringState",
+    "Target",
+    "Trace",
+    "Wall",
+    "Waves",
+    "strike",
+]
+
+_HOME = {
+    "AlongBody": "string_state",
+    "Blow": "blow",
+    "Outcome": "parts",
+    "Peak": "parts",
+    "Pulse": "parts",
+    "Rock": "target",
+    "Rod": "target",
+    "Spell": "parts",
+    "StringState": "string_state",
+    "Target": "target",
+    "Trace": "trace",
+    "Wall": "target",
+    "Waves": "gauges",
+    "strike": "striking",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Each name from its module when it is first used: only `strike` loads the compiler."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

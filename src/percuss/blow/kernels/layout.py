@@ -1,0 +1,98 @@
+"""The records that the functions of this room share, and the codes in them. Python makes them; see `blow.tables`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Wholes = npt.NDArray[np.int64]
+
+MOST_DEGREE = 24
+"""Of a piece: enough for e^{−x} over a length of 10 to the last digit."""
+
+WIDTH = MOST_DEGREE + 8  # numbers in a row of work
+ROWS = 16
+JOINED = 1e-15  # neighbouring constants that differ by less, in units of the striker's speed, are one piece
+CHOPPED = 2e-17  # coefficients below it, in the same unit, are dropped at the end of a polynomial
+TOUCH = 1e-14  # a speed that is no speed
+FAR = 1 << 61  # a tick that never comes
+
+# what is at the right end of the last section
+WALL, ENDLESS, FREE, FIXED, ROCK = range(5)
+# how bit and rock meet: loading deeper than ever, unloading and reloading, apart
+LOAD, UNLOAD, OFF = range(3)
+# what a call ends with
+REACHED, FULL, PAUSED = range(3)
+
+
+class Problem(NamedTuple):
+    """What strikes and what is struck. Impedances, speeds and times in the scales of the blow, times in ticks as well.
+
+    Sections run from the driven end through the struck face to the far end; node i is at the left end of section i.
+    `impedance`, `transit`: of each section, shape (S,). `joint_mass`: at each node, shape (S + 1,); last the bit.
+    `load_start`, `load_force`: steps of the load, at the node `load_node`. `striker`: number of its sections.
+    """
+
+    impedance: Floats
+    transit: Wholes
+    joint_mass: Floats
+    load_start: Wholes
+    load_force: Floats
+    load_node: int
+    striker: int
+    end: int
+    stiffness: float
+    unloading: float
+    ratio: float
+    tick: float
+    near: int
+    until: int
+
+
+class Waves(NamedTuple):
+    """Rows of pieces: 2i the wave to the right in section i, 2i + 1 to the left, then what is traced besides.
+
+    The last three: the force at the struck face, the penetration, the force on the rock. Piece k of row c leaves its
+    end from the tick start[c, k] on. Its Chebyshev coefficients are first[c, k] and `degree` more in `pool` from `rest`
+    on. `known`: until when a row goes; `cursor`: the piece that is being read.
+    """
+
+    start: Wholes
+    degree: Wholes
+    first: Floats
+    rest: Wholes
+    pool: Floats
+    count: Wholes
+    known: Wholes
+    cursor: Wholes
+    used: Wholes
+
+
+NOW = np.dtype(
+    [
+        ("gap", "f8"),
+        ("penetration", "f8"),
+        ("greatest", "f8"),  # penetration so far
+        ("bit_velocity", "f8"),
+        ("closed", "i8"),
+        ("pressed", "i8"),  # whether the last thing noted was that the faces met
+        ("arriving", "i8"),  # the gap has just become 0
+        ("grazes", "i8"),
+        ("noted", "i8"),  # times of meeting and parting
+        ("branch", "i8"),
+        ("steps", "i8"),
+    ]
+)
+
+
+class State(NamedTuple):
+    """Where each node is, and what it keeps. `contact`: ticks at which the faces met and parted, in turn."""
+
+    now: npt.NDArray[np.void]
+    time: Wholes
+    velocity: Floats
+    contact: Wholes
+    work: Floats

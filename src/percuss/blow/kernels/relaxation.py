@@ -1,0 +1,96 @@
+"""Linear equations of motion with constant coefficients over one interval, driven by a polynomial, spectrally.
+
+In Chebyshev coefficients w' = r becomes w_k = (r_{k−1} − r_{k+1})/2k (r_0 doubled), three terms a row. The rows are
+solved from the last one up, w_k = α_k w_{k−1} + β_k, which loses no digits for decaying motions however fast they
+decay; the value at the start then gives w_0.
+"""
+
+from __future__ import annotations
+
+from percuss.blow.kernels.chebyshev import chopped, greatest
+from percuss.blow.kernels.layout import MOST_DEGREE
+from percuss.compiled import inner
+
+
+@inner
+def relaxed(rate, half, q, n, start, w, work):
+    """w' = −rate w + q on an interval of length 2·half, w(−1) = start. The degree, and whether that is enough.
+
+    `work` has two rows.
+    """
+    top = MOST_DEGREE
+    alpha, beta = work[0], work[1]
+    a, one, two = rate * half, 0.0, 0.0
+    for k in range(top, 0, -1):
+        share = a / (2.0 * k)
+        before = q[k - 1] if k - 1 <= n else 0.0
+        if k == 1:
+            before *= 2.0
+        after = q[k + 1] if k + 1 <= n else 0.0
+        below = 1.0 / (1.0 - share * one)
+        two = (half * (before - after) / (2.0 * k) + share * two) * below
+        one = -share * (2.0 if k == 1 else 1.0) * below
+        alpha[k], beta[k] = one, two
+    # Σ(−1)^k (A_k w_0 + B_k) = start; the A_k alternate, so that nothing cancels
+    factor, rest, a_sum, b_sum, sign = 1.0, 0.0, 1.0, 0.0, -1.0
+    for k in range(1, top + 1):
+        factor, rest = alpha[k] * factor, alpha[k] * rest + beta[k]
+        a_sum += sign * factor
+        b_sum += sign * rest
+        sign = -sign
+    w[0] = (start - b_sum) / a_sum
+    for k in range(1, top + 1):
+        w[k] = alpha[k] * w[k - 1] + beta[k]
+    size = greatest(w, top) + greatest(q, n) * half / (1.0 + a)
+    enough = abs(w[top]) + abs(w[top - 1]) <= 2e-16 * size
+    return chopped(w, top, 1e-17 * size), enough
+
+
+@inner
+def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
+    """u' = v, v' = −stiffness u − drag v + q, likewise; the degree of both, and whether it is enough.
+
+    The factors α_k are polynomials in the matrix of the motion, [[0, 1], [−stiffness, −drag]]. `work` has six rows.
+    """
+    top = MOST_DEGREE
+    m00, m01, m10, m11 = 0.0, -half, stiffness * half, drag * half  # −half times that matrix
+    p00, p01, p10, p11, b0, b1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(top, 0, -1):
+        s = 1.0 / (2.0 * k)
+        before = q[k - 1] if k - 1 <= n else 0.0
+        twice = 2.0 if k == 1 else 1.0
+        after = q[k + 1] if k + 1 <= n else 0.0
+        # (I − s m α) w_k = −s m twice w_{k−1} + R_k + s m β
+        n00, n01 = 1.0 - s * (m00 * p00 + m01 * p10), -s * (m00 * p01 + m01 * p11)
+        n10, n11 = -s * (m10 * p00 + m11 * p10), 1.0 - s * (m10 * p01 + m11 * p11)
+        r0 = s * (m00 * b0 + m01 * b1)
+        r1 = s * (m10 * b0 + m11 * b1) + half * s * (twice * before - after)
+        det = 1.0 / (n00 * n11 - n01 * n10)
+        b0, b1 = det * (n11 * r0 - n01 * r1), det * (n00 * r1 - n10 * r0)
+        t = -s * twice * det
+        p00, p01, p10, p11 = (
+            t * (n11 * m00 - n01 * m10),
+            t * (n11 * m01 - n01 * m11),
+            t * (n00 * m10 - n10 * m00),
+            t * (n00 * m11 - n10 * m01),
+        )
+        work[0][k], work[1][k], work[2][k], work[3][k], work[4][k], work[5][k] = p00, p01, p10, p11, b0, b1
+    f00, f01, f10, f11, g0, g1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
+    a00, a01, a10, a11, c0, c1, sign = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0
+    for k in range(1, top + 1):
+        p00, p01, p10, p11 = work[0][k], work[1][k], work[2][k], work[3][k]
+        f00, f01, f10, f11 = p00 * f00 + p01 * f10, p00 * f01 + p01 * f11, p10 * f00 + p11 * f10, p10 * f01 + p11 * f11
+        g0, g1 = p00 * g0 + p01 * g1 + work[4][k], p10 * g0 + p11 * g1 + work[5][k]
+        a00, a01, a10, a11 = a00 + sign * f00, a01 + sign * f01, a10 + sign * f10, a11 + sign * f11
+        c0, c1, sign = c0 + sign * g0, c1 + sign * g1, -sign
+    det = 1.0 / (a00 * a11 - a01 * a10)
+    r0, r1 = place - c0, speed - c1
+    u[0], v[0] = det * (a11 * r0 - a01 * r1), det * (a00 * r1 - a10 * r0)
+    for k in range(1, top + 1):
+        u[k] = work[0][k] * u[k - 1] + work[1][k] * v[k - 1] + work[4][k]
+        v[k] = work[2][k] * u[k - 1] + work[3][k] * v[k - 1] + work[5][k]
+    push = greatest(q, n) * half
+    size_v = greatest(v, top) + push / (1.0 + drag * half)
+    size_u = greatest(u, top) + half * push / (1.0 + half * (drag + half * stiffness))
+    enough = abs(v[top]) + abs(v[top - 1]) <= 2e-16 * size_v and abs(u[top]) + abs(u[top - 1]) <= 2e-16 * size_u
+    return max(chopped(u, top, 1e-17 * size_u), chopped(v, top, 1e-17 * size_v)), enough
