@@ -126,7 +126,7 @@ class Course:
         """A row, as it leaves or `shift` ticks later, over the window or from one tick to another, in its scales."""
         last = self.end if last is None else last
         waves = self.held.waves
-        count = int(waves.count[row])
+        count = int(waves.pieces[row])
         starts = np.append(waves.start[row, :count], waves.known[row] if waves.known[row] < FAR else FAR)
         starts = np.where(abs(starts) >= FAR, np.sign(starts) * FAR, starts + shift)
         here = np.flatnonzero((starts[:-1] < last) & (starts[1:] > first))

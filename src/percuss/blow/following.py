@@ -24,7 +24,7 @@ def carried_to(held: Tables, target: int, most_pieces: int) -> tuple[Tables, boo
         code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
         if code == REACHED:
             return held, True
-        if held.waves.count.sum() > most_pieces:
+        if held.waves.pieces.sum() > most_pieces:
             return held, False
         if code == FULL:
             held = enlarged(held)

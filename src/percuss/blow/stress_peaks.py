@@ -63,6 +63,6 @@ def _sent(times: Array, peaks: Array, z: float) -> Extreme:
 
 def _extremes(course: Course, row: int) -> Array:
     """Greatest and least value of each piece, and where; shape (4, pieces)."""
-    found = np.zeros((4, int(course.held.waves.count[row])))
+    found = np.zeros((4, int(course.held.waves.pieces[row])))
     piece_extremes(course.held.waves, row, found, course.held.state.work)
     return found

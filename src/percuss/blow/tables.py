@@ -144,7 +144,7 @@ def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np
         first=np.zeros((size, most)),
         rest=np.zeros((size, most), dtype=np.int64),
         pool=np.zeros(64 * _FIRST),
-        count=np.zeros(size, dtype=np.int64),
+        pieces=np.zeros(size, dtype=np.int64),
         known=np.zeros(size, dtype=np.int64),
         cursor=np.zeros(size, dtype=np.int64),
         used=np.zeros(1, dtype=np.int64),
@@ -155,11 +155,13 @@ def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np
         for k, piece in enumerate(pieces):
             waves.start[row, k] = round((piece.begin - 1.0) * transit)
             waves.first[row, k] = piece.values[0] / scales.velocity
-            n = waves.degree[row, k] = piece.values.size - 1
-            used = waves.rest[row, k] = int(waves.used[0])
+            n = piece.values.size - 1
+            waves.degree[row, k] = n
+            used = int(waves.used[0])
+            waves.rest[row, k] = used
             waves.pool[used : used + n] = piece.values[1:] / scales.velocity
             waves.used[0] += n
-        waves.count[row] = len(pieces)
+        waves.pieces[row] = len(pieces)
         if not finite[row >> 1]:
             waves.start[row, 0] = -FAR
             waves.known[row] = FAR if row % 2 else 0

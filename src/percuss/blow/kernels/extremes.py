@@ -58,7 +58,7 @@ def piece_extremes(waves, row, found, work):
     """The greatest and the least value of each piece of a row, found[0] and found[1], and where in [−1, 1]."""
     c, zero, minus = work[6], work[7], work[8]
     zero[0] = 0.0
-    for k in range(waves.count[row]):
+    for k in range(waves.pieces[row]):
         n = part(waves, row, k, waves.start[row, k], piece_end(waves, row, k), c, work)
         found[0, k] = found[1, k] = c[0]
         found[2, k] = found[3, k] = 0.0
@@ -109,17 +109,17 @@ def greatest_pair(waves, row, transit, end, near, sign, high, low, work, found):
     """The greatest sign·(f − g) of all pairs that meet; found = value, s, r. `high`, `low`: of sign·f and sign·g."""
     best = -1e300
     least = 1e300
-    for k in range(waves.count[row + 1]):
+    for k in range(waves.pieces[row + 1]):
         least = min(least, low[0, k])
     first = 0
-    for i in range(waves.count[row]):
+    for i in range(waves.pieces[row]):
         s1, s2 = waves.start[row, i], min(piece_end(waves, row, i), end)
-        while first + 1 < waves.count[row + 1] and piece_end(waves, row + 1, first) <= s1 - transit:
+        while first + 1 < waves.pieces[row + 1] and piece_end(waves, row + 1, first) <= s1 - transit:
             first += 1
         if s2 <= s1 or high[0, i] - least <= best:
             continue
         k = first
-        while k < waves.count[row + 1]:
+        while k < waves.pieces[row + 1]:
             r1, r2 = waves.start[row + 1, k], min(piece_end(waves, row + 1, k), end)
             if r1 >= s2 + transit - near:
                 break

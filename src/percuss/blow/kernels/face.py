@@ -13,6 +13,7 @@ from percuss.blow.kernels.rows import read, write
 from percuss.compiled import inner
 
 MOST_TURNS = 6  # meetings and partings at one instant
+HOVER = 8  # times the shortest time
 SHUT = 4e-15  # a gap, in the striker's speed times its transit time, that is none
 
 
@@ -34,8 +35,18 @@ def at_face(problem, waves, state, start, end):
     place, when = NEVER, end
     for turn in range(MOST_TURNS):
         place = _turn(now, d, k, half, h, work)
-        if place == NEVER or turn == MOST_TURNS - 1:
+        if turn == MOST_TURNS - 1 and place != NEVER:
+            # rounding has a say in what comes next: a little of it is done without looking
             place = NEVER
+            if end - start <= HOVER * problem.near:
+                break
+            high = 2.0 * HOVER * problem.near / (end - start) - 1.0
+            end = start + HOVER * problem.near
+            restricted(f, n, -1.0, high, f, work)
+            restricted(g, m, -1.0, high, g, work)
+            restricted(d, k, -1.0, high, d, work)
+            half = 0.5 * (end - start) * problem.tick
+        if place == NEVER:
             break
         when = start + round(0.5 * (1.0 + place) * (end - start))
         if when - start > problem.near:

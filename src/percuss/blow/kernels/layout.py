@@ -65,7 +65,7 @@ class Waves(NamedTuple):
     first: Floats
     rest: Wholes
     pool: Floats
-    count: Wholes
+    pieces: Wholes
     known: Wholes
     cursor: Wholes
     used: Wholes

@@ -83,7 +83,7 @@ def _limits(problem, waves, row, time, end, known, bent_end, constant):
     bent = waves.degree[row, waves.cursor[row]] > 0
     if bent:
         bent_end = max(bent_end, until)
-    last = waves.cursor[row] == waves.count[row] - 1
+    last = waves.cursor[row] == waves.pieces[row] - 1
     if until < end:
         constant = last and not bent
     return min(end, until), min(known, whole), bent_end, constant

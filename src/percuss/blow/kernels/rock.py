@@ -6,14 +6,15 @@ differ; every change of branch is a zero of a polynomial.
 
 from __future__ import annotations
 
-from percuss.blow.kernels.chebyshev import antiderivative, combined, restricted, right
+from percuss.blow.kernels.chebyshev import antiderivative, combined, greatest, restricted, right
 from percuss.blow.kernels.crossing import NEVER, first_above
 from percuss.blow.kernels.layout import FREE, LOAD, OFF, TOUCH, UNLOAD
 from percuss.blow.kernels.relaxation import oscillated, relaxed
 from percuss.blow.kernels.rows import read, write
 from percuss.compiled import inner
 
-MOST_TURNS = 6
+MOST_TURNS = 8  # changes of branch at one instant
+HOVER = 8  # times the shortest time: what is done without looking when there are more
 
 
 @inner
@@ -26,9 +27,14 @@ def at_rock(problem, waves, state, start, end):
     stop, when, place, k = end, end, NEVER, 0
     for turn in range(MOST_TURNS):
         stop, n, k = _moved(problem, now, start, stop, f, n, u, v, work)
-        place = NEVER
         if turn == MOST_TURNS - 1:
+            place = NEVER
             break
+        if turn == MOST_TURNS - 2 and stop - start > HOVER * problem.near:  # rounding has a say in what comes next
+            high = 2.0 * HOVER * problem.near / (stop - start) - 1.0
+            stop = start + HOVER * problem.near
+            restricted(f, n, -1.0, high, f, work)
+            continue
         place = _turn(problem, now, u, v, k, p, work)
         if place == NEVER:
             break
@@ -104,7 +110,7 @@ def _turn(problem, now, u, v, k, p, work):
     """Where the branch ends in this interval, or NEVER. A branch that is wrong from the start ends at −1."""
     if problem.end == FREE:
         return NEVER
-    least = TOUCH / max(1.0, problem.unloading)
+    least = TOUCH / max(1.0, problem.unloading) + 2e-15 * (now.greatest + greatest(u, k))
     if now.branch == LOAD:
         combined(-1.0, v, k, 0.0, v, 0, p)
         return first_above(p, k, TOUCH, work)
@@ -127,6 +133,7 @@ def _changed(problem, now, later, penetration):
         now.branch = UNLOAD if now.greatest > 0.0 or penetration > 0.0 else OFF
         if later:
             now.greatest = max(now.greatest, penetration)
+            now.bit_velocity = 0.0
         now.penetration = now.greatest
     elif now.branch == OFF:
         now.penetration = residual

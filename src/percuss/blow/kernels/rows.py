@@ -10,7 +10,7 @@ from percuss.compiled import inner
 @inner
 def has_room(waves, row):
     """Whether a row has room for what one step of a node can write."""
-    return waves.count[row] + 2 < waves.start.shape[1] and waves.used[0] + 8 * (MOST_DEGREE + 2) < waves.pool.size
+    return waves.pieces[row] + 2 < waves.start.shape[1] and waves.used[0] + 8 * (MOST_DEGREE + 2) < waves.pool.size
 
 
 @inner
@@ -19,7 +19,7 @@ def arriving_until(problem, waves, row, time):
 
     Breaks within `near` of the time are at that time.
     """
-    transit, last = problem.transit[row >> 1], waves.count[row] - 1
+    transit, last = problem.transit[row >> 1], waves.pieces[row] - 1
     k = waves.cursor[row]
     while k < last and waves.start[row, k + 1] + transit <= time + problem.near:
         k += 1
@@ -40,7 +40,7 @@ def read(problem, waves, row, start, end, out, work):
         out[j + 1] = waves.pool[rest + j]
     transit = problem.transit[row >> 1]
     begins = waves.start[row, k] + transit
-    ends = (waves.start[row, k + 1] if k + 1 < waves.count[row] else waves.known[row]) + transit
+    ends = (waves.start[row, k + 1] if k + 1 < waves.pieces[row] else waves.known[row]) + transit
     if abs(start - begins) <= problem.near and abs(end - ends) <= problem.near:
         return n
     span = 2.0 / (ends - begins)
@@ -52,7 +52,7 @@ def read(problem, waves, row, start, end, out, work):
 def write(waves, row, start, end, c, n):
     """What leaves from start to end."""
     n = chopped(c, n, CHOPPED)
-    k = waves.count[row]
+    k = waves.pieces[row]
     waves.known[row] = end
     if n == 0 and k > 0 and waves.degree[row, k - 1] == 0 and abs(waves.first[row, k - 1] - c[0]) <= JOINED:
         return
@@ -61,4 +61,4 @@ def write(waves, row, start, end, c, n):
     for j in range(n):
         waves.pool[waves.used[0] + j] = c[j + 1]
     waves.used[0] += n
-    waves.count[row] = k + 1
+    waves.pieces[row] = k + 1

@@ -9,7 +9,7 @@ from percuss.compiled import entry, inner
 @inner
 def piece_at(waves, row, time):
     """The last piece that begins at a time or before, the first one where none does."""
-    low, high = 0, waves.count[row]
+    low, high = 0, waves.pieces[row]
     while high - low > 1:
         middle = (low + high) >> 1
         if waves.start[row, middle] <= time:
@@ -22,7 +22,7 @@ def piece_at(waves, row, time):
 @inner
 def piece_end(waves, row, k):
     """Where a piece ends."""
-    return waves.start[row, k + 1] if k + 1 < waves.count[row] else waves.known[row]
+    return waves.start[row, k + 1] if k + 1 < waves.pieces[row] else waves.known[row]
 
 
 @inner
@@ -45,7 +45,7 @@ def integrals(waves, row, begin, end, tick, work):
     plain, square, moment = 0.0, 0.0, 0.0
     c, h = work[6], work[7]
     k = piece_at(waves, row, begin)
-    while k < waves.count[row] and waves.start[row, k] < end:
+    while k < waves.pieces[row] and waves.start[row, k] < end:
         low, high = max(begin, waves.start[row, k]), min(end, piece_end(waves, row, k))
         if high > low:
             n = part(waves, row, k, low, high, c, work)
