@@ -55,7 +55,7 @@ def test_peaks_are_the_extremes_of_the_states(case: Collision) -> None:
     blow = struck(case)
     seen = np.zeros((len(case.striker), 2))
     largest = max(
-        max(peak.compression, peak.tension) * z for peak, (z, _) in zip(blow.peaks, case.striker, strict=False)
+        max(peak.compression, peak.tension) * z for peak, (z, _) in zip(blow.striker_peaks, case.striker, strict=False)
     )
     for t in np.linspace(0.0, case.until, LOOKS + 1)[1:-1] + 1e-7:
         state = blow.state_at(float(t))
@@ -63,7 +63,7 @@ def test_peaks_are_the_extremes_of_the_states(case: Collision) -> None:
             forces = forces_within(state, i)
             seen[i] = np.maximum(seen[i], [forces.max(), -forces.min()])
     for i, (z, _) in enumerate(case.striker):
-        compression, tension = blow.peaks[i].compression * z, blow.peaks[i].tension * z
+        compression, tension = blow.striker_peaks[i].compression * z, blow.striker_peaks[i].tension * z
         assert seen[i, 0] <= compression + 1e-9 * largest
         assert seen[i, 1] <= tension + 1e-9 * largest
 
