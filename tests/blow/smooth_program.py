@@ -418,7 +418,9 @@ def _face(found: Found, times: Vector, closed: bool, meets: bool) -> list[tuple[
         if meets:
             found.gap_after = 0.0
         else:
-            found.gap_after = max(0.0, found.gap_after + _whole(times, 2.0 * (g - f)))
+            found.gap_after += _whole(times, 2.0 * (g - f))
+            if found.gap_after < SMALL * abs(found.collision.velocity_before) * found.collision.until:
+                found.gap_after = 0.0
         return [(striker.left, f), *([(rod.right, g)] if rod else [])]
     z = striker.impedance
     v = np.zeros_like(f) if rod is None else 2.0 * (z * f + rod.impedance * g) / (z + rod.impedance)

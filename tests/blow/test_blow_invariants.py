@@ -36,7 +36,7 @@ def assert_same(one: Any, other: Any, case: Collision, tolerance: float = 1e-9, 
         assert getattr(one, name) == pytest.approx(theirs, abs=tolerance * scale_of(case, name)), name
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(case=collisions())
 def test_momentum_and_energy_close_and_nothing_pulls(case: Collision) -> None:
     blow = struck(case)
@@ -46,7 +46,7 @@ def test_momentum_and_energy_close_and_nothing_pulls(case: Collision) -> None:
     pushed = sum(f * max(0.0, min(end, case.until) - start) for (start, f), end in zip(case.load, ends, strict=False))
     momentum = case.mass * case.velocity_before + pushed
     assert blow.striker_momentum_after + blow.impulse == pytest.approx(momentum, abs=1e-12 * scale_of(case, "impulse"))
-    times = np.linspace(0.0, case.until, 801)[:-1]
+    times = np.linspace(0.0, case.until, 401)[:-1]
     largest = max((one.peak_force for one in blow.contacts), default=0.0)
     assert blow.face_force.at(times).min() >= -1e-12 * largest
     assert blow.vibration_energy_after >= -1e-12 * scale_of(case, "vibration_energy_after")
@@ -57,7 +57,7 @@ def test_momentum_and_energy_close_and_nothing_pulls(case: Collision) -> None:
         assert blow.rock_stored >= 0.0
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(case=collisions(), mass=decades(-6.0, 6.0), length=decades(-6.0, 6.0), time=decades(-9.0, 3.0))
 def test_units_change_nothing(case: Collision, mass: float, length: float, time: float) -> None:
     """Every number of the blow in other units of mass, length and time."""
@@ -88,7 +88,7 @@ def test_units_change_nothing(case: Collision, mass: float, length: float, time:
     )
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(case=collisions(), share=st.floats(0.05, 0.95), number=st.integers(0, 9), rod=st.booleans())
 def test_a_section_in_two_is_the_same_section(case: Collision, share: float, number: int, rod: bool) -> None:
     def halved(rows: Any, i: int) -> Any:
@@ -108,7 +108,7 @@ def test_a_section_in_two_is_the_same_section(case: Collision, share: float, num
     assert_same(struck(case), struck(other), case)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(case=collisions(gaps=False, loads=False), factor=decades(-3.0, 3.0))
 def test_without_gaps_all_grows_with_the_speed(case: Collision, factor: float) -> None:
     faster = replace(case, velocity=tuple(factor * v for v in case.velocity))
@@ -120,7 +120,7 @@ def test_without_gaps_all_grows_with_the_speed(case: Collision, factor: float) -
     assert slow.contact_duration == pytest.approx(fast.contact_duration, abs=1e-9 * case.until)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=collisions(rock=True))
 def test_elastic_rock_keeps_nothing(case: Collision) -> None:
     blow = struck(replace(case, gamma=1.0))
@@ -129,28 +129,28 @@ def test_elastic_rock_keeps_nothing(case: Collision) -> None:
     assert blow.rock_work == pytest.approx(blow.rock_stored, abs=1e-11 * scale_of(case, "load_work"))
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=collisions(rock=True, gaps=False, transits=3.0))
 def test_no_rock_is_a_free_end_and_hard_rock_a_fixed_one(case: Collision) -> None:
     """First order in K and in 1/K; a fixed end may pull, so only until the first tension at the bit."""
     case = replace(case, bit_mass=0.0, gap=0.0)
-    soft = replace(case, k1=1e-9)
+    soft = replace(case, k1=1e-8)
     assert_same(struck(soft), struck(replace(case, end="free", k1=0.0, gamma=1.0)), case, tolerance=1e-6)
-    hard = replace(case, k1=1e9, gamma=1.0)
+    hard = replace(case, k1=1e6, gamma=1.0)
     stiff = struck(hard)
     fixed = struck(replace(case, end="fixed", k1=0.0, gamma=1.0))
     gauge = sum(tau for _, tau in case.rod)  # type: ignore[union-attr]
-    times = np.linspace(0.0, case.until, 4001)
+    times = np.linspace(0.0, case.until, 801)
     waves = fixed.waves_at(gauge)
     pulled = times[waves.incident.at(times) < -1e-9]
     end = pulled[0] if pulled.size else case.until
     times = times[times < end]
     force, wanted = stiff.face_force.at(times), fixed.face_force.at(times)
     largest = max(1e-300, float(np.abs(wanted).max()))
-    assert np.mean(np.abs(force - wanted)) < 1e-2 * largest
+    assert np.mean(np.abs(force - wanted)) < 1e-3 * largest
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=collisions(rock=False))
 def test_a_rod_far_heavier_than_the_striker_is_a_wall(case: Collision) -> None:
     wall = replace(case, rod=None, end="infinite", joint_masses=(), bit_mass=0.0)
@@ -160,7 +160,7 @@ def test_a_rod_far_heavier_than_the_striker_is_a_wall(case: Collision) -> None:
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), abs=1e-2 * scale_of(case, name))
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=collisions(rock=False), impedance=MIDDLING)
 def test_an_endless_rod_is_its_impedance(case: Collision, impedance: float) -> None:
     endless = replace(case, rod=((impedance, None),), end="infinite", joint_masses=(), bit_mass=0.0)
@@ -175,7 +175,7 @@ def test_an_endless_rod_is_its_impedance(case: Collision, impedance: float) -> N
     assert_same(ours, alone, case)
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(case=collisions(rock=False, gaps=False, loads=False))
 def test_zero_masses_and_no_load_are_nothing(case: Collision) -> None:
     if case.rod is None or len(case.rod) < 2:
