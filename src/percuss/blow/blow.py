@@ -384,5 +384,6 @@ class Blow:
 
 def _mirrored(coefficients: Array) -> Array:
     """Pieces in the opposite direction, the last one first."""
-    signs = np.where(np.arange(coefficients.shape[1]) % 2, -1.0, 1.0)
+    signs = np.ones(coefficients.shape[1])
+    signs[1::2] = -1.0
     return np.asarray(coefficients[::-1] * signs)

@@ -145,7 +145,13 @@ class Course:
                 at = span * (np.array([begin, end]) - edges[k]) - 1.0
                 coefficients[k] = _restricted(coefficients[k], float(at[0]), float(at[1]))
         edges[0], edges[-1] = first, last
-        return Trace(edges * self.tick, coefficients)
+        wide = (
+            np.diff(edges) > self.held.problem.near
+        )  # a break next to an end of the window leaves a piece of no width
+        wide[0] |= not wide.any()
+        edges = np.append(edges[:-1][wide], last)
+        edges[0] = first
+        return Trace(edges * self.tick, coefficients[wide])
 
 
 def _restricted(row: Array, low: float, high: float) -> Array:

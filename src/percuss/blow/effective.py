@@ -7,10 +7,11 @@ from functools import lru_cache
 
 from percuss.blow.blow import Blow
 from percuss.blow.parts import Outcome
-from percuss.blow.striker import Striker
+from percuss.blow.striker import Striker, striker_sections
 from percuss.blow.striking import strike
-from percuss.blow.target import Rod, Target
-from percuss.errors import ConvergenceError
+from percuss.blow.target import Rod, Target, Wall
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.model.checks import positive
 
 __all__ = ["EffectiveBlow", "effective_blow"]
 
@@ -46,7 +47,6 @@ class EffectiveBlow:
     outcome: Outcome
 
 
-@lru_cache(maxsize=256)
 def effective_blow(striker: Striker, target: Target, velocity: float = 1.0) -> EffectiveBlow:
     """The blow of a striker on a target from rest, with the last 256 questions kept.
 
@@ -67,6 +67,14 @@ def effective_blow(striker: Striker, target: Target, velocity: float = 1.0) -> E
     >>> round(found.restitution, 12), round(found.duration, 12), round(found.centroid, 12)
     (0.6, 0.1, 0.05)
     """
+    striker_sections(striker)
+    if not isinstance(target, Wall | Rod):
+        raise ParameterError("target", target, "a Wall or a Rod")
+    return _known(striker, target, positive("velocity", velocity))
+
+
+@lru_cache(maxsize=256)
+def _known(striker: Striker, target: Target, velocity: float) -> EffectiveBlow:
     blow = strike(striker, target, velocity)
     if blow.outcome is Outcome.TOO_MANY_PIECES:
         raise ConvergenceError("the waves of this blow have too many pieces", "leave the shortest sections out")

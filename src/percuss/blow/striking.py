@@ -81,7 +81,7 @@ def strike(
     >>> print(f"R = {blow.effective_restitution:.6f}, {len(blow.contacts)} contact, {blow.outcome.name}")
     R = 0.600000, 1 contact, OVER
     """
-    most = count("most_pieces", most_pieces, 1)
+    most = count("most_pieces", most_pieces, 1, 1 << 40)
     question = Question.checked(striker, target, velocity, field, load, load_at, until)
     held = tables(question)
     gap = held.state.now[0].gap
