@@ -23,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from blow import blow
 from explore_cells import explore_cells
 from explore_running import explore_running
 from page import page
@@ -175,6 +176,7 @@ GROUPS: dict[str, tuple[str, Callable[[], list[Row]]]] = {
     "multipliers": ("Multipliers", multipliers),
     "simulation": ("Simulation", simulation),
     "bodies": ("Simulation of other bodies and laws of damping", bodies),
+    "blow": ("The blow", blow),
     "cells": ("Cells of maps", explore_cells),
     "running": ("Archive and workers", explore_running),
     "web": ("The server of the workbench", web),

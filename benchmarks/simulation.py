@@ -61,17 +61,29 @@ def per_impact(system: System, modes: int) -> float:
     return 1e6 * seconds(lambda: run(system, start, modes=modes, stop=stop), 21) / IMPACTS
 
 
+def environment_of_peers() -> str:
+    """Makes build/peers, or brings it up to date; why that cannot be, or nothing."""
+    python, wanted = PEERS / "bin" / "python", ROOT / "peers" / "requirements.txt"
+    installed = PEERS / "requirements.txt"
+    if python.exists() and installed.exists() and installed.read_text() == wanted.read_text():
+        return ""
+    print("making build/peers …", file=sys.stderr, flush=True)
+    pip = [str(python), "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
+    try:
+        if not python.exists():
+            subprocess.run([sys.executable, "-m", "venv", str(PEERS)], check=True)
+        subprocess.run([*pip, "-r", str(wanted)], check=True)
+        installed.write_text(wanted.read_text())
+    except (OSError, subprocess.CalledProcessError) as error:
+        return f"the peers cannot be installed: {error}"
+    return ""
+
+
 def peers() -> dict[str, Any]:
     """What the peers need, in their own environment; a message where they cannot be installed."""
-    python = PEERS / "bin" / "python"
-    if not python.exists():
-        print("making build/peers for heyoka and SciPy …", file=sys.stderr, flush=True)
-        pip = [str(python), "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
-        try:
-            subprocess.run([sys.executable, "-m", "venv", str(PEERS)], check=True)
-            subprocess.run([*pip, "-r", str(ROOT / "peers" / "requirements.txt")], check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            return {"missing": f"the peers cannot be installed: {error}"}
+    missing = environment_of_peers()
+    if missing:
+        return {"missing": missing}
     cases = [
         {
             "name": name_of(modes, s), "modes": modes, "s": s, "d": 0.0048, "restitution": 0.6,
@@ -82,7 +94,7 @@ def peers() -> dict[str, Any]:
     ]  # fmt: skip
     print("the peers take some minutes …", file=sys.stderr, flush=True)
     done = subprocess.run(
-        [str(python), str(ROOT / "peers" / "peers.py"), "-"],
+        [str(PEERS / "bin" / "python"), str(ROOT / "peers" / "peers.py"), "-"],
         input=json.dumps({"cases": cases}),
         capture_output=True,
         text=True,
