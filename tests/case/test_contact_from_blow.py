@@ -41,7 +41,7 @@ def refusal(case: Case, ask: str = "system") -> str:
 
 
 @settings(max_examples=30)
-@given(own=st.floats(5.0, 80.0), ratio=st.floats(1.001, 20.0), length=st.floats(0.05, 3.0))
+@given(own=st.floats(5.0, 80.0), ratio=st.floats(1.0, 20.0), length=st.floats(0.05, 3.0))
 def test_a_uniform_bar_on_an_endless_rod_rebounds_as_b77_says(own: float, ratio: float, length: float) -> None:
     """B77's R of the areas, the contact of one round trip and the advance: b77-blow is b77-tau (St Venant 1867)."""
     bar = {"length": f"{length!r} m", "area": f"{own!r} cm^2"}
@@ -58,7 +58,7 @@ def test_a_uniform_bar_on_an_endless_rod_rebounds_as_b77_says(own: float, ratio:
     assert said is not None and said.duration == pytest.approx(law.duration, rel=1e-13)
 
 
-@pytest.mark.parametrize("ratio", [1.01, 3.0])
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
 def test_a_dimensionless_bar_on_an_endless_rod(ratio: float) -> None:
     tables = {
         "system": {"s": 20.0, "d": 0.0, "restitution": "from the blow", "law": "b77-blow"},
