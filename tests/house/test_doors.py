@@ -142,6 +142,7 @@ NO_DOORS: dict[str, str] = {
             "case.Simulation",
             "case.SimulationAnswer",
             "case.SteadyAnswer",
+            "case.WavesAnswer",
             "simulate.Events.of_all",
             "steady.ModalState.first",
             "stability.LinearMap.dense",
@@ -258,6 +259,7 @@ def table(folder: Path) -> dict[str, Entry]:
     case = Case.from_text(PLAIN, "plain.toml")
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
+    by_waves = room_of_cases.waves_answer(case, cells=16)
     family = room_of_cases.CaseFamily(case, {})
     swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
     ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
@@ -636,6 +638,11 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
+        "case.WavesAnswer.to_json_dict": (by_waves.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
+        "case.waves_answer": (
+            room_of_cases.waves_answer, {"case": case, "progress": None, "quiet": True, "cells": 16},
+            {"progress": OPTIONAL | {"class"}, "quiet": {"bool"}},
         ),
         "case.steady_answer": (
             room_of_cases.steady_answer, {"case": case, "periods": [1], "modes": 4, "starts": 0},

@@ -420,6 +420,7 @@ def test_piecewise_load(load: Load, t: float) -> None:
         middle, low, high = load.antiderivative([(a + b) / 2, a, b])
         mean += (b - a) * (low + 4 * middle + high) / 6
         assert float(load.antiderivative(a - 1e-12)) == pytest.approx(low, abs=1e-10)
+        assert float(load.antiderivative(np.nextafter(a, -1.0))) == pytest.approx(low, abs=1e-13 * max(1.0, abs(low)))
     assert mean == pytest.approx(0, abs=1e-12)
     # the coefficients are those of the steps
     for k in (1, 2, 5):

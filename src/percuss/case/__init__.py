@@ -10,9 +10,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
     from percuss.case.file_format.problems import CaseErrors
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MACHINES",
+    "BlowAnswer",
     "Case",
     "CaseErrors",
     "CaseFamily",
@@ -30,17 +33,21 @@ __all__ = [
     "Simulation",
     "SimulationAnswer",
     "SteadyAnswer",
+    "WavesAnswer",
     "basins_job_of",
+    "blow_answer",
     "experiment_job_of",
     "load_case",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
     "sweep_job_of",
+    "waves_answer",
 ]
 
 _HOME = {
     "MACHINES": "catalogue.sample_cases",
+    "BlowAnswer": "answers.blow_answer",
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
@@ -50,13 +57,16 @@ _HOME = {
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
+    "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
     "sweep_job_of": "answers.exploration_jobs",
+    "waves_answer": "answers.waves_answer",
 }
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
 from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import events, start_keys, time_or_text, whole
+from percuss.cli.simulate_arguments import events, start_keys, time_or_text, up_to, whole
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
@@ -27,12 +28,15 @@ _EXAMPLES = """\
   percuss simulate case.toml --start position=-1,velocity=0,time=0.3 --impacts 2000
   percuss simulate case.toml --start random --seed 7 --json > run.json
   percuss simulate case.toml --start orbit:2 -o run.nc --plot run.png
+  percuss simulate heavy-drifter --contact waves
   percuss simulate --resume run.nc --impacts 5000 -o longer.nc"""
 
 _START = """\
 keys of [start]: position=-1,velocity=0,time=0.3 (plain numbers are dimensionless; with units for a case in SI:
 position='-3 cm'), orbit:K for steady motion number K of 'percuss steady' (orbit:K,velocity=0.01: disturbed),
 random, random:still or random:ringing"""
+
+LEAST_CELLS, MOST_CELLS = 16, 100_000
 
 LAST = 10
 """Events in the report for people."""
@@ -46,6 +50,14 @@ def _parser() -> Parser:
     add("--time", metavar="T", type=time_or_text, help="end after T radians of the load, or '2 s' for a case in SI")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 (a rigid bar) to {MAX_MODES} (default 32)")
     add("--start", metavar="START", type=start_keys, help=_START)
+    add(
+        "--contact",
+        choices=("law", "waves"),
+        default="law",
+        help="'law' (default): the law of [contact]; 'waves': every contact resolved by waves, beside the law's motion",
+    )
+    add("--cells", metavar="N", type=up_to(MOST_CELLS), help="with waves: cells of the bar, 16 or more (default 400)")
+    add("--quiet", action="store_true", help="with waves: all ringing ends between blows")
     add("--seed", metavar="S", type=whole, help="seed of a random start (default 0)")
     add("--full", action="store_true", help="keep going after a periodic motion is found")
     add("--resume", metavar="FILE", help="continue the motion that -o saved; N and T count from its start")
@@ -61,6 +73,8 @@ def run(arguments: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parsed(arguments)
     _check(parser, options)
+    if options.contact == "waves":
+        return _by_waves(parser, options)
     answer = _resumed(options) if options.resume is not None else _answered(parser, options)
     text = _json(answer, options) if options.json else ""
     if options.output is not None:
@@ -80,8 +94,38 @@ def run(arguments: Sequence[str]) -> int:
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 
+def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
+    """The motion with every contact resolved by waves."""
+    from percuss.case import waves_answer
+    from percuss.cli.simulation_progress import watched, waves_ready
+
+    case = _case(parser, options)
+    cells = {} if options.cells is None else {"cells": options.cells}
+    with watched(waves_ready) as watch, _of_file(case):
+        answer = waves_answer(case, watch, quiet=options.quiet, **cells)
+    last = None if options.events is None else options.events[0]
+    if options.json:
+        from percuss.case.answers.waves_json import with_an_impact_a_line
+
+        print(with_an_impact_a_line(answer.to_json_dict(last)))
+    else:
+        from percuss.cli.report_printing import show
+        from percuss.cli.waves_report import waves_report
+
+        show(waves_report(answer, LAST if options.events is None else last))
+    return 130 if answer.motion.ending.name == "CANCELLED" else 0
+
+
 def _check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse what cannot be answered or written before anything is computed."""
+    if options.contact == "waves":
+        for name in ("resume", "modes", "output", "plot"):
+            if getattr(options, name) is not None:
+                parser.error(f"--{name} cannot be used with --contact waves")
+        if options.cells is not None and options.cells < LEAST_CELLS:
+            parser.error(f"argument --cells: '{options.cells}': give {LEAST_CELLS} or more")
+    elif options.cells is not None or options.quiet:
+        parser.error(f"--{'quiet' if options.quiet else 'cells'} is for --contact waves")
     if options.resume is not None:
         for name in ("case", "start", "modes", "seed"):
             if getattr(options, name) is not None:
@@ -115,19 +159,30 @@ def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
     from percuss.case import simulation_answer
     from percuss.cli.simulation_progress import watched
 
+    case = _case(parser, options)
+    with watched() as watch, _of_file(case):
+        return simulation_answer(case, watch)
+
+
+def _case(parser: Parser, options: argparse.Namespace) -> Case:
+    """The case with what the options say."""
     case = named_case(options.case)
     case.system()  # the recording is read, and may be refused, before the options are looked at
     try:
-        case = _changed(case, options)
+        return _changed(case, options)
     except CaseError as error:
         _as_option(parser, error)
-    with watched() as watch:
-        try:
-            return simulation_answer(case, watch)
-        except CaseError:
-            raise
-        except PercussError as error:  # the floors below do not know the file
-            raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
+
+
+@contextmanager
+def _of_file(case: Case) -> Iterator[None]:
+    """Errors of the floors below, which do not know the file, told with it."""
+    try:
+        yield
+    except CaseError:
+        raise
+    except PercussError as error:
+        raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
 
 
 def _resumed(options: argparse.Namespace) -> SimulationAnswer:

@@ -6,14 +6,15 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from percuss.blow.machine import Progress as WavesProgress
     from percuss.simulate import Progress
 
-__all__ = ["Watch", "watched"]
+__all__ = ["Watch", "law_ready", "watched", "waves_ready"]
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -32,7 +33,7 @@ class Watch:
         self._bar: Any = None
         self._task: Any = None
 
-    def __call__(self, progress: Progress) -> bool:
+    def __call__(self, progress: Progress | WavesProgress) -> bool:
         if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
             self._bar, self._task = _new_bar()
         if self._bar is not None:
@@ -52,11 +53,19 @@ class Watch:
             self._bar = None
 
 
+def law_ready() -> None:
+    """Load the kernels of simulations by a contact law."""
+    from percuss.model import Load, System
+    from percuss.simulate import Stop, run
+
+    run(System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0)), modes=0, stop=Stop(impacts=0))
+
+
 @contextmanager
-def watched() -> Iterator[Watch]:
-    """A `Watch` with the kernels ready, in charge of Ctrl-C until the end of the block."""
+def watched(ready: Callable[[], object] = law_ready) -> Iterator[Watch]:
+    """A `Watch` with the kernels made `ready`, in charge of Ctrl-C until the end of the block."""
     seen = sys.stderr is not None and sys.stderr.isatty()
-    _warm(seen)
+    _warm(seen, ready)
     watch = Watch(seen)
     # only the main thread may handle signals
     mine = threading.current_thread() is threading.main_thread()
@@ -69,17 +78,25 @@ def watched() -> Iterator[Watch]:
         watch.close()
 
 
-def _warm(seen: bool) -> None:
+def waves_ready() -> None:
+    """Load the kernels of simulations by waves, and those of the law beside them."""
+    from percuss.blow import Wall
+    from percuss.blow.machine import Limits, machine_motion
+    from percuss.model import Load, System
+
+    law_ready()
+    system = System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0))
+    machine_motion(system, Wall(), limits=Limits(periods=1), cells=16)
+
+
+def _warm(seen: bool, ready: Callable[[], object]) -> None:
     """Load the kernels, and tell a person when that means compiling them: Ctrl-C ends this at once."""
     note = threading.Timer(COMPILING, _tell_of_compiling)
     note.daemon = True
     if seen:
         note.start()
     try:
-        from percuss.model import Load, System
-        from percuss.simulate import Stop, run
-
-        run(System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0)), modes=0, stop=Stop(impacts=0))
+        ready()
     finally:
         note.cancel()
 

@@ -168,7 +168,9 @@ class PeriodicForce(Shown):
         knots = np.concatenate([[0.0], np.cumsum(slopes * lengths)[:-1]])
         offset = float(np.sum(knots * lengths + slopes * lengths**2 / 2.0)) / TURN
         piece = self.piece(t, "right")
-        return np.asarray(knots[piece] + slopes[piece] * np.mod(np.asarray(t) - starts[piece], TURN) - offset)
+        gone = np.mod(np.asarray(t) - starts[piece], TURN)
+        gone = np.where(gone < TURN - 2.0 * _SNAP * TURN, gone, gone - TURN)  # just before a break is at the break
+        return np.asarray(knots[piece] + slopes[piece] * gone - offset)
 
     def _series(self, t: npt.ArrayLike, coefficients: ComplexArray) -> Array:
         phases = numbers("t", t)

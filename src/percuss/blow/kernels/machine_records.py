@@ -1,0 +1,121 @@
+"""The records of a machine on the lattice: chains of cells, the face, the load, and what is told of each contact."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Wholes = npt.NDArray[np.int64]
+
+
+class Chain(NamedTuple):
+    """Sections on a lattice of equal cells: a wave takes one step through a cell.
+
+    `right` and `left` hold the waves f and g of every cell, section after section, as rings: what leaves a section at
+    slot `slot` was put in there `cells` steps before. In space, the cell next to the right end is the slot of `right`,
+    the cell next to the left end that of `left`.
+    """
+
+    impedance: Floats
+    first: Wholes
+    cells: Wholes
+    slot: Wholes
+    right: Floats
+    left: Floats
+
+
+class Face(NamedTuple):
+    """Where striker and rod meet, and what lies behind the rod's last section.
+
+    `stiffness` is the contact force over f − g, `rod` is 1/Z of what is struck (0: a wall). `behind` is the impedance
+    after the rod's last section, inf for a fixed end; `pushed_back` says that the rod returns as soon as there is room.
+    """
+
+    stiffness: float
+    striker: float
+    rod: float
+    behind: float
+    pushed_back: bool
+
+
+class Drag(NamedTuple):
+    """What takes velocity now and then: a matrix for blocks of cells, or, where that is empty, a factor for all cells.
+
+    `factor` and `finer` are factors less 1; `finer` is for what the cells of a block have beyond their mean. `carried`:
+    whether the bar as a whole is left alone by `factor`. `interval`: steps between; 0 for never.
+    `patience`: the time that a contact lasts before the damping
+    acts in it. `block`: of each cell; `mass` of each cell, `total` of each block. `before`, `mean`
+    and `change` are room to work in.
+    """
+
+    factor: float
+    finer: float
+    carried: bool
+    matrix: Floats
+    interval: float
+    patience: float
+    block: Wholes
+    mass: Floats
+    total: Floats
+    before: Floats
+    mean: Floats
+    change: Floats
+
+
+NOW = np.dtype(
+    [
+        ("gap", "f8"),  # between the faces; exactly 0 in contact
+        ("moved", "f8"),  # by which blows have moved the rod's face since it was pushed back
+        ("momentum", "f8"),  # of the striker
+        ("energy", "f8"),  # of the striker's cells
+        ("arrived", "f8"),  # the wave that reached the striker's face a step before
+        ("met", "f8"),  # the wave that reached the rod's face a step before
+        ("load_work", "f8"),
+        ("rod_work", "f8"),
+        ("damped", "f8"),
+        ("averaged", "f8"),  # energy that the means over cells in which a contact starts or ends do not show
+        ("impulse", "f8"),
+        ("time", "f8"),  # of the beginning of the load's present period
+        ("next_drag", "f8"),  # the step of this period at which velocity is taken next
+    ]
+)
+
+COUNT = np.dtype(
+    [
+        ("step", "i8"),  # in the load's present period
+        ("touching", "i8"),
+        ("contacts", "i8"),  # in the log
+    ]
+)
+
+CONTACT = np.dtype(
+    [
+        ("start", "f8"),
+        ("end", "f8"),
+        ("impulse", "f8"),
+        ("moment", "f8"),  # ∫ N (t − start) dt
+        ("peak", "f8"),
+        ("momentum_before", "f8"),
+        ("momentum_after", "f8"),
+        ("energy_before", "f8"),
+        ("energy_after", "f8"),
+        ("averaged_before", "f8"),
+        ("averaged_after", "f8"),
+        ("given", "f8"),  # ∫ N v dt at the rod's face
+    ]
+)
+
+
+class Machine(NamedTuple):
+    """All that a stretch of motion needs: the chains, the face, the load of every step of a period, the damping."""
+
+    striker: Chain
+    rod: Chain
+    face: Face
+    load: Floats
+    load_at: int
+    step: float
+    drag: Drag

@@ -1,0 +1,213 @@
+"""`machine_motion`: a machine under its periodic load with every contact resolved by waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from percuss.blow.machine.following import Course
+from percuss.blow.machine.impacts import ROUND_TRIP, Impacts, impacts_of
+from percuss.blow.machine.motion import Energy, MachineMotion, Uncertainty
+from percuss.blow.machine.options import Ending, Limits, Release
+from percuss.blow.machine.recurrence import MOST_PERIODS, Recurrence, Settled
+from percuss.blow.machine.tables import machine_record
+from percuss.blow.target import Rod, Target, Wall
+from percuss.halting import look
+from percuss.model import System
+from percuss.model.checks import callback, count, flag, instance
+from percuss.notebook import watched
+
+__all__ = ["Progress", "machine_motion"]
+
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a machine has been followed.
+
+    Attributes
+    ----------
+    impacts
+        From the start, about.
+    time
+        From the start, in radians.
+    fraction
+        0 to 1, of the load periods or the impacts asked for, whichever is nearer.
+    """
+
+    impacts: int
+    time: float
+    fraction: float
+
+
+def machine_motion(
+    system: System,
+    target: Target,
+    release: Release | None = None,
+    limits: Limits | None = None,
+    *,
+    pushed_back: bool = False,
+    quiet: bool = False,
+    cells: int = 400,
+    estimate: bool = True,
+    progress: Callable[[Progress], object] | None = None,
+) -> MachineMotion:
+    """A machine from a start on: flights under the load and contacts, all of them by waves.
+
+    Waves travel exactly on a lattice of equal cells (d'Alembert; Courant number 1), and a contact starts and ends
+    within a cell, so that the error of an impulse falls as the square of the cells' size. What the contact law of the
+    system says is not used: this is what judges it.
+
+    Parameters
+    ----------
+    system
+        Striker, load and damping. The damping acts on the striker alone, in contact too.
+    target
+        A rigid wall, an endless rod, or a rod with a fixed end. Its own gap is not used: the start has one.
+    release
+        The start; one length of the striker off, at rest, by default.
+    limits
+        When to end: by default after 400 load periods, 2000 impacts, or when a periodic motion is found.
+    pushed_back
+        Whether the rod is pushed back to its place as soon as the striker has left it the room; else it stays where the
+        blow put it, and the machine follows.
+    quiet
+        Whether all ringing of the striker is made to end between blows, as the laws b77 and b77-blow assume.
+    cells
+        Cells of the striker, at least; those of a coarser lattice are half as many.
+    estimate
+        Whether to tell, from a lattice with half the cells, how sure a settled motion is.
+    progress
+        Called now and then with a `Progress`; the motion ends as cancelled when it returns something true.
+
+    Raises
+    ------
+    ParameterError
+        For a rod that nothing would hold between blows, and numbers out of range.
+    Interrupted
+        When a block of `percuss.halting` was told to stop.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.blow import Rod
+    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> rod = Rod.of_impedance(20.0 * (1.0 + 0.6) / (1.0 - 0.6))
+    >>> motion = machine_motion(system, rod, Release(gap=2.0, time=0.3), quiet=True, cells=100)
+    >>> motion.label, motion.phases.round(3).tolist(), motion.cycle.restitution.round(4).tolist()
+    ('z=1/1', [2.372], [0.6])
+    """
+    instance("system", system, System)
+    if not isinstance(target, Wall | Rod):
+        instance("target", target, Rod)
+    release = Release() if release is None else instance("release", release, Release)
+    limits = Limits() if limits is None else instance("limits", limits, Limits)
+    flag("pushed_back", pushed_back), flag("quiet", quiet), flag("estimate", estimate)
+    number = count("cells", cells, least=16, most=100_000)
+    callback("progress", progress)
+
+    def motion(cells: int) -> MachineMotion:
+        with watched(progress) as watch:
+            return _followed(system, target, release, limits, pushed_back, quiet, cells, watch)
+
+    found = motion(number)
+    if not estimate or found.settled is None or not found.settled.impacts:
+        return found
+    return replace(found, uncertainty=_apart(found, motion(max(8, number // 2))))
+
+
+def _followed(
+    system: System,
+    target: Target,
+    release: Release,
+    limits: Limits,
+    pushed_back: bool,
+    quiet: bool,
+    cells: int,
+    progress: Callable[[Progress], object] | None,
+) -> MachineMotion:
+    lattice, machine = machine_record(system, target, cells, pushed_back=pushed_back, quiet=quiet)
+    course, recurrence = Course(machine, release), Recurrence(limits.tolerance)
+    begun, energy = course.time, course.energy
+    ending, settled = None, None
+    while ending is None:
+        for _ in course.period():
+            look()
+            if progress is not None and progress(_progress(course, limits, begun)):
+                ending = Ending.CANCELLED
+                break
+        if ending is None:
+            ending, settled = _judged(course, recurrence, limits, system)
+    impacts, grazes = _finished(course, system)
+    now = course.now[0]
+    contacts = course.contacts
+    return MachineMotion(
+        system=system,
+        target=target,
+        pushed_back=pushed_back,
+        quiet=quiet,
+        release=release,
+        limits=limits,
+        lattice=lattice,
+        impacts=impacts,
+        grazes=grazes,
+        ending=ending,
+        settled=settled,
+        touching=course.touching,
+        since=float(contacts["start"][-1]) if course.touching else math.nan,
+        end_time=course.time,
+        energy=Energy(
+            float(now["load_work"]),
+            float(now["rod_work"]),
+            float(now["damped"]),
+            float(now["averaged"]),
+            course.energy - energy,
+        ),
+    )
+
+
+def _judged(
+    course: Course, recurrence: Recurrence, limits: Limits, system: System
+) -> tuple[Ending | None, Settled | None]:
+    """Whether the motion ends at the end of this period, and the periodic motion found."""
+    recent = course.contacts_since(course.time - MOST_PERIODS * _TURN)
+    speed = float(np.abs(recent["momentum_before"]).max(initial=0.0))
+    periods, off = recurrence.after(float(course.now["gap"][0]), course.waves, speed)
+    if limits.settled and periods:
+        impacts = impacts_of(recent, system.load, system.body.transit_time)[0]
+        number = int(np.count_nonzero(impacts.start >= course.time - periods * _TURN))
+        return Ending.SETTLED, Settled(number, periods, off)
+    if course.periods >= limits.periods:
+        return Ending.PERIODS, None
+    if course.strikes >= limits.impacts:
+        return Ending.IMPACTS, None
+    return None, None
+
+
+def _finished(course: Course, system: System) -> tuple[Impacts, int]:
+    """The impacts that have ended: after the last contact waves have gone there and back without another one."""
+    transit = system.body.transit_time
+    found, grazes = impacts_of(course.contacts, system.load, transit)
+    open_ = found.size > 0 and (course.touching or course.time - found.end[-1] < ROUND_TRIP * transit)
+    return found.part(slice(0, found.size - open_)), grazes
+
+
+def _progress(course: Course, limits: Limits, begun: float) -> Progress:
+    fraction = max(course.periods / limits.periods, course.strikes / limits.impacts)
+    return Progress(course.strikes, course.time - begun, min(fraction, 1.0))
+
+
+def _apart(one: MachineMotion, other: MachineMotion) -> Uncertainty:
+    """How far two settled motions are apart, whichever impact of a cycle comes first."""
+    if other.label != one.label or one.cycle.size != other.cycle.size:
+        return Uncertainty(None, None, other.label)
+    best = math.inf, math.inf
+    for shift in range(one.cycle.size):
+        phases = np.angle(np.exp(1j * (one.phases - np.roll(other.phases, shift))))
+        speeds = np.roll(other.velocities, shift) / one.velocities - 1.0
+        best = min(best, (float(np.abs(phases).max()), float(np.abs(speeds).max())))
+    return Uncertainty(*best, other.label)

@@ -1,0 +1,120 @@
+"""What a case says of its machine by waves: what is struck, where it starts and when it ends; the answer with laws."""
+
+import math
+
+import pytest
+
+from percuss.blow import Rod, Wall
+from percuss.blow.machine import Limits
+from percuss.case import Case, load_case, waves_answer
+from percuss.case.answers.waves_question import limits_of, release_of, struck_by
+
+PLAIN = """
+[system]
+s = 20.0
+d = 0.01
+restitution = {restitution}
+{system}
+[load]
+kind = "harmonic"
+mean = 0.9
+amplitude = 1.0
+{more}
+"""
+
+
+def case_of(restitution="0.6", system="", more=""):
+    return Case.from_text(PLAIN.format(restitution=restitution, system=system, more=more))
+
+
+def test_without_a_tool_the_rod_gives_a_uniform_bar_its_restitution():
+    target, pushed_back, note = struck_by(case_of())
+    assert isinstance(target, Rod)
+    assert target.impedance == pytest.approx(80.0)
+    assert not pushed_back
+    assert "4 times" in note
+    wall = struck_by(case_of("1.0"))
+    assert wall.target == Wall()
+    assert wall.note == ""
+
+
+def test_the_rod_of_a_case_in_si_has_the_impedance_in_si():
+    case = load_case("heavy-drifter")
+    target = struck_by(case).target
+    bar, restitution = case.system().bar, case.system().restitution
+    assert target.impedance == pytest.approx(bar.impedance * (1.0 + restitution) / (1.0 - restitution))
+
+
+def test_the_tool_of_a_case_is_struck_and_pushed_back_as_it_says():
+    found = struck_by(case_of(system='law = "b77-tau"\nadvance = "pushed back"', more="[tool]\nimpedance = 3.0"))
+    assert found.target.impedance == pytest.approx(60.0)
+    assert found.pushed_back
+    assert found.note == ""
+
+
+def test_a_tool_on_rock_is_endless_beyond_its_last_section():
+    case = load_case("hydraulic-drifter")
+    own, (target, _, note) = case.tool(), struck_by(case)
+    assert own.end == "rock"
+    assert target.end == "infinite"
+    assert target.sections[-1].length is None
+    assert [section.diameter for section in target.sections] == [section.diameter for section in own.sections]
+    assert "endless" in note
+
+
+def test_starts_become_rigid_ones():
+    case = case_of(more="[start]\nposition = -3.0\nvelocity = 0.5\ntime = 1.0")
+    release = release_of(case.start(), case.system())
+    assert (release.gap, release.velocity, release.time) == (3.0, 0.5, 1.0)
+    case = case_of(more="[start]\norbit = 2")
+    release = release_of(case.start(), case.system())
+    assert release.gap == pytest.approx(0.0, abs=1e-9)
+    assert release.velocity == pytest.approx(-0.6 * 0.9 * math.tau / 1.6, rel=0.05)
+
+
+def test_limits_are_those_of_the_simulation():
+    assert limits_of(case_of()) == Limits(periods=200)
+    found = limits_of(case_of(more="[simulation]\ntime = 40.0\nimpacts = 7\nperiodic = false\ntolerance = 1e-4"))
+    assert found == Limits(periods=7, impacts=7, settled=False, tolerance=1e-4)
+
+
+def test_the_motion_of_a_steady_start_stays_beside_the_law():
+    answer = waves_answer(case_of(more="[start]\norbit = 2\n[simulation]\nmodes = 4"), cells=50)
+    assert answer.motion.label == answer.law.label == "z=1/1"
+    assert answer.beside[0].phase_difference == pytest.approx(0.0184, abs=2e-4)
+    assert abs(answer.beside[0].velocity_difference) < 0.01
+    assert answer.warnings == ()
+
+
+def test_who_wants_no_more_gets_what_there_is():
+    answer = waves_answer(case_of(), lambda progress: True, cells=50)
+    assert answer.motion.ending.name == "CANCELLED"
+    assert any("interrupted" in warning for warning in answer.warnings)
+    assert answer.to_json_dict()["outcome"] == "cancelled"
+
+
+def test_an_undamped_piston_of_sections_is_told_of_its_ringing():
+    case = Case.from_text("""
+[system]
+s = 40.0
+impedances = [1.2566, 1.9635, 0.9503]
+transit_times = [0.0731, 0.2187, 0.1493]
+restitution = "from the blow"
+law = "b77-blow"
+[tool]
+impedance = 4.0
+[load]
+kind = "harmonic"
+mean = 0.66
+amplitude = 1.0
+[start]
+position = 0.0
+velocity = -1.2
+time = 2.11
+[simulation]
+time = 200.0
+modes = 0
+""")
+    answer = waves_answer(case, cells=50)
+    assert answer.motion.label == "irregular"
+    assert any("ringing" in warning for warning in answer.warnings)
