@@ -44,7 +44,8 @@ def flight(load: Load, d: float, start: float, velocity: float, until: float) ->
 def after(load: Load, blow: Blow, d: float, periods: int, time: float, velocity: float) -> tuple[float, float]:
     """Time and mean velocity at the next blow's centroid."""
     force = float(load.value(time))
-    impulse = (1.0 + blow.r) * (velocity - (2.0 * blow.centroid - blow.duration) * force)
+    dragged = 1.0 + 0.25 * (1.0 + blow.r) * d * blow.centroid
+    impulse = (1.0 + blow.r) * dragged * (velocity - (2.0 * blow.centroid - blow.duration) * force)
     at_contact = velocity - force * blow.centroid
 
     def off(later: float) -> float:

@@ -21,6 +21,7 @@ from percuss import (
     Starts,
     Stop,
     System,
+    blow,
     explore,
     plot,
     run,
@@ -46,7 +47,7 @@ from percuss.model import (
 )
 from percuss.recordings import read_recording
 
-ROOMS = ("recordings", "model", "steady", "stability", "simulate", "explore", "case", "plot", "units")
+ROOMS = ("recordings", "model", "steady", "stability", "simulate", "blow", "explore", "case", "plot", "units")
 
 
 class Anything:
@@ -83,6 +84,7 @@ NO_DOORS: dict[str, str] = {
         [
             "recordings.HistoryReport",
             "recordings.Recording",
+            "model.Section.piece",
             "model.Jump",
             "steady.Drag",
             "steady.Energy",
@@ -114,6 +116,17 @@ NO_DOORS: dict[str, str] = {
             "simulate.SISummary",
             "simulate.Summary",
             "simulate.Trajectory",
+            "blow.AlongBody",
+            "blow.Blow",
+            "blow.EffectiveBlow",
+            "blow.Peak",
+            "blow.Pulse",
+            "blow.Spell",
+            "blow.StringState",
+            "blow.Trace",
+            "blow.Trace.product_integral",
+            "blow.Trace.scaled",
+            "blow.Waves",
             "explore.Archive",
             "explore.Basins",
             "explore.Boundaries",
@@ -165,6 +178,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
+    "blow.Outcome": "a word, made from its sentence",
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -254,6 +268,7 @@ def table(folder: Path) -> dict[str, Entry]:
     explore.carry_out(Two(), archive=folder / "kept", workers=1)
     time = np.linspace(0.0, 10.0, 500)
     axis = explore.Axis.linear("restitution", 0.2, 0.6, 2)
+    struck = blow.strike(bar, blow.Rod([Section(None, 1e-3)]), 1.0)
     t, side = {"t": PLACES}, {"side": "right"}
     plane = {"restitution": PLACES, "load_factor": ANY_NUMBERS}
     sums = {"modes": OPTIONAL, "impacts": OPTIONAL}
@@ -283,7 +298,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Section": (
             Section, {"length": 0.1, "area": 1e-3, "diameter": None, "bore": 0.01}
             | {"youngs_modulus": 1.0, "density": 1.0},
-            {"diameter": OPTIONAL},
+            {"length": OPTIONAL, "diameter": OPTIONAL},
         ),
         "model.SectionedBar": (SectionedBar, {"sections": [Section(0.1, 1e-3)], "damping": External(0.1)}, {}),
         "model.SectionedBar.body": (SECTIONED.body, {"angular_frequency": 2.0}, {}),
@@ -311,8 +326,12 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Timed.of_uniform_bar": (
             Timed.of_uniform_bar, {"s": 20.0, "restitution": 0.5, "advance": "kept"}, {},
         ),
-        "model.Timed.velocity": (timed.velocity, {"impulse": 1.0, "force": 0.5}, {"impulse": REAL, "force": REAL}),
-        "model.Timed.impulse": (timed.impulse, {"velocity": 1.0, "force": 0.5}, {"velocity": REAL, "force": REAL}),
+        "model.Timed.velocity": (
+            timed.velocity, {"impulse": 1.0, "force": 0.5, "d": 0.1}, {"impulse": REAL, "force": REAL},
+        ),
+        "model.Timed.impulse": (
+            timed.impulse, {"velocity": 1.0, "force": 0.5, "d": 0.1}, {"velocity": REAL, "force": REAL},
+        ),
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Load": (
@@ -486,6 +505,30 @@ def table(folder: Path) -> dict[str, Entry]:
         "simulate.Trajectory.position": (motion.position, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
         "simulate.Trajectory.save": (motion.save, {"path": folder / "again.nc"}, {"path": TEXT}),
         "simulate.Trajectory.strain": (motion.strain, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
+        # -- blow --
+        "blow.Rock": (blow.Rock, {"stiffness": 1e8, "unloading_ratio": 0.5, "gap": 0.0}, {}),
+        "blow.Wall": (blow.Wall, {"gap": 0.0}, {}),
+        "blow.Rod": (
+            blow.Rod,
+            {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0, "gap": 0.0}
+            | {"joint_masses": [(1, 0.1)], "rock": blow.Rock(1e8), "impedance": None},
+            {"joint_masses": {"empty"}, "impedance": OPTIONAL},
+        ),
+        "blow.Rod.of_impedance": (blow.Rod.of_impedance, {"impedance": 1.0, "gap": 0.0}, {}),
+        "blow.strike": (
+            blow.strike,
+            {"striker": bar, "target": blow.Wall(), "velocity": 1.0, "until": 1e-3, "load": [(0.0, 1.0)], "load_at": 0}
+            | {"field": None, "most_pieces": 1000},
+            {"velocity": REAL, "until": OPTIONAL, "load": {"empty"}, "field": OPTIONAL},
+        ),
+        "blow.effective_blow": (
+            blow.effective_blow, {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0}, {},
+        ),
+        "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),
+        "blow.Blow.waves_at": (struck.waves_at, {"x": 0.1}, {}),
+        "blow.Trace.at": (struck.face_force.at, {"time": 0.0}, {"time": ANY_NUMBERS}),
+        "blow.Trace.before": (struck.face_force.before, {"time": 0.0}, {"time": ANY_NUMBERS}),
+        "blow.Trace.sampled": (struck.face_force.sampled, {"size": 3}, {}),
         # -- explore --
         "explore.Archive.open": (explore.Archive.open, {"path": folder / "kept"}, {}),
         "explore.Axis": (

@@ -29,7 +29,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_play
 
 from browser import FLAGS, chromium
 from percuss import palette
-from percuss.case import load_case, simulation_answer
+from percuss.case import Case, load_case, simulation_answer
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of
 from percuss.cli import main
@@ -667,6 +667,19 @@ def test_a_link_to_the_plain_form_and_a_link_to_nothing(desk: Desk, request: pyt
     expect(page.locator("#field-bar-length")).to_have_value("1.01 m")
     page.select_option("#machine", "mini-breaker")
     expect(page.locator("#verdict")).to_have_text("Stable")
+
+
+def test_a_link_keeps_what_the_hammer_strikes(desk: Desk) -> None:
+    """Tables without a form of their own stay with the case, in its address and in its file."""
+    page = desk.open("machine=mini-breaker&rock.stiffness=200 kN/mm")
+    expect(page.locator("#verdict")).to_have_text("Stable")
+    page.fill("#field-bar-length", "330 mm")
+    until(page, "location.hash.includes('bar.length=330') && location.hash.includes('rock.stiffness=200')")
+    desk.answered()
+    with page.expect_download() as coming:
+        page.click("#case-download")
+    case = Case.from_text(coming.value.path().read_text(encoding="utf-8"))
+    assert case.blow_question().target.rock.stiffness == 2e8
 
 
 def test_the_token_is_taken_out_of_the_address(browser: Browser) -> None:

@@ -9,6 +9,7 @@ from percuss.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
+    from percuss.blow.effective import EffectiveBlow, effective_blow
     from percuss.blow.gauges import Waves
     from percuss.blow.parts import Outcome, Peak, Pulse, Spell
     from percuss.blow.striking import strike
@@ -21,6 +22,7 @@ ensure_cache()  # before anything here is compiled
 __all__ = [
     "AlongBody",
     "Blow",
+    "EffectiveBlow",
     "Outcome",
     "Peak",
     "Pulse",
@@ -32,12 +34,14 @@ __all__ = [
     "Trace",
     "Wall",
     "Waves",
+    "effective_blow",
     "strike",
 ]
 
 _HOME = {
     "AlongBody": "string_state",
     "Blow": "blow",
+    "EffectiveBlow": "effective",
     "Outcome": "parts",
     "Peak": "parts",
     "Pulse": "parts",
@@ -49,6 +53,7 @@ _HOME = {
     "Trace": "trace",
     "Wall": "target",
     "Waves": "gauges",
+    "effective_blow": "effective",
     "strike": "striking",
 }
 

@@ -128,7 +128,7 @@ class Blow:
     def effective_restitution(self) -> float | None:
         """R_eff = −V_1/V_0; None for a striker without momentum before."""
         before = self._balance.momentum_before
-        return -self._balance.momentum_after / before if before != 0.0 else None
+        return 0.0 - self._balance.momentum_after / before if before != 0.0 else None
 
     @property
     def restitution_from_impulse(self) -> float | None:
@@ -310,15 +310,11 @@ class Blow:
         return first_pulse(self.waves_at(0.0), self.contacts[0].start)
 
     @cached_property
-    def striker_peaks(self) -> tuple[Peak, ...]:
-        """Greatest compression and tension in each section of the striker."""
-        return self._peaks(0, self._question.sections)
-
-    @cached_property
-    def rod_peaks(self) -> tuple[Peak, ...]:
-        """Greatest compression and tension in each section of the rod; none of a wall."""
+    def peaks(self) -> tuple[Peak, ...]:
+        """Greatest compression and tension in each section of the striker, then of the rod."""
         rod = self._question.rod
-        return () if rod is None else self._peaks(self._course.striker, rod)
+        own = self._peaks(0, self._question.sections)
+        return own if rod is None else own + self._peaks(self._course.striker, rod)
 
     @cached_property
     def _extremes(self) -> list[tuple[Extreme, Extreme]]:
@@ -388,5 +384,6 @@ class Blow:
 
 def _mirrored(coefficients: Array) -> Array:
     """Pieces in the opposite direction, the last one first."""
-    signs = np.where(np.arange(coefficients.shape[1]) % 2, -1.0, 1.0)
+    signs = np.ones(coefficients.shape[1])
+    signs[1::2] = -1.0
     return np.asarray(coefficients[::-1] * signs)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.blow.kernels.layout import FAR, WALL
-from percuss.blow.kernels.sums import integrals, value_at
+from percuss.blow.kernels.sums import integrals, value_before
 from percuss.blow.tables import Tables
 from percuss.blow.trace import Trace
 from percuss.model.checks import Array
@@ -89,8 +89,8 @@ class Course:
         return Sums(*integrals(self.held.waves, row, begin, end, self.tick, self.held.state.work))
 
     def value(self, row: int, time: int) -> float:
-        """What leaves at a tick."""
-        return float(value_at(self.held.waves, row, time, self.held.state.work))
+        """What leaves just before a tick, so that several rows tell of the same side of a jump."""
+        return float(value_before(self.held.waves, row, time, self.held.problem.near, self.held.state.work))
 
     def section_sums(self, section: int, time: int) -> tuple[Sums, Sums]:
         """Of both waves over a section at a tick, f first; of an endless one over all that was sent into it."""
@@ -126,15 +126,15 @@ class Course:
         """A row, as it leaves or `shift` ticks later, over the window or from one tick to another, in its scales."""
         last = self.end if last is None else last
         waves = self.held.waves
-        count = int(waves.pieces[row])
-        starts = np.append(waves.start[row, :count], waves.known[row] if waves.known[row] < FAR else FAR)
+        size = int(waves.pieces[row])
+        starts = np.append(waves.start[row, :size], waves.known[row] if waves.known[row] < FAR else FAR)
         starts = np.where(abs(starts) >= FAR, np.sign(starts) * FAR, starts + shift)
         here = np.flatnonzero((starts[:-1] < last) & (starts[1:] > first))
         low, high = int(here[0]), int(here[-1]) + 1
         degrees, rest = waves.degree[row, low:high], waves.rest[row, low:high]
         coefficients = np.zeros((high - low, int(degrees.max()) + 1))
         coefficients[:, 0] = waves.first[row, low:high]
-        for k in np.flatnonzero(degrees):
+        for k in np.flatnonzero(degrees).tolist():
             n = int(degrees[k])
             coefficients[k, 1 : n + 1] = waves.pool[rest[k] : rest[k] + n]
         edges = starts[low : high + 1].copy()
@@ -145,7 +145,13 @@ class Course:
                 at = span * (np.array([begin, end]) - edges[k]) - 1.0
                 coefficients[k] = _restricted(coefficients[k], float(at[0]), float(at[1]))
         edges[0], edges[-1] = first, last
-        return Trace(edges * self.tick, coefficients)
+        wide = (
+            np.diff(edges) > self.held.problem.near
+        )  # a break next to an end of the window leaves a piece of no width
+        wide[0] |= not wide.any()
+        edges = np.append(edges[:-1][wide], last)
+        edges[0] = first
+        return Trace(edges * self.tick, coefficients[wide])
 
 
 def _restricted(row: Array, low: float, high: float) -> Array:

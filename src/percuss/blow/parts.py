@@ -12,7 +12,7 @@ class Outcome(Enum):
     """How the window of a blow ends; the value is a sentence."""
 
     OVER = "the blow is over: no further contact is possible"
-    SPENT = "the striker has given its momentum away, still in contact"
+    SPENT = "the striker has given its momentum and energy away"
     STILL_IN_CONTACT = "the window ended while the faces were in contact"
     GAP_CLOSING = "the window ended with the gap open and closing"
     WINDOW_ENDED = "the window ended with the gap open; a further contact is not excluded"

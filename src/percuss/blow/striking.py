@@ -81,7 +81,7 @@ def strike(
     >>> print(f"R = {blow.effective_restitution:.6f}, {len(blow.contacts)} contact, {blow.outcome.name}")
     R = 0.600000, 1 contact, OVER
     """
-    most = count("most_pieces", most_pieces, 1)
+    most = count("most_pieces", most_pieces, 1, 1 << 40)
     question = Question.checked(striker, target, velocity, field, load, load_at, until)
     held = tables(question)
     gap = held.state.now[0].gap
@@ -99,18 +99,19 @@ def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Ta
     problem = held.problem
     transit = round(1.0 / problem.tick)
     ends_early = until_over and (problem.end == FREE or not problem.stiffness > 0.0)
-    target = transit if ends_early else problem.until
+    target, spent = transit if ends_early else problem.until, False
     while True:
         target = min(target, problem.until)
         held, there = carried_to(held, target, most)
         if not there:
             return held, int(held.state.time[: _nodes(held)].min()), Outcome.TOO_MANY_PIECES
-        if ends_early and (held.state.now[0].noted > 0 or target == problem.until):
+        if ends_early and held.state.now[0].noted > 0:
             course = Course(held, target, gap)
             if is_over(course):
                 return held, target, Outcome.OVER
-            if is_spent(course):
+            if spent:  # a transit ago; meanwhile faces without a force have parted
                 return held, target, Outcome.SPENT
+            spent = is_spent(course)
         if target == problem.until:
             return held, target, None
         target += transit

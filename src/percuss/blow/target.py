@@ -204,6 +204,11 @@ class Rod:
         """Impedance of the struck face."""
         return self.pieces[0].impedance if self.impedance is None else self.impedance
 
+    @property
+    def end_impedance(self) -> float:
+        """Impedance at the far end."""
+        return self.pieces[-1].impedance if self.impedance is None else self.impedance
+
 
 Target: TypeAlias = Wall | Rod
 """What is struck."""

@@ -62,7 +62,7 @@ class Trace:
 
     def sampled(self, size: int) -> tuple[Array, Array]:
         """Times and values for a curve, with both values at each jump and `size` points more; two arrays."""
-        inside = np.linspace(self.times[0], self.times[-1], count("size", size, 2))
+        inside = np.linspace(self.times[0], self.times[-1], count("size", size, 2, 1 << 24))
         times = np.concatenate([self.times[:-1], self.times[1:], inside])
         values = np.concatenate([self.at(self.times[:-1]), self.before(self.times[1:]), self.at(inside)])
         # at a break the earlier piece's value comes first

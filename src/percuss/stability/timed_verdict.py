@@ -1,8 +1,8 @@
 """The verdict on a steady motion whose blows take time: the two multipliers of its rhythm.
 
 With t the time of the force's centroid and W the mean velocity that the bar would reach there, a blow and the flight
-after it map (t, W) to (t', W'). J = (1 + R)(W − e p) leaves W − J; the drag and the load make W' of that until t'; and
-the bar moves by A J + t_J [(W' − p' t_J) − (W − p t_J)], as both contacts begin t_J earlier, where the bar meets the
+after it map (t, W) to (t', W'). J = (1 + R)(1 + δ)(W − e p) leaves W − J; the drag and the load make W' of that until
+t'; and the bar moves by A J + t_J [(W' − p' t_J) − (W − p t_J)], as both contacts begin t_J earlier, where it meets the
 impact plane. The map is linearised here; without duration and advance it is B77's for a rigid bar. What is of second
 order in the duration is kept as this map has it, not as the waves have it.
 """
@@ -64,8 +64,8 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in timed_states(system, Timed.of_uniform_bar(20.0, 0.6)).orbits:
     ...     print(timed_stability(orbit).reason)
-    unstable, beyond the fold: multiplier 3.259
-    stable: an error in the time or the speed of a blow shrinks to 0.5907 with every blow
+    unstable, beyond the fold: multiplier 3.261
+    stable: an error in the time or the speed of a blow shrinks to 0.5909 with every blow
     """
     instance("orbit", orbit, TimedOrbit)
     pairs = [_multipliers(orbit, force) for force in orbit.forces]
@@ -84,7 +84,7 @@ def _linear_map(orbit: TimedOrbit, force: float) -> Array:
     push_before, push_after = force - d * before, force - d * after  # accelerations of the mean
     columns = []
     for dt, dw in ((1.0, 0.0), (0.0, 1.0)):
-        dj = law.impulse(dw, slope * dt)
+        dj = law.impulse(dw, slope * dt, d)
         left = dw - dj
         lag = (law.advance_per_impulse * dj + (centroid * kept - moved) * left - centroid * dw) + dt * (
             after + push_after * (moved - centroid * kept) + centroid**2 * slope

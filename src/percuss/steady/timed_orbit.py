@@ -84,7 +84,7 @@ class TimedOrbit(Shown):
     @property
     def rigid_velocity(self) -> float:
         """V(φ_J): mean velocity of the bar that it would reach at the centroid of the force without the blow."""
-        return self.law.velocity(self.impulse, self.force)
+        return self.law.velocity(self.impulse, self.force, self.system.d)
 
     @property
     def contact_velocity(self) -> float:

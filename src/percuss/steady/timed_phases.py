@@ -3,11 +3,11 @@
 With W the mean velocity that the bar would reach at the centroid of the blow's force, J the impulse and a = A J the
 advance of the impact plane, the flight from W − J to W over T moves the bar by a. That asks for J = p_0 T − d a and
 
-    v_f(φ) − e p(φ) = c − a [E/(T φ1(dT)) + d/(1 + R)]
+    v_f(φ) − e p(φ) = c − a E/(T φ1(dT)) − [p_0 T/(1 + R) − J/((1 + R)(1 + δ))]
 
-with c of B77 (14); without damping c − a/T. Under harmonics the left side is a sum of waves. Under a load of steps it
-jumps by −e Δp where the load does; a level inside such a jump is met by a blow during which the load jumps, whose mean
-load lies between the two values.
+with c of B77 (14) and δ of the drag during the contact; without damping c − a/T. Under harmonics the left side is a
+sum of waves. Under a load of steps it jumps by −e Δp where the load does; a level inside such a jump is met by a blow
+during which the load jumps, whose mean load lies between the two values.
 """
 
 from __future__ import annotations
@@ -132,9 +132,10 @@ def _armed(system: System, arm: float) -> HarmonicResponse:
 def timed_condition(system: System, law: Timed, periods: int) -> TimedCondition:
     """The condition for impacts once in `periods` load periods."""
     period, d, mean = 2.0 * math.pi * periods, system.d, system.load.mean
-    advance = law.advance_per_impulse * law.steady_impulse(mean, period, d)
+    impulse = law.steady_impulse(mean, period, d)
     weight = math.exp(-d * period) / (period * float(phi1(d * period)))
-    lowered = advance * weight + law.velocity(d * advance, 0.0)
+    slower = law.velocity(mean * period, 0.0) - law.velocity(impulse, 0.0, d)  # by the drag; 0 without it
+    lowered = law.advance_per_impulse * impulse * weight + slower
     return TimedCondition(system, law, float(level_at(mean, d, law.restitution, period)) - lowered)
 
 

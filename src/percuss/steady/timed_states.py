@@ -98,9 +98,9 @@ def _middles(phases: Array) -> Array:
 def timed_states(system: System, law: Timed, periods: int = 1, *, modes: int | None = None) -> TimedStates:
     """Every steady motion with one blow every `periods` load periods when the blow takes time.
 
-    The phases are roots of v_f(φ) − e p(φ) = c(R) − a/T (without drag), with e = 2 t_J − t_c and the advance a = A J;
-    V(φ) = J/(1 + R) + e p(φ). All roots are found, whatever the load. Right to first order in the duration over the
-    period.
+    The phases are roots of v_f(φ) − e p(φ) = c(R) − a/T, with e = 2 t_J − t_c and the advance a = A J, and
+    V(φ) = J/(1 + R) + e p(φ); a drag changes both a little. All roots are found, whatever the load. Right to first
+    order in the duration over the period.
 
     Parameters
     ----------
@@ -131,8 +131,8 @@ def timed_states(system: System, law: Timed, periods: int = 1, *, modes: int | N
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> for orbit in timed_states(system, Timed.of_uniform_bar(20.0, 0.6)).orbits:
     ...     print(f"{orbit.phase:.6f} {orbit.phase_b77:.6f} {orbit.rigid_velocity:.6f} {orbit.admissible}")
-    0.784394 0.800558 3.534080 True
-    2.347598 2.331435 3.534080 True
+    0.783913 0.800558 3.533740 True
+    2.348080 2.331435 3.533740 True
     """
     instance("system", system, System), instance("law", law, Timed)
     m = count("periods", periods, most=MAX_PERIODS)

@@ -79,7 +79,8 @@ class Kernels:
 
 def load() -> bool:
     """Load all kernels from numba's cache, or compile them into it; whether that went well, else the log says why."""
-    return all([_loaded(part) for part in _USES])
+    blows = _tried(_use_blows, "the kernels of blows could not be loaded")  # no request of the page waits for them
+    return all([_loaded(part) for part in _USES]) and blows
 
 
 # -- each kernel is used once, so that no question waits for the compiler ---------------------------------------------
@@ -100,6 +101,14 @@ def _use_motions() -> None:
     simulation_answer(case)
     experiment_job_of(case, 2, impacts=2).compute(0, 2, lambda *_: False)
     lyapunov_exponent(case.system(), modes=2, impacts=20, discard=2)
+
+
+def _use_blows() -> None:
+    from percuss.blow import Wall, strike
+    from percuss.model import UniformBar
+
+    blow = strike(UniformBar(1.0), Wall(), 1.0)
+    _ = blow.energy_error, blow.peaks
 
 
 _USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions}

@@ -20,7 +20,8 @@ def relaxed(rate, half, q, n, start, w, work):
     """
     top = MOST_DEGREE
     alpha, beta = work[0], work[1]
-    a, one, two = rate * half, 0.0, 0.0
+    a, two = rate * half, 0.0
+    one = -a / (2.0 * (top + 1) + a)  # of the first row left out: for slow motions, and for fast ones
     for k in range(top, 0, -1):
         share = a / (2.0 * k)
         before = q[k - 1] if k - 1 <= n else 0.0
@@ -47,6 +48,25 @@ def relaxed(rate, half, q, n, start, w, work):
 
 
 @inner
+def crept(stiffness, drag, half, q, n, place, speed, u, v, work):
+    """u' = v, v' = −stiffness u − drag v + q with two real rates that differ, likewise; `work` has three rows.
+
+    v less a rate times u decays with the other rate, by itself. The matrix of `oscillated` would lose the slow one
+    beside the fast one.
+    """
+    fast = -0.5 * drag - (0.25 * drag * drag - stiffness) ** 0.5
+    slow = stiffness / fast
+    k, enough = relaxed(-fast, half, q, n, speed - slow * place, v, work)
+    m, enough_too = relaxed(-slow, half, q, n, speed - fast * place, u, work)
+    most, share = max(k, m), 1.0 / (slow - fast)
+    for j in range(most + 1):
+        one, other = v[j] if j <= k else 0.0, u[j] if j <= m else 0.0
+        u[j] = share * (other - one)
+        v[j] = share * (slow * other - fast * one)
+    return most, enough and enough_too
+
+
+@inner
 def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
     """u' = v, v' = −stiffness u − drag v + q, likewise; the degree of both, and whether it is enough.
 
@@ -54,7 +74,11 @@ def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
     """
     top = MOST_DEGREE
     m00, m01, m10, m11 = 0.0, -half, stiffness * half, drag * half  # −half times that matrix
-    p00, p01, p10, p11, b0, b1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # of the first row left out, −s m (1 + s m)⁻¹
+    s = 1.0 / (2.0 * (top + 1))
+    det = 1.0 / ((1.0 + s * m00) * (1.0 + s * m11) - s * m01 * s * m10)
+    p00, p01, p10, p11 = det * (1.0 + s * m11) - 1.0, -det * s * m01, -det * s * m10, det * (1.0 + s * m00) - 1.0
+    b0, b1 = 0.0, 0.0
     for k in range(top, 0, -1):
         s = 1.0 / (2.0 * k)
         before = q[k - 1] if k - 1 <= n else 0.0

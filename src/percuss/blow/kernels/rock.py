@@ -9,7 +9,7 @@ from __future__ import annotations
 from percuss.blow.kernels.chebyshev import antiderivative, combined, greatest, restricted, right
 from percuss.blow.kernels.crossing import NEVER, first_above
 from percuss.blow.kernels.layout import FREE, LOAD, OFF, TOUCH, UNLOAD
-from percuss.blow.kernels.relaxation import oscillated, relaxed
+from percuss.blow.kernels.relaxation import crept, oscillated, relaxed
 from percuss.blow.kernels.rows import read, write
 from percuss.compiled import inner
 
@@ -85,7 +85,10 @@ def _moved(problem, now, start, stop, f, n, u, v, work):
         enough = True
         if m > 0.0:
             combined(2.0 * z / m, f, n, 0.0, f, 0, q)
-            k, enough = oscillated(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
+            if 0.21 * (z / m) ** 2 > stiff / m:
+                k, enough = crept(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
+            else:
+                k, enough = oscillated(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
             rate = max(z / m, (stiff / m) ** 0.5)
         elif stiff > 0.0:
             combined(2.0, f, n, 0.0, f, 0, q)

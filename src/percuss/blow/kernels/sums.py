@@ -61,9 +61,9 @@ def integrals(waves, row, begin, end, tick, work):
 
 
 @entry
-def value_at(waves, row, time, work):
-    """The value at a time, that of the later piece at a break."""
-    k = piece_at(waves, row, time)
-    n = part(waves, row, k, waves.start[row, k], piece_end(waves, row, k), work[6], work)
-    width = piece_end(waves, row, k) - waves.start[row, k]
-    return value(work[6], n, 2.0 * (time - waves.start[row, k]) / width - 1.0)
+def value_before(waves, row, time, near, work):
+    """The value just before a time; a break that is near is at that time."""
+    k = piece_at(waves, row, time - 4 * near)
+    start, stop = waves.start[row, k], piece_end(waves, row, k)
+    n = part(waves, row, k, start, stop, work[6], work)
+    return value(work[6], n, min(1.0, 2.0 * (time - start) / (stop - start) - 1.0))

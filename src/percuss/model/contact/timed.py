@@ -36,8 +36,9 @@ class Timed:
 
         J = (1 + R) (V − e p),    e = 2 t_J − t_c,    a = A J,
 
-    as a load p adds p (t_c − t_J) to the impulse per 1 + R, and p t_J to the velocity at the contact's start. The rest
-    is the flight of a rigid bar. Not covered: several contacts, and a ringing that is left at the next blow.
+    as a load p adds p (t_c − t_J) to the impulse per 1 + R, and p t_J to the velocity at the contact's start; a drag
+    multiplies 1 + R by 1 + δ. The rest is the flight of a rigid bar. Not covered: several contacts, and a ringing that
+    is left at the next blow.
 
     Parameters
     ----------
@@ -137,13 +138,22 @@ class Timed:
         """t_c − t_J: from the centroid of the force to the end of the contact, in radians."""
         return self.duration - self.force_centroid
 
-    def velocity(self, impulse: float, force: float) -> float:
-        """V at the force's centroid of a blow with this impulse under the load `force`: J/(1 + R) + e p."""
-        return finite("impulse", impulse) / (1.0 + self.restitution) + self.arm * finite("force", force)
+    def velocity(self, impulse: float, force: float, d: float = 0.0) -> float:
+        """V at the force's centroid of a blow with this impulse under the load `force`: J/[(1 + R)(1 + δ)] + e p."""
+        return finite("impulse", impulse) / self._momentum(d) + self.arm * finite("force", force)
 
-    def impulse(self, velocity: float, force: float) -> float:
-        """J of a blow with V at the force's centroid under the load `force`: (1 + R)(V − e p)."""
-        return (1.0 + self.restitution) * (finite("velocity", velocity) - self.arm * finite("force", force))
+    def impulse(self, velocity: float, force: float, d: float = 0.0) -> float:
+        """J of a blow with V at the force's centroid under the load `force`: (1 + R)(1 + δ)(V − e p)."""
+        return self._momentum(d) * (finite("velocity", velocity) - self.arm * finite("force", force))
+
+    def _momentum(self, d: float) -> float:
+        """(1 + R)(1 + δ), with what the drag changes during the contact, when the bar is slower than before and after.
+
+        External damping lets every wave fade by exp(−dt/2). To first order a uniform bar on a rod or a wall has
+        δ = (1 + R) d t_J/4, which stands for others, too.
+        """
+        momentum = 1.0 + self.restitution
+        return momentum * (1.0 + 0.25 * momentum * non_negative("d", d) * self.force_centroid)
 
     def steady_impulse(self, mean: float, period: float, d: float) -> float:
         """J of a steady motion: p_0 T, less what the drag d takes over the advance, d A J."""
