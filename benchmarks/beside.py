@@ -60,6 +60,12 @@ def tasks() -> dict[str, Callable[[], object]]:
         found[f"ringing starts, N = {modes}"] = lambda m=modes, a=ringing: simulate_many(
             striker(5.0), a, modes=m, stop=first, threads=1
         )
+    for name, other in bodies().items():
+        found[f"{name}, N = 32"] = lambda y=other: [run(y, start, modes=32, stop=stop) for _ in range(8)]
+    found["overdamped, N = 8"] = lambda: [
+        run(System(s=1.0, d=10.0, restitution=0.6, load=Load.harmonic(0.7, 1.0)), start, modes=8, stop=stop)
+        for _ in range(8)
+    ]
     square = Load.square(1.0, 1.3, harmonics=15)
     for name, load in (("15 harmonics", Load.fourier(square.coefficients)), ("exact steps", square)):
         found[f"square load, {name}, N = 8"] = lambda p=load: [
@@ -88,6 +94,23 @@ def tasks() -> dict[str, Callable[[], object]]:
         )
         found[f"Lyapunov exponents, N = {modes}"] = lambda m=modes: lyapunov_many(cells[::25], modes=m)
     return found
+
+
+def bodies() -> dict[str, Any]:
+    """Systems with another body or law of damping; none of a checkout without them."""
+    from percuss import Load, System
+
+    try:
+        from percuss.model import Kept, Ratio, UniformBar
+        from percuss.model.body import External, KelvinVoigt, SteppedBar
+    except ImportError:
+        return {}
+    kinds = {
+        "damping ratio": UniformBar(5.0, Ratio(0.001)),
+        "Kelvin–Voigt": UniformBar(5.0, KelvinVoigt(1e-6)),
+        "stepped bar": SteppedBar(5.0, (2.0, 1.0), (1.0, 2.0), External(0.0048)),
+    }
+    return {name: System(body, Load.harmonic(0.7, 1.0), Kept(0.6)) for name, body in kinds.items()}
 
 
 def serve() -> None:

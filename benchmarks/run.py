@@ -23,12 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
+from blow import blow
 from explore_cells import explore_cells
 from explore_running import explore_running
 from page import page
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
-from simulation import simulation
+from simulation import bodies, simulation
 from web import web
 
 ROOT = Path(__file__).resolve().parent
@@ -68,6 +69,7 @@ def processes() -> list[Row]:
             ("percuss steady --starts 0, measured history", 1.0, ["steady", case, "--starts", "0"]),
             ("percuss steady --json, measured history", 1.0, ["steady", case, "--json"]),
             ("percuss steady, harmonic load", 1.0, ["steady", "mini-breaker"]),
+            ("percuss simulate", 0.8, ["simulate", "mini-breaker"]),
         ):
             seconds = median(process("-m", "percuss", *arguments))
             beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"
@@ -173,6 +175,8 @@ GROUPS: dict[str, tuple[str, Callable[[], list[Row]]]] = {
     "planes": ("Stability planes", planes),
     "multipliers": ("Multipliers", multipliers),
     "simulation": ("Simulation", simulation),
+    "bodies": ("Simulation of other bodies and laws of damping", bodies),
+    "blow": ("The blow", blow),
     "cells": ("Cells of maps", explore_cells),
     "running": ("Archive and workers", explore_running),
     "web": ("The server of the workbench", web),

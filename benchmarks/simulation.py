@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from percuss import Load, Start, Starts, Stop, System, run, simulate_many
+from percuss.model import Kept, Ratio, UniformBar
+from percuss.model.body import Body, External, KelvinVoigt, SteppedBar
 
 ROOT = Path(__file__).resolve().parent
 PEERS = ROOT.parent / "build" / "peers"
@@ -59,17 +61,29 @@ def per_impact(system: System, modes: int) -> float:
     return 1e6 * seconds(lambda: run(system, start, modes=modes, stop=stop), 21) / IMPACTS
 
 
+def environment_of_peers() -> str:
+    """Makes build/peers, or brings it up to date; why that cannot be, or nothing."""
+    python, wanted = PEERS / "bin" / "python", ROOT / "peers" / "requirements.txt"
+    installed = PEERS / "requirements.txt"
+    if python.exists() and installed.exists() and installed.read_text() == wanted.read_text():
+        return ""
+    print("making build/peers …", file=sys.stderr, flush=True)
+    pip = [str(python), "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
+    try:
+        if not python.exists():
+            subprocess.run([sys.executable, "-m", "venv", str(PEERS)], check=True)
+        subprocess.run([*pip, "-r", str(wanted)], check=True)
+        installed.write_text(wanted.read_text())
+    except (OSError, subprocess.CalledProcessError) as error:
+        return f"the peers cannot be installed: {error}"
+    return ""
+
+
 def peers() -> dict[str, Any]:
     """What the peers need, in their own environment; a message where they cannot be installed."""
-    python = PEERS / "bin" / "python"
-    if not python.exists():
-        print("making build/peers for heyoka and SciPy …", file=sys.stderr, flush=True)
-        pip = [str(python), "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
-        try:
-            subprocess.run([sys.executable, "-m", "venv", str(PEERS)], check=True)
-            subprocess.run([*pip, "-r", str(ROOT / "peers" / "requirements.txt")], check=True)
-        except (OSError, subprocess.CalledProcessError) as error:
-            return {"missing": f"the peers cannot be installed: {error}"}
+    missing = environment_of_peers()
+    if missing:
+        return {"missing": missing}
     cases = [
         {
             "name": name_of(modes, s), "modes": modes, "s": s, "d": 0.0048, "restitution": 0.6,
@@ -80,7 +94,7 @@ def peers() -> dict[str, Any]:
     ]  # fmt: skip
     print("the peers take some minutes …", file=sys.stderr, flush=True)
     done = subprocess.run(
-        [str(python), str(ROOT / "peers" / "peers.py"), "-"],
+        [str(PEERS / "bin" / "python"), str(ROOT / "peers" / "peers.py"), "-"],
         input=json.dumps({"cases": cases}),
         capture_output=True,
         text=True,
@@ -151,6 +165,41 @@ def hard_ones() -> list[Row]:
             other = per_impact(striker(5.0, load), modes)
             text = f"{other / base:.1f} × one harmonic"
             rows.append((f"square load, {what}, {name_of(modes, 5.0)}", f"{other:.2f} µs", "5 ×", text))
+    return rows
+
+
+def bodies() -> list[Row]:
+    """Other bodies and laws of damping, each beside the uniform bar with external damping, in turn in one run.
+
+    Another system moves otherwise, and its search for a contact may need more evaluations: so they are counted.
+    """
+    start, stop = Start.rigid(-1.0, time=0.3), Stop(impacts=IMPACTS, periodic=False)
+    load = Load.harmonic(0.7, 1.0)
+
+    def of(body: Body, modes: int) -> tuple[float, float]:
+        """Microseconds for each impact, and evaluations."""
+        system = System(body, load, Kept(0.6))
+        motion = run(system, start, modes=modes, stop=stop)
+        begin = time.process_time()
+        for _ in range(10):
+            run(system, start, modes=modes, stop=stop)
+        spent = time.process_time() - begin
+        return 1e5 * spent / motion.impacts, float(motion.snapshot["count"]["work"][0]) / motion.impacts
+
+    rows: list[Row] = []
+    steel = UniformBar(5.0, External(0.0048))
+    for what, body, modes, goal in (
+        ("damping ratio 0.001", UniformBar(5.0, Ratio(0.001)), 32, "1.3 ×"),
+        ("Kelvin–Voigt, η = 1e-5", UniformBar(5.0, KelvinVoigt(1e-5)), 32, "–"),
+        ("Kelvin–Voigt, η = 1e-6", UniformBar(5.0, KelvinVoigt(1e-6)), 32, "–"),
+        ("Kelvin–Voigt, η = 1e-6", UniformBar(5.0, KelvinVoigt(1e-6)), 128, "–"),
+        ("overdamped, Kelvin–Voigt η = 0.04", UniformBar(5.0, KelvinVoigt(0.04)), 8, "–"),
+        ("stepped bar", SteppedBar(5.0, (2.0, 1.0), (1.0, 2.0), External(0.0048)), 32, "4 ×"),
+    ):
+        pairs = np.array([(of(body, modes), of(steel, modes)) for _ in range(11)])
+        cost, work = np.median(pairs[:, 0] / pairs[:, 1], axis=0)
+        text = f"{cost:.2f} × external damping, {work:.2f} × the evaluations"
+        rows.append((f"{what}, N = {modes}", f"{np.median(pairs[:, 0, 0]):.2f} µs", goal, text))
     return rows
 
 

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import percuss
 from percuss.compiled import sources_digest
 
@@ -54,3 +56,29 @@ def test_the_digest_is_of_all_files_of_the_room_and_of_the_functions_own(tmp_pat
     assert sources_digest(own) == before  # asked for once in a process
     sources_digest.cache_clear()
     assert sources_digest(own) != before
+
+
+@pytest.mark.slow
+def test_what_is_compiled_and_what_is_loaded_give_the_same_bits(tmp_path: Path) -> None:
+    """Also where another function was used before, which has copies of the same ones."""
+    many = (
+        "from percuss import simulate_many, Starts; import numpy as np; "
+        "simulate_many(system, Starts.rigid(time=np.zeros(2)), modes=32, stop=stop)"
+    )
+    found = {bits(tmp_path, before) for before in ("", "", many)}
+    assert len(found) == 1
+
+
+def bits(cache: Path, before: str) -> str:
+    """A digest of the states of a motion, in a process of its own that does something before."""
+    code = (
+        "import hashlib; from percuss import Load, Start, Stop, System, run\n"
+        "system = System(s=5.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.7, 1.0))\n"
+        f"stop = Stop(impacts=300, periodic=False)\n{before}\n"
+        "motion = run(system, Start.rigid(-1.0, time=0.3), modes=32, stop=stop)\n"
+        "print(hashlib.sha256(motion.states.tobytes()).hexdigest())"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(Path(percuss.__file__).parents[1])}
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True
+    ).stdout

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MACHINES",
+    "BlowAnswer",
     "Case",
     "CaseErrors",
     "CaseFamily",
@@ -33,6 +35,7 @@ __all__ = [
     "SteadyAnswer",
     "WavesAnswer",
     "basins_job_of",
+    "blow_answer",
     "experiment_job_of",
     "load_case",
     "resumed_answer",
@@ -44,6 +47,7 @@ __all__ = [
 
 _HOME = {
     "MACHINES": "catalogue.sample_cases",
+    "BlowAnswer": "answers.blow_answer",
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
@@ -55,6 +59,7 @@ _HOME = {
     "SteadyAnswer": "answers.steady_answer",
     "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
+    "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "resumed_answer": "answers.simulation_answer",

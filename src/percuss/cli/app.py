@@ -17,6 +17,7 @@ __all__ = ["COMMANDS", "run"]
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "simulate": "how a hammer moves from a start, impact by impact",
+    "blow": "one blow by waves: what tool and rock get, forces, stresses, what comes back",
     "sweep": "quantities over a parameter or a plane: maps",
     "experiment": "random starts, and the share of them that ends in each motion",
     "basins": "a plane of starts, and the motion that each leads to",

@@ -6,17 +6,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.plot.blow_picture import blow
     from percuss.plot.canvas import save
     from percuss.plot.map_picture import sweep
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["basins", "experiment", "save", "steady", "sweep", "trajectory"]
+__all__ = ["basins", "blow", "experiment", "save", "steady", "sweep", "trajectory"]
 
 
 _HOME = {
     "basins": "starts_picture",
+    "blow": "blow_picture",
     "experiment": "starts_picture",
     "save": "canvas",
     "steady": "steady_picture",

@@ -18,6 +18,7 @@ from percuss.simulate.kernels.layout import PAST, Table
 from percuss.simulate.kernels.many import follow as follow_compiled
 from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clock, desk_for
 from percuss.simulate.stop import Stop
+from percuss.simulate.tables import to_change
 
 __all__ = ["ENDS", "Progress", "Stretch", "follow"]
 
@@ -81,9 +82,9 @@ def follow(
 ) -> Stretch:
     """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
     state, modes = snapshot.copy(), table.modes.omega.size
-    room = int(np.clip(min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16), 64, 4096))
+    room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
     log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
-    own = table._replace(bar=table.bar.copy())
+    own = to_change(table)
     motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
     if table.values.size:
         own.bar["mean"] = table.values[count["piece"]]

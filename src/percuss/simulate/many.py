@@ -27,7 +27,7 @@ from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import table_of
+from percuss.simulate.tables import table_of, to_change
 from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["cores", "simulate_many"]
@@ -230,7 +230,7 @@ class _Job:
         )
         motion, twin, desk = self._desk(table)
         follow(
-            table._replace(bar=table.bar.copy()), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
+            to_change(table), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
             self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
 

@@ -25,7 +25,6 @@ import numpy.typing as npt
 from percuss.errors import ArchiveError
 from percuss.explore.jobs.archive_layout import (
     BEGIN,
-    DONE,
     FORMAT,
     MEND,
     RESUME,
@@ -37,10 +36,10 @@ from percuss.explore.jobs.archive_layout import (
     group_of,
     lay_out,
     session,
-    whole_chunks,
     written,
 )
 from percuss.explore.jobs.archive_lock import Lock, is_locked
+from percuss.explore.jobs.chunk_arrays import ChunkArrays, chunk_bounds
 from percuss.explore.jobs.deferred_interrupt import undisturbed
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.partial_chunks import Record, Underway
@@ -97,14 +96,12 @@ class Archive:
             self.sessions: list[dict[str, Any]] = list(about["sessions"])
             self.item_seconds = float(about.get("item_seconds", 0.0))
             self.columns = {name: column_from(dict(what)) for name, what in about["columns"].items()}
-            with whole_chunks():
-                self._arrays = {name: group[name] for name in [*self.columns, DONE]}
+            self._arrays = ChunkArrays(path, group, self.columns, self.size, self.chunk)
             self._group = group
-            self._check_arrays()
             self._underway = Underway(path, self.columns, self.size)
         except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
             raise damaged(path, repr(error)[:200], BEGIN) from None
-        self.done, unread = self._signs()
+        self.done, unread = self._arrays.signs()
         if unread and lock is None:
             raise damaged(path, f"whether chunk {unread[0]} is there cannot be read", MEND)
         self.damaged: tuple[int, ...] = tuple(unread)
@@ -188,9 +185,8 @@ class Archive:
         """
         first, last = self.bounds(number)
         with written(self.path), undisturbed():
-            for name in self.columns:
-                self._arrays[name][first:last] = columns[name]
-            self._sign(number, 1)
+            self._arrays.write(first, last, columns)
+            self._arrays.sign(number, 1)
             self.done[number] = True
             if self.done.all():
                 self._underway.remove()
@@ -213,7 +209,7 @@ class Archive:
 
     def bounds(self, number: int) -> tuple[int, int]:
         """First item of a chunk, and the one after its last."""
-        return number * self.chunk, min((number + 1) * self.chunk, self.size)
+        return chunk_bounds(number, self.chunk, self.size)
 
     def missing(self) -> list[int]:
         """The chunks that are not done, in order."""
@@ -264,7 +260,7 @@ class Archive:
         empty = np.repeat(~self.done, self.chunk)[: self.size]
         found: Columns = {}
         for name, column in self.columns.items():
-            found[name], bad = self._column(name)
+            found[name], bad = self._arrays.column(name, self.done)
             if bad:
                 first, last = self.bounds(bad[0])
                 raise damaged(self.path, f"chunk {bad[0]} (items {first} to {last - 1}) of the column {name}", MEND)
@@ -296,63 +292,13 @@ class Archive:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # -- what lies on the disk --
-
-    def _check_arrays(self) -> None:
-        """What zarr says of the columns is what the attributes say."""
-        if self.size < 0 or self.chunk < 1:
-            raise ValueError(f"{self.size} items in chunks of {self.chunk}")
-        chunks = -(-self.size // self.chunk)
-        wanted = {name: (c.dtype, (self.size, *c.shape), self.chunk) for name, c in self.columns.items()}
-        for name, (dtype, shape, chunk) in {**wanted, DONE: ("uint8", (chunks,), 1)}.items():
-            array = self._arrays[name]
-            if (array.dtype, array.shape) != (np.dtype(dtype), shape) or array.chunks[0] != chunk:
-                raise ValueError(f"the column {name} is of another kind")
-
-    def _signs(self) -> tuple[npt.NDArray[np.bool_], list[int]]:
-        """Which chunks are done, and those of which this cannot be read."""
-        try:
-            return np.asarray(self._arrays[DONE][:]).astype(bool), []
-        except Exception:  # whatever the codecs make of damage
-            found = np.zeros(self._arrays[DONE].shape, dtype=bool)
-            bad = []
-            for number in range(len(found)):
-                try:
-                    found[number] = bool(self._arrays[DONE][number])
-                except Exception:  # as above, of this one
-                    bad.append(number)
-            return found, bad
-
-    def _sign(self, number: int, done: int) -> None:
-        self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
-
-    def _column(self, name: str) -> tuple[npt.NDArray[Any], list[int]]:
-        """A column, and the chunks of it that are done and not there as they were written."""
-        column, array = self.columns[name], self._arrays[name]
-        done = np.flatnonzero(self.done).tolist()
-        # of a file that is not there zarr gives the fill value
-        bad = [number for number in done if array.size and not self._file(name, number).is_file()]
-        try:
-            return np.asarray(array[:]), bad
-        except Exception:  # as above
-            found = np.full(array.shape, column.empty, dtype=array.dtype)
-        for number in done:
-            first, last = self.bounds(number)
-            try:
-                found[first:last] = array[first:last]
-            except Exception:  # as above, of this one
-                bad.append(number)
-        return found, sorted(set(bad))
-
-    def _file(self, name: str, number: int) -> Path:
-        inner = ["0"] * len(self.columns[name].shape)
-        return self.path.joinpath(name, "c", str(number), *inner)
+    # -- resuming --
 
     def _give_up_damaged(self) -> None:
         """What is damaged does not count as done any more."""
-        bad = {*self.damaged, *(number for name in self.columns for number in self._column(name)[1])}
+        bad = {*self.damaged, *(number for name in self.columns for number in self._arrays.column(name, self.done)[1])}
         for number in sorted(bad):
-            self._sign(number, 0)
+            self._arrays.sign(number, 0)
             self.done[number] = False
         self.damaged = tuple(sorted(bad))
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 TURN = 2.0 * math.pi
 TURN_LOW = 2.4492935982947064e-16  # 2π less its double
 EPS = 2.0**-52
@@ -15,8 +17,8 @@ LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing
 
 # what the anchor is, `count.mode`
 FLYING, ON_WALL, RESTING, GRAZED = range(4)
-# kinds of events
-IMPACT, GRAZING, CHATTER, REST, RELEASE = range(5)
+# kinds of events: numbers of NumPy, as a Python number is a type of its own for which `record` is compiled again
+IMPACT, GRAZING, CHATTER, REST, RELEASE = np.arange(5)
 # what a call ends with, or that the motion goes on
 FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
 # what a search for the next contact ends with, or that it is still open

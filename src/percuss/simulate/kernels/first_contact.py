@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import copied, inlined, inner
+from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.codes import AWAY, CONTACT, EPS, GRAZE, NOTHING, OPEN, TIRED, TURN
 from percuss.simulate.kernels.elementary import below, drift, reach, reach_cubic
 from percuss.simulate.kernels.flight_bounds import bounds_anew, bounds_at_anchor, smooth_bounds
@@ -55,13 +55,13 @@ def like_flight(motion):
     return flight
 
 
-@copied
+@inlined
 def sure_rise(size, v, a, first, jerk, wide):
     """Whether y grows for a time `wide` about one with its rate and acceleration, whatever rounding did to them."""
     return v > size.rush + size.push * first + (abs(a) + size.crush + jerk * wide) * wide
 
 
-@copied
+@inlined
 def tried(table, motion, desk, way, bounds, guess):
     """A time worth trying: since when the gap is known to be free when it is until some time after that, or inf.
 
@@ -81,7 +81,7 @@ def tried(table, motion, desk, way, bounds, guess):
     return free_from, (guess, y, v, a), width, slip
 
 
-@copied
+@inlined
 def let_go(table, motion, desk, way, begin, horizon):
     """The end of the time for which a flight is known to be free: OPEN, and all there is at the last time looked at.
 
@@ -104,7 +104,7 @@ def let_go(table, motion, desk, way, begin, horizon):
     return CONTACT, here, part, df, noise, slip, 9
 
 
-@copied
+@inlined
 def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon):
     """How far the gap is free by the smooth part with a bound of the elastic one.
 
@@ -148,7 +148,7 @@ def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free
     return OPEN, t, at, part, noise, looks, bounds, risen
 
 
-@copied
+@inlined
 def looked(table, motion, desk, way, bounds, here, part, at, tau, stuck, since, risen, horizon):
     """The gap at τ, and whether its rate and its bounds there decide: CONTACT, with two times between which it is 0.
 

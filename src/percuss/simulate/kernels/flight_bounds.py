@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from percuss.compiled import copied
+from percuss.compiled import inlined
 from percuss.simulate.kernels.bounds import ringing, ringing_left
 from percuss.simulate.kernels.codes import EPS, POWERS
 from percuss.simulate.kernels.creeping import creeping
@@ -41,7 +41,7 @@ class Bounds(NamedTuple):
     up: float
 
 
-@copied
+@inlined
 def bounds_at_anchor(table, motion, desk):
     """What holds for the whole flight, and the bounds from its beginning on."""
     bar, modes, now, osc = table.bar, table.modes, motion.now, desk.osc
@@ -62,7 +62,7 @@ def bounds_at_anchor(table, motion, desk):
     return way, Bounds(ring[0] - now.free_oscillating + most, sup1, sup2, jerk, curve, up)
 
 
-@copied
+@inlined
 def smooth_bounds(bar, way, bounds, first):
     """The bounds of S'' anew, with what is left of the drift's acceleration; `first` is that of `drift`."""
     left = way.pull * (1.0 - bar.damping * first)
@@ -70,7 +70,7 @@ def smooth_bounds(bar, way, bounds, first):
     return Bounds(bounds.top, bounds.sup1, bounds.sup2, bounds.jerk, curve, up)
 
 
-@copied
+@inlined
 def bounds_anew(table, motion, desk, way, tau, first):
     """All bounds at τ, with the phasors of τ on the desk."""
     bar, modes, z, ring = table.bar, table.modes, motion.z, way.ring

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import copied, inlined
+from percuss.compiled import inlined
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.clock import set_clock, set_phase, to_break, turn_clock
 from percuss.simulate.kernels.codes import (
@@ -47,7 +47,7 @@ from percuss.simulate.kernels.statistics import tally
 NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 
 
-@copied
+@inlined
 def fly(table, motion, desk, rules, log):
     """The motion from the anchor on, event after event, until a stop rule holds or the record is full.
 
@@ -89,7 +89,7 @@ def fly(table, motion, desk, rules, log):
             return PERIODIC
 
 
-@copied
+@inlined
 def released(table, motion, desk, left, log):
     """A bar that rests let go when the load begins to pull; or how its motion ends before."""
     bar, now, count = table.bar, motion.now, motion.count
@@ -114,7 +114,7 @@ def released(table, motion, desk, left, log):
     return GOES_ON
 
 
-@copied
+@inlined
 def at_wall(table, motion, desk, left, ahead, log):
     """What a bar on the wall does: CONTACT when it strikes at once, or NOTHING when it flies; AT_REST, laid down."""
     now, count = motion.now, motion.count
@@ -136,7 +136,7 @@ def at_wall(table, motion, desk, left, ahead, log):
     return GOES_ON, NOTHING
 
 
-@copied
+@inlined
 def flown(table, motion, desk, rules, left, ahead, log):
     """A flight to what ends it: a CONTACT, with the speed; a GRAZE or a step of the load, from which the bar flies on.
 
@@ -173,7 +173,7 @@ def flown(table, motion, desk, rules, left, ahead, log):
     return GOES_ON, found, speed
 
 
-@copied
+@inlined
 def over_step(table, motion, desk, ahead):
     """On to the load's next step, which comes after a time `ahead` without a contact."""
     now, count = motion.now, motion.count
@@ -187,7 +187,7 @@ def over_step(table, motion, desk, ahead):
             now.gap, count.mode = 0.0, ON_WALL
 
 
-@copied
+@inlined
 def arrive(table, motion, desk, found, tau, speed, late, slip, ahead):
     """The anchor moved to a contact or a graze at τ."""
     bar, modes, breaks, now, count, z = table.bar, table.modes, table.breaks, motion.now, motion.count, motion.z
