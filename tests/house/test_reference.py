@@ -282,6 +282,7 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
 
 ANSWERS = {
     "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
+    "blow": ("blow stepped-drifter", "blow struck.toml"),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
     "simulate --contact waves": (
         "simulate hydraulic-drifter --contact waves --cells 16 --impacts 3 --full",
@@ -324,6 +325,18 @@ amplitude = 1.0
 """
 """A hammer whose blows take time."""
 
+STRUCK_ROD = """
+[system]
+s = 20.0
+d = 0.0
+restitution = 0.6
+[tool]
+impedance = 80.0
+[blow]
+velocity = 0.1
+"""
+"""One blow in dimensionless numbers."""
+
 
 def documented() -> dict[str, dict[str, set[str]]]:
     """For each command of json.md and each object in its answer, by its path, the keys."""
@@ -358,6 +371,7 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
     (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
+    (tmp_path / "struck.toml").write_text(STRUCK_ROD, encoding="utf-8")
     described = documented()
     assert described.keys() == ANSWERS.keys()
     for command, questions in ANSWERS.items():
