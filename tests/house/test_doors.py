@@ -525,7 +525,9 @@ def table(folder: Path) -> dict[str, Entry]:
             {"velocity": REAL, "until": OPTIONAL, "load": {"empty"}, "field": OPTIONAL},
         ),
         "blow.effective_blow": (
-            blow.effective_blow, {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0}, {},
+            blow.effective_blow,
+            {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0, "until": None},
+            {"until": OPTIONAL},
         ),
         "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),
         "blow.Blow.waves_at": (struck.waves_at, {"x": 0.1}, {}),
@@ -642,7 +644,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.blow_answer": (
             room_of_cases.blow_answer,
             {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
-            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "whole_field": {"bool"}},
+            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL},
         ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
