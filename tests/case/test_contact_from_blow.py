@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from percuss.blow import Rod, strike
+from percuss.blow import Rod, effective, strike
 from percuss.case import Case, load_case
-from percuss.case.file_format import contact_from_blow
 from percuss.case.file_format.contact_from_blow import blow_of
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_family import CaseFamily
@@ -42,7 +41,7 @@ def refusal(case: Case, ask: str = "system") -> str:
 
 
 @settings(max_examples=30)
-@given(own=st.floats(5.0, 80.0), ratio=st.floats(1.001, 20.0), length=st.floats(0.05, 3.0))
+@given(own=st.floats(5.0, 80.0), ratio=st.floats(1.0, 20.0), length=st.floats(0.05, 3.0))
 def test_a_uniform_bar_on_an_endless_rod_rebounds_as_b77_says(own: float, ratio: float, length: float) -> None:
     """B77's R of the areas, the contact of one round trip and the advance: b77-blow is b77-tau (St Venant 1867)."""
     bar = {"length": f"{length!r} m", "area": f"{own!r} cm^2"}
@@ -59,7 +58,7 @@ def test_a_uniform_bar_on_an_endless_rod_rebounds_as_b77_says(own: float, ratio:
     assert said is not None and said.duration == pytest.approx(law.duration, rel=1e-13)
 
 
-@pytest.mark.parametrize("ratio", [1.01, 3.0])
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
 def test_a_dimensionless_bar_on_an_endless_rod(ratio: float) -> None:
     tables = {
         "system": {"s": 20.0, "d": 0.0, "restitution": "from the blow", "law": "b77-blow"},
@@ -149,16 +148,14 @@ def test_the_restitution_of_the_blow_is_that_of_the_motion() -> None:
 
 
 def test_a_blow_is_computed_once_for_a_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    import percuss.blow
-
     asked = []
 
     def counted(*arguments: Any, **named: Any) -> Any:
         asked.append(arguments)
         return strike(*arguments, **named)
 
-    monkeypatch.setattr(percuss.blow, "strike", counted)
-    contact_from_blow._blow.cache_clear()
+    monkeypatch.setattr(effective, "strike", counted)
+    effective._known.cache_clear()
     case = load_case("heavy-breaker").varied({"contact.restitution": "from the blow"})
     family = CaseFamily(case, {"frequency": "Hz", "rock.stiffness": "kN/mm"})
     for frequency in (5.0, 6.0, 7.0):
@@ -202,7 +199,7 @@ def test_a_gap_in_front_of_the_rock_needs_the_speed() -> None:
     slow, fast = (
         blow_of(si_case(tool, FROM_BLOW, rock=rock, blow={"velocity": f"{v} m/s"}).blow_question()) for v in (0.1, 10.0)
     )
-    assert slow.residual_per_impulse < fast.residual_per_impulse
+    assert slow.advance < fast.advance
 
 
 def test_a_blow_that_is_not_over_has_no_restitution() -> None:

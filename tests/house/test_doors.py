@@ -260,6 +260,8 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
+    struck = room_of_cases.load_case("laboratory-striker")
+    one_blow = room_of_cases.blow_answer(struck)
     family = room_of_cases.CaseFamily(case, {})
     swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
     ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
@@ -636,6 +638,11 @@ def table(folder: Path) -> dict[str, Entry]:
             room_of_cases.resumed_answer, {"path": saved, "impacts": 4, "time": 60.0, "progress": None},
             {"impacts": OPTIONAL, "time": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "case.blow_answer": (
+            room_of_cases.blow_answer,
+            {"case": struck, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
+            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "whole_field": {"bool"}},
+        ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),
@@ -663,6 +670,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
         ),
+        "plot.blow": (plot.blow, {"answer": one_blow}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),

@@ -47,10 +47,13 @@ class EffectiveBlow:
     outcome: Outcome
 
 
-def effective_blow(striker: Striker, target: Target, velocity: float = 1.0) -> EffectiveBlow:
+def effective_blow(
+    striker: Striker, target: Target, velocity: float = 1.0, *, until: float | None = None
+) -> EffectiveBlow:
     """The blow of a striker on a target from rest, with the last 256 questions kept.
 
-    Without gaps no time and no ratio depends on the velocity; the rock's law is homogeneous as well.
+    Without gaps no time and no ratio depends on the velocity; the rock's law is homogeneous as well. The window ends as
+    that of `strike` does, or with `until`.
 
     Raises
     ------
@@ -70,12 +73,12 @@ def effective_blow(striker: Striker, target: Target, velocity: float = 1.0) -> E
     striker_sections(striker)
     if not isinstance(target, Wall | Rod):
         raise ParameterError("target", target, "a Wall or a Rod")
-    return _known(striker, target, positive("velocity", velocity))
+    return _known(striker, target, positive("velocity", velocity), until)
 
 
 @lru_cache(maxsize=256)
-def _known(striker: Striker, target: Target, velocity: float) -> EffectiveBlow:
-    blow = strike(striker, target, velocity)
+def _known(striker: Striker, target: Target, velocity: float, until: float | None) -> EffectiveBlow:
+    blow = strike(striker, target, velocity, until=until)
     if blow.outcome is Outcome.TOO_MANY_PIECES:
         raise ConvergenceError("the waves of this blow have too many pieces", "leave the shortest sections out")
     return EffectiveBlow(

@@ -38,8 +38,8 @@ def _question(answer: BlowAnswer) -> Section:
         ("case", answer.name),
         ("striker", str(blow.striker)),
         ("it strikes", struck),
-        ("speed", f"{answer.speed_of(blow.mean_velocity_before)}, {answer.speed}"),
-        ("window", f"{answer.time(blow.until)}; {blow.outcome.value}"),
+        ("speed", f"{answer.units.speed(blow.mean_velocity_before)}, {answer.speed}"),
+        ("window", f"{answer.units.time(blow.until)}; {blow.outcome.value}"),
     ]
     return Section("The blow", (*rows, *(("note", note) for note in answer.notes)))
 
@@ -73,8 +73,13 @@ def _contacts(answer: BlowAnswer) -> Grid | Section:
 
 
 def _contact(answer: BlowAnswer, spell: Spell) -> tuple[str, ...]:
-    end = "still closed" if spell.end is None else answer.time(spell.end)
-    return (answer.time(spell.start), end, answer.momentum(spell.impulse), answer.force(spell.peak_force))
+    end = "still closed" if spell.end is None else answer.units.time(spell.end)
+    return (
+        answer.units.time(spell.start),
+        end,
+        answer.units.momentum(spell.impulse),
+        answer.units.force(spell.peak_force),
+    )
 
 
 def _energy(answer: BlowAnswer) -> Section:
@@ -82,22 +87,24 @@ def _energy(answer: BlowAnswer) -> Section:
     before = blow.energy_before + max(blow.load_work, 0.0)
 
     def share(value: float) -> str:
-        return f"{answer.energy(value)} ({percent(value / before)})" if before > 0.0 else answer.energy(value)
+        return (
+            f"{answer.units.energy(value)} ({percent(value / before)})" if before > 0.0 else answer.units.energy(value)
+        )
 
-    rows = [("before", answer.energy(blow.energy_before))]
+    rows = [("before", answer.units.energy(blow.energy_before))]
     if blow.load_work:
-        rows.append(("work of the load", answer.energy(blow.load_work)))
+        rows.append(("work of the load", answer.units.energy(blow.load_work)))
     rows += [
         ("through the face", share(blow.work_through_face)),
-        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.speed_of(blow.mean_velocity_after)}"),
+        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.units.speed(blow.mean_velocity_after)}"),
         ("ringing in it", share(blow.vibration_energy_after)),
         ("closes to", f"energy {blow.energy_error:.1e}, momentum {blow.momentum_error:.1e}, relative"),
     ]
     if blow.effective_restitution is not None:
         rows.append(("restitution", f"R = {number(blow.effective_restitution, 6)}"))
     if blow.contact_duration is not None and blow.force_centroid is not None:
-        centre = f"centroid of the force at {answer.time(blow.force_centroid)}"
-        rows.append(("contact", f"{answer.time(blow.contact_duration)}; {centre}"))
+        centre = f"centroid of the force at {answer.units.time(blow.force_centroid)}"
+        rows.append(("contact", f"{answer.units.time(blow.contact_duration)}; {centre}"))
     return Section("Energy", tuple(rows))
 
 
@@ -106,15 +113,19 @@ def _rod(answer: BlowAnswer) -> Section:
     assert waves is not None  # there is a rod
     rows = []
     if pulse is not None:
-        first = f"{answer.time(pulse.length)} long, peak {answer.force(pulse.peak)} after {answer.time(pulse.rise)}"
-        rows.append(("first pulse", f"{first}, {answer.energy(pulse.energy)}"))
-    place = "at the gauge" if answer.gauge is None else f"{answer.place(answer.gauge)} from the face"
+        units = answer.units
+        first = f"{units.time(pulse.length)} long, peak {units.force(pulse.peak)} after {units.time(pulse.rise)}"
+        rows.append(("first pulse", f"{first}, {answer.units.energy(pulse.energy)}"))
+    place = "at the gauge" if answer.gauge is None else f"{answer.units.place(answer.gauge)} from the face"
     rows += [
         ("gauge", place),
-        ("incident wave", answer.energy(waves.incident_energy)),
-        ("reflected wave", answer.energy(waves.reflected_energy)),
-        ("∫F²/Z dt", f"{answer.energy(waves.tool_energy)}; the energy that passes only while nothing has come back"),
-        ("left in the rod", answer.energy(answer.blow.rod_energy)),
+        ("incident wave", answer.units.energy(waves.incident_energy)),
+        ("reflected wave", answer.units.energy(waves.reflected_energy)),
+        (
+            "∫F²/Z dt",
+            f"{answer.units.energy(waves.tool_energy)}; the energy that passes only while nothing has come back",
+        ),
+        ("left in the rod", answer.units.energy(answer.blow.rod_energy)),
     ]
     return Section("The wave in the rod", tuple(rows))
 
@@ -124,9 +135,12 @@ def _rock(answer: BlowAnswer) -> Section:
     assert blow.bit_force is not None
     depth = [blow.greatest_penetration or 0.0, blow.residual_penetration or 0.0]
     rows = [
-        ("work on it", f"{answer.energy(blow.rock_work)}, of which {answer.energy(blow.rock_dissipated)} for good"),
+        (
+            "work on it",
+            f"{answer.units.energy(blow.rock_work)}, of which {answer.units.energy(blow.rock_dissipated)} for good",
+        ),
         ("penetration", f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"),
-        ("peak force", answer.force(blow.bit_force.peak)),
+        ("peak force", answer.units.force(blow.bit_force.peak)),
     ]
     if blow.efficiency is not None:
         rows.append(("efficiency", f"{percent(blow.efficiency)} of the energy before the blow"))
@@ -148,7 +162,7 @@ def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
     def told(value: float, place: float | None, time: float | None) -> tuple[str, str, str]:
         if place is None or time is None:
             return "none", "", ""
-        return answer.stress(value), answer.place(place), answer.time(time)
+        return answer.units.stress(value), answer.units.place(place), answer.units.time(time)
 
     first = told(peak.compression, peak.compression_place, peak.compression_time)
     return (name, *first, *told(peak.tension, peak.tension_place, peak.tension_time))

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from percuss.blow.machine import Progress as WavesProgress
+    from percuss.blow.machine import MachineProgress
     from percuss.simulate import Progress
 
 __all__ = ["Watch", "law_ready", "watched", "waves_ready"]
@@ -33,7 +33,7 @@ class Watch:
         self._bar: Any = None
         self._task: Any = None
 
-    def __call__(self, progress: Progress | WavesProgress) -> bool:
+    def __call__(self, progress: Progress | MachineProgress) -> bool:
         if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
             self._bar, self._task = _new_bar()
         if self._bar is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,17 +13,40 @@ from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from percuss.blow import AlongBody, StringState
-    from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.blow import AlongBody, Blow, Peak, Rod, StringState, Waves
+    from percuss.model.body.sized import Piece
 
-__all__ = ["blow"]
+__all__ = ["ShownBlow", "blow"]
 
 _TIMES, _PLACES = 400, 300
 _SHOWN = 6.0
 """Transit times of the striker after the last contact that curves go on for."""
 
 
-def blow(answer: BlowAnswer) -> Figure:
+class ShownBlow(Protocol):
+    """What an answer hands to its picture: a blow, a gauge on its rod, sections with their sizes, words for values."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def blow(self) -> Blow: ...
+    @property
+    def gauge(self) -> float | None: ...
+    @property
+    def is_si(self) -> bool: ...
+    @property
+    def waves(self) -> Waves | None: ...
+    @property
+    def rod(self) -> Rod | None: ...
+    @property
+    def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]: ...
+    @property
+    def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]: ...
+    @property
+    def units(self) -> Any: ...
+
+
+def blow(answer: ShownBlow) -> Figure:
     """Draw one blow.
 
     Parameters
@@ -38,7 +61,7 @@ def blow(answer: BlowAnswer) -> Figure:
     MissingExtraError
         When matplotlib is not installed.
     """
-    having("answer", answer, ("title", "blow", "gauge"), "the answer of percuss.case.blow_answer")
+    having("answer", answer, ("title", "blow", "gauge", "units"), "the answer of percuss.case.blow_answer")
     figure = new_figure(11.0, 10.0)
     with style():
         grid = figure.add_gridspec(3, 2)
@@ -57,7 +80,7 @@ def blow(answer: BlowAnswer) -> Figure:
     return figure
 
 
-def _last(answer: BlowAnswer) -> float:
+def _last(answer: ShownBlow) -> float:
     """The time that pictures end with: some transits after the last contact, or the end of the window."""
     from percuss.blow.striker import striker_sections
 
@@ -66,14 +89,14 @@ def _last(answer: BlowAnswer) -> float:
     return min(answer.blow.until, over + _SHOWN * float(sections.transit.sum()))
 
 
-def _scales(answer: BlowAnswer) -> tuple[tuple[float, str], tuple[float, str]]:
+def _scales(answer: ShownBlow) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor and label of times and of forces."""
     if not answer.is_si:
         return (1.0, "time [rad]"), (1.0, "force")
     return (1e6, "time [µs]"), (1e-3, "force [kN]")
 
 
-def _face(axes: Any, answer: BlowAnswer) -> None:
+def _face(axes: Any, answer: ShownBlow) -> None:
     (clock, time), (scale, force) = _scales(answer)
     times, values = answer.blow.face_force.sampled(2000)
     axes.fill_between(times * clock, values * scale, color=COLOURS[0], alpha=0.15, linewidth=0.0)
@@ -88,14 +111,14 @@ def _face(axes: Any, answer: BlowAnswer) -> None:
     axes.set_title("(a) force between the faces" + (" and on the rock" if answer.blow.bit_force is not None else ""))
 
 
-def _window(axes: Any, answer: BlowAnswer, label: str) -> None:
+def _window(axes: Any, answer: ShownBlow, label: str) -> None:
     axes.set_xlim(0.0, _last(answer) * _scales(answer)[0][0])
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.set_xlabel(label)
 
 
-def _gauge(axes: Any, answer: BlowAnswer) -> None:
+def _gauge(axes: Any, answer: ShownBlow) -> None:
     (clock, time), (scale, force) = _scales(answer)
     waves = answer.waves
     if waves is None:
@@ -113,14 +136,14 @@ def _gauge(axes: Any, answer: BlowAnswer) -> None:
     axes.legend(loc="upper right")
     _window(axes, answer, time)
     axes.set_ylabel(force)
-    place = "" if answer.gauge is None else f", {answer.place(answer.gauge)} from the face"
+    place = "" if answer.gauge is None else f", {answer.units.place(answer.gauge)} from the face"
     axes.set_title(f"(b) at the gauge{place}")
 
 
 # -- x–t diagram -------------------------------------------------------------------------------------------------------
 
 
-def _lagrange(figure: Any, axes: Any, answer: BlowAnswer) -> None:
+def _lagrange(figure: Any, axes: Any, answer: ShownBlow) -> None:
     from matplotlib.colors import TwoSlopeNorm
 
     clock, time = _scales(answer)[0]
@@ -148,24 +171,24 @@ def _lagrange(figure: Any, axes: Any, answer: BlowAnswer) -> None:
     axes.set_title("(c) waves in the striker (left of the face) and in what it strikes")
 
 
-def _endless(answer: BlowAnswer) -> bool:
+def _endless(answer: ShownBlow) -> bool:
     return answer.rod is not None and answer.rod.end == "infinite"
 
 
-def _lengths(answer: BlowAnswer, states: list[StringState]) -> tuple[float, float]:
+def _lengths(answer: ShownBlow, states: list[StringState]) -> tuple[float, float]:
     """Length of the striker, and of the rod as far as waves have come."""
     own = max(float(state.striker.places[-1]) for state in states)
     rods = [float(state.rod.places[-1]) for state in states if state.rod is not None and state.rod.places.size]
     return own, max(rods, default=0.0)
 
 
-def _steps(answer: BlowAnswer, own: float) -> list[float]:
+def _steps(answer: ShownBlow, own: float) -> list[float]:
     """Where sections meet, from the struck face."""
     pieces, rod = answer.pieces
     return [piece.end - own for piece in pieces[:-1]] + [piece.end for piece in rod[:-1]]
 
 
-def _stress_along(answer: BlowAnswer, state: StringState, places: Array, own: float) -> Array:
+def _stress_along(answer: ShownBlow, state: StringState, places: Array, own: float) -> Array:
     """Stress (force of a dimensionless bar) at places from the struck face, tension positive."""
     left = places < 0.0
     found = np.zeros(places.size)
@@ -175,7 +198,7 @@ def _stress_along(answer: BlowAnswer, state: StringState, places: Array, own: fl
     return -found
 
 
-def _areas(answer: BlowAnswer, which: int) -> Array:
+def _areas(answer: ShownBlow, which: int) -> Array:
     pieces = answer.pieces[which]
     return np.array([piece.area for piece in pieces]) if pieces else np.ones(1000)
 
@@ -191,7 +214,7 @@ def _values(along: AlongBody, places: Array, areas: Array) -> Array:
 # -- energy, rock, stresses --------------------------------------------------------------------------------------------
 
 
-def _energy(axes: Any, answer: BlowAnswer) -> None:
+def _energy(axes: Any, answer: ShownBlow) -> None:
     blow = answer.blow
     parts = [("with the striker", blow.rigid_energy_after), ("ringing in it", blow.vibration_energy_after)]
     if answer.rod is not None:
@@ -202,13 +225,13 @@ def _energy(axes: Any, answer: BlowAnswer) -> None:
     before = blow.energy_before + max(blow.load_work, 0.0) or 1.0
     axes.barh(names, [100.0 * value / before for value in values], color=COLOURS[2], alpha=0.8)
     for i, value in enumerate(values):
-        axes.text(100.0 * value / before + 1.0, i, answer.energy(value, 3), va="center", fontsize=7.5)
+        axes.text(100.0 * value / before + 1.0, i, answer.units.energy(value, 3), va="center", fontsize=7.5)
     axes.set_xlim(0.0, 1.3 * max(100.0 * value / before for value in values) + 1.0)
     axes.set_xlabel("share of the energy before [%]")
     axes.set_title("(e) where the energy went" if blow.penetration is not None else "(d) where the energy went")
 
 
-def _loop(axes: Any, answer: BlowAnswer) -> None:
+def _loop(axes: Any, answer: ShownBlow) -> None:
     blow = answer.blow
     assert blow.penetration is not None and blow.bit_force is not None
     times = np.unique(np.concatenate([blow.penetration.times, np.linspace(0.0, blow.until, 4000)]))
@@ -220,7 +243,7 @@ def _loop(axes: Any, answer: BlowAnswer) -> None:
     axes.set_title("(d) the rock")
 
 
-def _envelope(axes: Any, answer: BlowAnswer) -> None:
+def _envelope(axes: Any, answer: ShownBlow) -> None:
     own, rod = answer.peaks
     scale = 1e-6 if answer.is_si else 1.0
     edges = _edges(answer)
@@ -242,7 +265,7 @@ def _envelope(axes: Any, answer: BlowAnswer) -> None:
     axes.set_title(f"{mark} greatest stress in each section" if answer.is_si else f"{mark} greatest force")
 
 
-def _edges(answer: BlowAnswer) -> tuple[Array, Array]:
+def _edges(answer: ShownBlow) -> tuple[Array, Array]:
     """Where the sections of striker and rod begin and end, from the struck face."""
     from percuss.blow.striker import striker_sections
 

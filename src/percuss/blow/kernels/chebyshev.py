@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from percuss.blow.kernels.layout import WIDTH
 from percuss.compiled import inner
+
+HALVES = np.array([0.0 if k % 2 else 1.0 / (1.0 - k * k) for k in range(2 * WIDTH)])
+"""∫ T_k over [−1, 1], halved."""
 
 
 @inner
@@ -105,7 +111,7 @@ def integral(c, n):
     """∫ p over [−1, 1]."""
     total = 0.0
     for k in range(0, n + 1, 2):
-        total += 2.0 * c[k] / (1.0 - k * k)
+        total += 2.0 * c[k] * HALVES[k]
     return total
 
 
@@ -116,7 +122,6 @@ def product_integral(c, n, d, m):
     for i in range(n + 1):
         part = 0.0
         for j in range(i % 2, m + 1, 2):
-            one, other = i + j, i - j
-            part += d[j] * (1.0 / (1.0 - one * one) + 1.0 / (1.0 - other * other))
+            part += d[j] * (HALVES[i + j] + HALVES[abs(i - j)])
         total += c[i] * part
     return total

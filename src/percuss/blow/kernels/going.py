@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from percuss.blow.kernels.layout import FULL, PAUSED, REACHED
-from percuss.blow.kernels.nodes import FILLED, MOVES, STAYS, carried_on, last_node
+from percuss.blow.kernels.nodes import FILLED, MOVES, carried_on, last_node
 from percuss.compiled import entry
 
 
@@ -15,29 +15,29 @@ def go_on(problem, waves, state, target, budget):
     that is last goes on with a part of it.
     """
     last, used = last_node(problem), 0
+    node, whole, moved, reached, slowest = 0, True, False, True, 0
     while used < budget:
-        moved, reached, slowest = False, True, 0
-        for node in range(last + 1):
-            while state.time[node] < target:
-                what = carried_on(problem, waves, state, node, True)
-                if what == FILLED:
-                    return FULL
-                if what == STAYS:
-                    break
-                moved = True
-                used += 1
-            reached = reached and state.time[node] >= target
-            if state.time[node] < state.time[slowest]:
-                slowest = node
-        if reached:
-            state.now[0].steps += used
-            return REACHED
-        if not moved:
-            what = carried_on(problem, waves, state, slowest, False)
+        if state.time[node] < target:
+            what = carried_on(problem, waves, state, node, whole)
             if what == FILLED:
+                state.now[0].steps += used
                 return FULL
-            used += 1
-            if what != MOVES:  # the last one can always go on
-                break
+            if what == MOVES or not whole:
+                used += 1
+                moved = True
+                if not whole:  # all may go on as before
+                    node, whole, moved, reached, slowest = 0, True, False, True, 0
+                continue
+        reached = reached and state.time[node] >= target
+        if state.time[node] < state.time[slowest]:
+            slowest = node
+        node += 1
+        if node > last:
+            if reached:
+                state.now[0].steps += used
+                return REACHED
+            node, whole = (0, True) if moved else (slowest, False)
+            if whole:
+                moved, reached, slowest = False, True, 0
     state.now[0].steps += used
     return PAUSED

@@ -8,12 +8,12 @@ from percuss.blow.kernels.layout import ENDLESS, FAR, FREE, ROCK
 from percuss.blow.kernels.relaxation import relaxed
 from percuss.blow.kernels.rock import at_rock
 from percuss.blow.kernels.rows import arriving_until, has_room, read, write
-from percuss.compiled import inner
+from percuss.compiled import inlined, inner
 
 STAYS, MOVES, FILLED = range(3)
 
 
-@inner
+@inlined
 def carried_on(problem, waves, state, node, whole):
     """Carry a node on by one piece; with `whole`, only where that cuts no piece because others are not known yet."""
     time, near, sections = state.time[node], problem.near, problem.impedance.size

@@ -47,7 +47,12 @@ def integrals(waves, row, begin, end, tick, work):
     k = piece_at(waves, row, begin)
     while k < waves.pieces[row] and waves.start[row, k] < end:
         low, high = max(begin, waves.start[row, k]), min(end, piece_end(waves, row, k))
-        if high > low:
+        if high > low and waves.degree[row, k] == 0:
+            span, level = tick * (high - low), waves.first[row, k]
+            plain += span * level
+            square += span * level * level
+            moment += span * level * (0.5 * span + tick * (low - begin))
+        elif high > low:
             n = part(waves, row, k, low, high, c, work)
             half = 0.5 * tick * (high - low)
             here = half * integral(c, n)

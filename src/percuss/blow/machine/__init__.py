@@ -5,7 +5,7 @@ from percuss.blow.machine.lattice import Lattice
 from percuss.blow.machine.motion import Energy, MachineMotion, Uncertainty
 from percuss.blow.machine.options import Ending, Limits, Release
 from percuss.blow.machine.recurrence import Settled
-from percuss.blow.machine.running import Progress, machine_motion
+from percuss.blow.machine.running import MachineProgress, machine_motion
 
 __all__ = [
     "Ending",
@@ -14,7 +14,7 @@ __all__ = [
     "Lattice",
     "Limits",
     "MachineMotion",
-    "Progress",
+    "MachineProgress",
     "Release",
     "Settled",
     "Uncertainty",

@@ -20,13 +20,13 @@ from percuss.model import System
 from percuss.model.checks import callback, count, flag, instance
 from percuss.notebook import watched
 
-__all__ = ["Progress", "machine_motion"]
+__all__ = ["MachineProgress", "machine_motion"]
 
 _TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
-class Progress:
+class MachineProgress:
     """How far a machine has been followed.
 
     Attributes
@@ -54,7 +54,7 @@ def machine_motion(
     quiet: bool = False,
     cells: int = 400,
     estimate: bool = True,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[MachineProgress], object] | None = None,
 ) -> MachineMotion:
     """A machine from a start on: flights under the load and contacts, all of them by waves.
 
@@ -82,7 +82,7 @@ def machine_motion(
     estimate
         Whether to tell, from a lattice with half the cells, how sure a settled motion is.
     progress
-        Called now and then with a `Progress`; the motion ends as cancelled when it returns something true.
+        Called now and then with a `MachineProgress`; the motion ends as cancelled when it returns something true.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _followed(
     pushed_back: bool,
     quiet: bool,
     cells: int,
-    progress: Callable[[Progress], object] | None,
+    progress: Callable[[MachineProgress], object] | None,
 ) -> MachineMotion:
     lattice, machine = machine_record(system, target, cells, pushed_back=pushed_back, quiet=quiet)
     course, recurrence = Course(machine, release), Recurrence(limits.tolerance)
@@ -196,9 +196,9 @@ def _finished(course: Course, system: System) -> tuple[Impacts, int]:
     return found.part(slice(0, found.size - open_)), grazes
 
 
-def _progress(course: Course, limits: Limits, begun: float) -> Progress:
+def _progress(course: Course, limits: Limits, begun: float) -> MachineProgress:
     fraction = max(course.periods / limits.periods, course.strikes / limits.impacts)
-    return Progress(course.strikes, course.time - begun, min(fraction, 1.0))
+    return MachineProgress(course.strikes, course.time - begun, min(fraction, 1.0))
 
 
 def _apart(one: MachineMotion, other: MachineMotion) -> Uncertainty:

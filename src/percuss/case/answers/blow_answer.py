@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.blow_formulas import Formula, formulas, left_out
+from percuss.case.answers.blow_in_words import blow_in_words
 from percuss.case.answers.blow_json import blow_dict
-from percuss.case.answers.numerals import number, quantity
+from percuss.case.answers.told_blow import ToldBlow
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, ParameterError
 from percuss.model.body import Body, SizedBody
-from percuss.model.body.sized import Piece
-from percuss.model.checks import Array
-from percuss.shown import Shown
+from percuss.model.checks import Array, flag, non_negative, positive
 
 if TYPE_CHECKING:
-    from percuss.blow import Blow, Peak, Rod, Waves
+    from percuss.blow import Blow
     from percuss.blow.question import Field
     from percuss.case.case import Case
     from percuss.case.file_format.tool_building import BlowQuestion
@@ -32,62 +31,8 @@ _MIDDLE = 0.5
 
 
 @dataclass(frozen=True)
-class BlowAnswer(Shown):
-    """One blow of a case, resolved by waves.
-
-    Attributes
-    ----------
-    name, title
-        The case as it was named, and its title.
-    blow
-        The blow: contacts, forces, energies, stresses.
-    speed
-        Where the speed comes from, in words.
-    gauge
-        Place on the rod, from the struck face, that waves are told of: m, or dimensionless a time of a wave; None
-        where there is no rod.
-    notes
-        What was assumed, one sentence each.
-    """
-
-    name: str
-    title: str
-    blow: Blow
-    speed: str
-    gauge: float | None
-    notes: tuple[str, ...] = ()
-
-    @property
-    def is_si(self) -> bool:
-        """Whether the striker has sizes; else mass, length and angular frequency are 1."""
-        return isinstance(self.blow.striker, SizedBody)
-
-    @property
-    def waves(self) -> Waves | None:
-        """The waves at the gauge."""
-        return None if self.gauge is None else self.blow.waves_at(self.gauge)
-
-    @property
-    def rod(self) -> Rod | None:
-        """The rod that is struck; None for a wall."""
-        from percuss.blow import Rod
-
-        return self.blow.target if isinstance(self.blow.target, Rod) else None
-
-    @property
-    def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:
-        """Sections of the striker and of the rod with their sizes; empty where these are not known."""
-        rod = self.rod
-        own = self.blow.striker.pieces if isinstance(self.blow.striker, SizedBody) else ()
-        return own, () if rod is None or not own else rod.pieces
-
-    @property
-    def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]:
-        """The greatest stresses of the striker's sections, and of the rod's."""
-        from percuss.blow.striker import striker_sections
-
-        own = striker_sections(self.blow.striker).impedance.size
-        return self.blow.peaks[:own], self.blow.peaks[own:]
+class BlowAnswer(ToldBlow):
+    """The answer to "what does one blow of this hammer do?"; attributes are those of `ToldBlow`."""
 
     @cached_property
     def formulas(self) -> tuple[Formula, ...]:
@@ -99,35 +44,10 @@ class BlowAnswer(Shown):
         """What the theory of one-dimensional waves leaves out of this blow, with its numbers."""
         return left_out(self)
 
-    # -- values in words --
-
-    def time(self, value: float, digits: int = 4) -> str:
-        """A time with its unit."""
-        return quantity(value, "s", digits) if self.is_si else f"{number(value, digits)} rad"
-
-    def force(self, value: float, digits: int = 4) -> str:
-        """A force with its unit."""
-        return quantity(value, "N", digits) if self.is_si else number(value, digits)
-
-    def energy(self, value: float, digits: int = 4) -> str:
-        """An energy with its unit."""
-        return quantity(value, "J", digits) if self.is_si else number(value, digits)
-
-    def momentum(self, value: float, digits: int = 4) -> str:
-        """An impulse with its unit."""
-        return f"{number(value, digits)} N·s" if self.is_si else number(value, digits)
-
-    def stress(self, value: float, digits: int = 4) -> str:
-        """A stress with its unit; the force of a dimensionless bar."""
-        return quantity(value, "Pa", digits) if self.is_si else number(value, digits)
-
-    def place(self, value: float, digits: int = 4) -> str:
-        """A place along a body with its unit."""
-        return quantity(value, "m", digits) if self.is_si else number(value, digits)
-
-    def speed_of(self, value: float, digits: int = 4) -> str:
-        """A velocity with its unit."""
-        return f"{number(value, digits)} m/s" if self.is_si else number(value, digits)
+    @property
+    def sentence(self) -> str:
+        """What became of the energy of the blow, in one sentence."""
+        return blow_in_words(self)
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss blow --json` prints it."""
@@ -173,9 +93,11 @@ def blow_answer(
     from percuss.blow import strike  # loads the compiler
 
     checked_case(case)
+    velocity, until = (None if x is None else positive(n, x) for n, x in (("velocity", velocity), ("until", until)))
+    gauge = None if gauge is None else non_negative("gauge", gauge)
     question = case.blow_question()
     if velocity is not None:
-        if whole_field:
+        if flag("whole_field", whole_field):
             raise ParameterError("velocity", velocity, "either a velocity or the field of the steady motion, not both")
         question = replace(question, velocity=velocity)
     if until is not None:

@@ -9,7 +9,7 @@ from percuss.case.answers.numerals import number, percent, quantity
 from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
-    from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.told_blow import ToldBlow
 
 __all__ = ["Formula", "formulas", "left_out"]
 
@@ -26,7 +26,7 @@ class Formula(NamedTuple):
     found: float
 
 
-def formulas(answer: BlowAnswer) -> tuple[Formula, ...]:
+def formulas(answer: ToldBlow) -> tuple[Formula, ...]:
     """The closed forms that apply to a blow; none under a load, or where sections have different speeds."""
     from percuss.blow.striker import striker_sections
 
@@ -42,7 +42,7 @@ def formulas(answer: BlowAnswer) -> tuple[Formula, ...]:
     return ()
 
 
-def _of_uniform(answer: BlowAnswer, z: float, tau: float) -> tuple[Formula, ...]:
+def _of_uniform(answer: ToldBlow, z: float, tau: float) -> tuple[Formula, ...]:
     """A uniform striker on a wall, on an endless rod (St Venant 1867), on a bit in rock (Lundberg 1973)."""
     from percuss.blow.closed_forms import uniform_blow
 
@@ -52,12 +52,14 @@ def _of_uniform(answer: BlowAnswer, z: float, tau: float) -> tuple[Formula, ...]
         return ()
     z2 = math.inf if rod is None else blow.waves_at(0.0).impedance
     known = uniform_blow(z, tau, speed, z2)
-    found = [Formula("first step", _beside(answer.force(known.force), answer.force(force)), known.force, force)]
+    found = [
+        Formula("first step", _beside(answer.units.force(known.force), answer.units.force(force)), known.force, force)
+    ]
     lasts = blow.contacts[0].end
     if known.restitution >= 0.0 and lasts is not None and _reaches_nothing(answer):
         took = lasts - blow.contacts[0].start
-        said = f"2τ = {answer.time(known.duration)}"
-        found.append(Formula("contact", _beside(said, answer.time(took)), known.duration, took))
+        said = f"2τ = {answer.units.time(known.duration)}"
+        found.append(Formula("contact", _beside(said, answer.units.time(took)), known.duration, took))
         value, of_waves = known.restitution, blow.effective_restitution or 0.0
         said = "R = (Z₂ − Z₁)/(Z₂ + Z₁) = " + number(value, 6) if rod is not None else "R = 1"
         found.append(Formula("restitution", _beside(said, number(of_waves, 6)), value, of_waves))
@@ -70,12 +72,12 @@ def _of_uniform(answer: BlowAnswer, z: float, tau: float) -> tuple[Formula, ...]
     return tuple(found)
 
 
-def _reaches_nothing(answer: BlowAnswer) -> bool:
+def _reaches_nothing(answer: ToldBlow) -> bool:
     """Whether nothing comes back from the far end of what is struck."""
     return answer.rod is None or (answer.rod.end == "infinite" and len(answer.rod.sections) <= 1)
 
 
-def _on_rock(answer: BlowAnswer, z: float, tau: float) -> list[Formula]:
+def _on_rock(answer: ToldBlow, z: float, tau: float) -> list[Formula]:
     """One rectangular wave on a bit without mass: β = K₁ T/Z, T = 2τ (Lundberg 1973)."""
     from percuss.blow.closed_forms import BEST_BETA, best_efficiency, matched_efficiency
 
@@ -92,7 +94,7 @@ def _on_rock(answer: BlowAnswer, z: float, tau: float) -> list[Formula]:
     ]
 
 
-def _of_two(answer: BlowAnswer, rear: float, head: float) -> tuple[Formula, ...]:
+def _of_two(answer: ToldBlow, rear: float, head: float) -> tuple[Formula, ...]:
     """Two sections of equal transit time on a wall: R = 1 − 2ρ²."""
     from percuss.blow.closed_forms import two_section_restitution
 
@@ -112,7 +114,7 @@ def _beside(said: str, found: str) -> str:
 # -- what is left out -------------------------------------------------------------------------------------------------
 
 
-def left_out(answer: BlowAnswer) -> tuple[tuple[str, str], ...]:
+def left_out(answer: ToldBlow) -> tuple[tuple[str, str], ...]:
     """What the theory leaves out, with its own numbers; nothing for a dimensionless bar."""
     own, rod = answer.pieces
     if not own:

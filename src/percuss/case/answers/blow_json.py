@@ -8,7 +8,7 @@ from percuss.case.answers.json_values import plain
 
 if TYPE_CHECKING:
     from percuss.blow import Peak
-    from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.told_blow import ToldBlow
 
 __all__ = ["blow_dict"]
 
@@ -47,7 +47,7 @@ _OF_ROCK = {
 }
 
 
-def blow_dict(answer: BlowAnswer) -> dict[str, Any]:
+def blow_dict(answer: ToldBlow) -> dict[str, Any]:
     """The answer as JSON has it: SI units, or the scales of a dimensionless bar (mass, length, frequency 1)."""
     blow = answer.blow
     told: dict[str, Any] = {
@@ -76,7 +76,7 @@ def blow_dict(answer: BlowAnswer) -> dict[str, Any]:
     return found
 
 
-def _rod_dict(answer: BlowAnswer) -> dict[str, Any]:
+def _rod_dict(answer: ToldBlow) -> dict[str, Any]:
     """The first pulse, and the waves at the gauge."""
     pulse, waves = answer.blow.first_pulse, answer.waves
     assert waves is not None  # there is a rod
@@ -93,7 +93,7 @@ def _rod_dict(answer: BlowAnswer) -> dict[str, Any]:
     }
 
 
-def _stress_dict(answer: BlowAnswer) -> dict[str, Any]:
+def _stress_dict(answer: ToldBlow) -> dict[str, Any]:
     """The greatest compression and tension of each section: stress, or force of a dimensionless bar."""
     kind = "stress" if answer.is_si else "force"
     own, rod = answer.peaks

@@ -20,11 +20,10 @@ from percuss.model.checks import callback, count, flag
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.blow.machine import MachineMotion, Progress
+    from percuss.blow.machine import MachineMotion, MachineProgress
     from percuss.case.case import Case
     from percuss.model import System
-    from percuss.simulate import Progress as LawProgress
-    from percuss.simulate import Trajectory
+    from percuss.simulate import Progress, Trajectory
     from percuss.steady import Orbit, TimedOrbit
 
 __all__ = ["Beside", "WavesAnswer", "waves_answer"]
@@ -105,7 +104,7 @@ class WavesAnswer(Shown):
 
 def waves_answer(
     case: Case,
-    progress: Callable[[Progress | LawProgress], object] | None = None,
+    progress: Callable[[MachineProgress | Progress], object] | None = None,
     *,
     quiet: bool = False,
     cells: int = 400,
