@@ -191,20 +191,18 @@ def _cumulated(trace: Trace, times: Array) -> tuple[Array, Array]:
 
 
 def _lumped(course: Course, t: Array) -> Array:
-    """Kinetic energy of the masses at the joints of the rod, and of the bit."""
+    """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
     masses, found = course.held.problem.joint_mass, np.zeros(t.size)
+    ticks = [min(round(time / course.tick), course.end) for time in t.tolist()]
     for node in range(course.striker + 1, course.size):
         if masses[node] > 0.0:
-            found += 0.5 * float(masses[node]) * _velocity(course, node, 0, t) ** 2
+            speeds = np.array([course.node_velocity(node, tick) for tick in ticks])
+            found += 0.5 * float(masses[node]) * speeds**2
     if masses[-1] > 0.0 and course.held.problem.end != ENDLESS:
-        found += 0.5 * float(masses[-1]) * _velocity(course, course.size - 1, course.transit[-1], t) ** 2
+        row, back = 2 * course.size - 2, course.transit[-1]
+        speeds = np.array([course.value(row, tick - back) + course.value(row + 1, tick) for tick in ticks])
+        found += 0.5 * float(masses[-1]) * speeds**2
     return found
-
-
-def _velocity(course: Course, section: int, delay: int, t: Array) -> Array:
-    """Velocity at a place of a section, so many ticks of a wave from its left end."""
-    right, left = _waves(course, section, t[:, None] / course.tick, np.array([float(delay)]))
-    return np.asarray((right + left)[:, 0])
 
 
 def _rock(course: Course, t: Array) -> tuple[Array, Array]:

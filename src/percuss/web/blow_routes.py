@@ -12,7 +12,7 @@ from percuss.case.answers.blow_frames import blow_frames
 from percuss.web.packed_arrays import packed
 from percuss.web.questions import BlowAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import answer_of, binary
+from percuss.web.shared_by_routes import answer_of, binary, limits_of
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
@@ -28,8 +28,10 @@ router = APIRouter(route_class=StrictRoute)
 async def blow(request: Request, asked: BlowAsked) -> Response:
     """Stress and velocity along striker and tool over time, the force between the faces, and where the energy is."""
 
+    sizes = {"frames": asked.frames, "cells": asked.cells, "most_pieces": limits_of(request).pieces}
+
     def work(case: Case, _: Halt) -> bytes:
-        found = blow_frames(case, asked.show, frames=asked.frames, cells=asked.cells, whole=asked.whole)
+        found = blow_frames(case, asked.show, whole=asked.whole, **sizes)
         return packed(found.header, found.arrays)
 
     return binary(await answer_of(request, asked, work, kernels="blows"))

@@ -38,7 +38,15 @@ _REACH = 2.0
 """Of an endless rod: lengths of the striker that are shown."""
 
 
-def blow_frames(case: Case, show: Part = "start", *, frames: int = 181, cells: int = 120, whole: bool = True) -> Frames:
+def blow_frames(
+    case: Case,
+    show: Part = "start",
+    *,
+    frames: int = 181,
+    cells: int = 120,
+    whole: bool = True,
+    most_pieces: int | None = None,
+) -> Frames:
     """The blow of a case, in SI or in the scales of a dimensionless bar.
 
     Parameters
@@ -50,6 +58,8 @@ def blow_frames(case: Case, show: Part = "start", *, frames: int = 181, cells: i
     whole
         Also what is known only at the end of the blow: the sentence, and what `percuss blow --json` prints. Without it
         the start of a blow is followed no further than it is shown.
+    most_pieces
+        Of waves, after which the blow is followed no further.
 
     Raises
     ------
@@ -66,7 +76,8 @@ def blow_frames(case: Case, show: Part = "start", *, frames: int = 181, cells: i
     from percuss.blow.over_time import cells_over_time, energy_over_time
     from percuss.blow.striker import rod_sections, striker_sections
 
-    answer = blow_answer(case, until=None if whole or show != "start" else _shortened(case))
+    until = None if whole or show != "start" else _shortened(case)
+    answer = blow_answer(case, until=until, most_pieces=most_pieces)
     blow = answer.blow
     sections = striker_sections(blow.striker)
     end = _end(blow, show, sections)
