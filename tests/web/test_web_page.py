@@ -37,7 +37,7 @@ from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from percuss.web.page_files import Shelf
 
-PANELS = ("case", "map", "orbits", "motion", "report", "experiment", "lessons")
+PANELS = ("case", "map", "orbits", "motion", "blow", "report", "experiment", "lessons")
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
 WAIT = 20_000  # milliseconds, on a machine that does other things as well
 
@@ -1373,7 +1373,7 @@ def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
 
 def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
     page = desk.open("panel=lessons")
-    expect(page.locator(".lesson")).to_have_count(6)
+    expect(page.locator(".lesson")).to_have_count(7)
     seen = []
     for number in range(1, 7):
         page.click("#tab-lessons")

@@ -79,7 +79,7 @@ export function followBlow(blow, units, frame) {
   parts.force.over([], arrays.t[frame] * units.time.k);
   const whole = parts.rows.reduce((sum, { name }) => sum + arrays[name][frame], 0) || 1;
   for (const { name, fill, text } of parts.rows) {
-    const value = arrays[name][frame];
+    const value = arrays[name][frame] > 1e-9 * whole ? arrays[name][frame] : 0; // less is rounding
     fill.style.width = `${(100 * value) / whole}%`;
     put(text, `${told(blow, value, "J")} (${percent(value / whole, 2)})`);
   }

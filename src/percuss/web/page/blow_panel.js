@@ -5,7 +5,7 @@ import { blowCharts, blowUnits, drawBlow, followBlow } from "./blow_charts.js";
 import { blowPlayer, pauseBlow, playBlow, stepBlow, toggleBlow } from "./blow_player.js";
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
 import { BlowStage } from "./blow_stage.js";
-import { h, latest, put, select, settled } from "./dom.js";
+import { h, latest, put, select } from "./dom.js";
 import { list } from "./case_files.js";
 import { counted, number, percent, si, withUnit } from "./format.js";
 import { data, on, show, view } from "./state.js";
@@ -26,7 +26,7 @@ const SHOWN = [
   ["window", "all that was followed"],
 ];
 
-const parts = { key: "", moved: 0 };
+const parts = { key: "", again: false };
 
 function startBlow(panel) {
   const canvas = h("canvas", { id: "blow-stage", role: "img", "aria-label": "Striker and tool" });
@@ -40,8 +40,8 @@ function startBlow(panel) {
     panel,
     h("div", { class: "card" }, h("h2", {}, "One blow, resolved by waves"), parts.sentence, parts.notes, parts.problem),
     h("div", { class: "card stage" }, canvas, blowPlayer(painted), h("div", { class: "row" }, parts.shown)),
-    blowSliders(() => (parts.moved = performance.now())),
     blowCharts(),
+    blowSliders(moved),
     parts.facts,
   );
   panel.addEventListener("keydown", keys);
@@ -65,27 +65,29 @@ function want() {
   parts.shown.querySelector("select").value = view.blowShow;
   const key = JSON.stringify([data.changed, view.blowShow]);
   if (key === parts.key) return;
-  const again = Boolean(parts.moved);
+  const { again } = parts;
   parts.key = key;
-  ask({ key, again, whole: !again, moved: parts.moved });
-  parts.moved = 0;
-  if (again) wantWhole();
+  parts.again = false;
+  ask({ key, again, tables: data.tables, size: {}, since: 0 });
 }
 
-/** What is known only at the end of the blow, once the slider rests. */
-const wantWhole = settled(() => view.panel === "blow" && ask({ key: parts.key, again: true, whole: true, moved: 0 }), 250);
+/** A slider has moved: the picture at once, in fewer cells; what the end of the blow tells comes when it rests. */
+function moved(tables) {
+  parts.again = true;
+  ask({ key: "", again: true, tables, size: { whole: false, frames: 121, cells: 80 }, since: performance.now() });
+}
 
 const ask = latest(
-  ({ whole }) => postBinary("blow", { case: data.tables, show: view.blowShow, whole }),
-  (blow, { key, again, moved }) => {
+  ({ tables, size }) => postBinary("blow", { case: tables, show: view.blowShow, ...size }),
+  (blow, { key, again, since }) => {
     parts.blow = blow;
     parts.units = blowUnits(blow);
     put(parts.problem);
     parts.stage.show(blow);
     drawBlow(blow, parts.units);
     playBlow(blow, parts.units, again);
-    if (moved) parts.stage.canvas.dataset.wait = String(performance.now() - moved); // from the slider to the frame
-    parts.stage.canvas.dataset.key = key;
+    if (since) parts.stage.canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
+    if (key) parts.stage.canvas.dataset.key = key;
     if (blow.answer) words(blow);
   },
   (error, { key }) => {

@@ -49,11 +49,12 @@ export function blowPlayer(painted) {
 
 /** Another blow; it begins anew unless it is one that a slider has changed. */
 export function playBlow(blow, units, again) {
+  const share = parts.last ? parts.now / parts.last : 0;
   parts.blow = blow;
   parts.units = units;
   parts.last = blow.arrays.t.length - 1;
   parts.scrub.max = parts.last;
-  const now = again ? Math.min(parts.now ?? 0, parts.last) : 0;
+  const now = again ? Math.round(share * parts.last) : 0;
   pace();
   paint(now);
   if (!again && !parts.held && !matchMedia("(prefers-reduced-motion: reduce)").matches) start();

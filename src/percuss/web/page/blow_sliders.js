@@ -1,9 +1,9 @@
 // What is struck, and sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
 
-import { h, put, select } from "./dom.js";
+import { h, put, select, settled } from "./dom.js";
 import { plainNumber, quantity, withUnit } from "./format.js";
-import { steps, valueAt } from "./moves.js";
-import { data, setKey, setTables } from "./state.js";
+import { steps, valueAt, withKey } from "./moves.js";
+import { data, setTables } from "./state.js";
 
 const WORDS = {
   length: "length",
@@ -15,10 +15,11 @@ const WORDS = {
   transit_times: "transit time",
 };
 
-const parts = { key: "", rows: new Map() };
+const parts = { key: "", rows: new Map(), moves: {} };
 
-export function blowSliders(changed) {
-  parts.changed = changed;
+/** The card; `moved` is told the case as the sliders have it, at once; all other panels, when they rest. */
+export function blowSliders(moved) {
+  parts.moved = moved;
   parts.box = h("div", { class: "card", id: "blow-sliders" });
   return parts.box;
 }
@@ -79,25 +80,39 @@ function slider(key, words) {
     step: (high - low) / 500,
     oninput: (event) => {
       const value = plainNumber(Math.min(Math.max(Number(event.target.value), low), high));
-      parts.changed();
-      setKey(key, unit ? `${value} ${unit}` : value);
+      parts.moves[key] = unit ? `${value} ${unit}` : value;
+      parts.moved(movedTables());
+      rest();
+      told(value);
     },
   });
   const follow = () => {
     const found = quantity(valueAt(data.tables, key));
-    if (!found) return;
+    if (!found || key in parts.moves) return;
     unit = found.unit;
     if (found.value > Number(input.max)) input.max = found.value;
     if (found.value < Number(input.min)) input.min = found.value;
     if (document.activeElement !== input || Math.abs(Number(input.value) - found.value) > Number(input.step))
       input.value = found.value;
-    const text = withUnit(found.value, found.unit);
+    told(found.value);
+  };
+  const told = (value) => {
+    const text = withUnit(value, unit);
     put(output, text);
     input.setAttribute("aria-valuetext", text);
   };
   const head = h("div", { class: "head" }, h("label", { for: id }, words), output);
   return { box: h("div", { class: "slider" }, head, input), follow };
 }
+
+/** The case with what the sliders have moved since it was last set. */
+const movedTables = () => Object.entries(parts.moves).reduce((found, [key, value]) => withKey(found, key, value), data.tables);
+
+const rest = settled(() => {
+  const tables = movedTables();
+  parts.moves = {};
+  setTables(tables);
+}, 200);
 
 // -- what is struck ---------------------------------------------------------------------------------------------------
 

@@ -76,7 +76,7 @@ export class BlowStage {
     let end = struck;
     if (blow.rod) end = this.body(pen, "rod", blow.rod, this.rod, struck, place, colours);
     this.far(pen, end, mid, height, colours);
-    this.words(pen, width, height, colours, { along, across, apart, face, mid });
+    this.words(pen, width, height, colours, { apart, face, mid });
   }
 
   /** The cells of a body in their colours, its outline, and its stress as a curve; where it ends. */
@@ -84,15 +84,16 @@ export class BlowStage {
     const edges = this.blow.arrays[`${name}_edges`];
     const stress = this.blow.arrays[`${name}_stress`];
     const count = edges.length - 1;
-    const from = this.frame * count;
+    const first = this.frame * count;
     const most = this.most || 1;
     let section = 0;
     let until = lengths[0];
     for (let j = 0; j < count; j++) {
       while (section < lengths.length - 1 && edges[j] > until - 1e-6 * until) until += lengths[++section];
       const tallness = thick[section] * across;
-      pen.fillStyle = signed(stress[from + j] / most);
-      pen.fillRect(left + edges[j] * along - 0.3, mid - tallness / 2, (edges[j + 1] - edges[j]) * along + 0.6, tallness);
+      pen.fillStyle = signed(stress[first + j] / most);
+      const from = Math.floor(left + edges[j] * along); // whole pixels: else neighbours show through each other
+      pen.fillRect(from, mid - tallness / 2, Math.ceil(left + edges[j + 1] * along) - from, tallness);
     }
     pen.strokeStyle = colours.ink;
     pen.lineWidth = 1.2;
@@ -106,7 +107,7 @@ export class BlowStage {
     pen.lineWidth = 1.8;
     pen.beginPath();
     for (let j = 0; j < count; j++) {
-      const y = base - (stress[from + j] / most) * tall;
+      const y = base - (stress[first + j] / most) * tall;
       (pen.lineTo(left + edges[j] * along, y), pen.lineTo(left + edges[j + 1] * along, y));
     }
     pen.stroke();
@@ -141,8 +142,8 @@ export class BlowStage {
   words(pen, width, height, colours, { apart, face, mid }) {
     pen.font = "12.5px system-ui, sans-serif";
     pen.fillStyle = colours.muted;
-    pen.textAlign = "center";
-    pen.fillText(apart ? "apart" : "in contact", Math.max(face, 40), mid + height * 0.2 + 14);
+    pen.textAlign = face > 90 ? "right" : "left";
+    pen.fillText(apart ? "apart" : "in contact", face > 90 ? face : MARGIN, mid + height * 0.2 + 14);
     pen.textAlign = "left";
     const sized = this.blow.units === "SI";
     const most = sized ? si(this.most, "Pa", 3) : number(this.most, 3);
