@@ -69,7 +69,7 @@ function slider(key, words) {
   const id = `blow-slide-${steps(key).join("-")}`;
   const begun = quantity(valueAt(data.tables, key));
   const ratio = key === "rock.unloading_ratio";
-  const [low, high] = ratio ? [0.05, 1] : [0.25 * begun.value, 2 * begun.value];
+  const [low, high, step] = ratio ? [0.05, 1, 0.01] : [0.25, 2, 0.005].map((part) => part * begun.value); // round numbers
   let { unit } = begun;
   const output = h("output", { for: id });
   const input = h("input", {
@@ -77,7 +77,7 @@ function slider(key, words) {
     id,
     min: low,
     max: high,
-    step: (high - low) / 500,
+    step,
     oninput: (event) => {
       const value = plainNumber(Math.min(Math.max(Number(event.target.value), low), high));
       parts.moves[key] = unit ? `${value} ${unit}` : value;
