@@ -473,6 +473,51 @@ def test_a_time_alone_does_not_ask_for_a_million_impacts(client: Client) -> None
     assert found["outcome"] == "time" and found["end_time"] == pytest.approx(60.0)
 
 
+# -- blows ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["laboratory-striker", "mini-breaker"])
+def test_a_blow_is_what_the_command_line_prints(client: Client, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    header, arrays = client.arrays("/api/blow", {"machine": name, "frames": 31, "cells": 20})
+    assert {**header["answer"], "case": ""} == {**printed(capsys, "blow", name, "--json"), "case": ""}
+    assert header["sentence"].startswith("A blow of ") and header["units"] == "SI"
+    times = np.linspace(0.0, 3e-4, 31)
+    assert arrays["t"] == pytest.approx(times) and header["end"] == pytest.approx(3e-4)
+    for body in ("striker", "rod"):
+        cells = arrays[f"{body}_edges"].size - 1
+        assert arrays[f"{body}_stress"].shape == arrays[f"{body}_velocity"].shape == (31, cells)
+    parts = ("rigid", "vibration", "rod", "rock_dissipated", "rock_stored")
+    whole = sum(arrays[f"energy_{part}"].astype(float) for part in parts)
+    assert whole == pytest.approx(np.full(31, header["energy_before"]), rel=1e-5)
+    touching = [any(begin <= t < (end or 1.0) for begin, end in header["contacts"]) for t in times]
+    assert arrays["touching"].astype(bool).tolist() == touching and touching[0] and not touching[-1]
+
+
+def test_a_blow_while_a_slider_moves_is_the_start_of_the_whole_one(client: Client) -> None:
+    quick, fields = client.arrays("/api/blow", {"machine": "mini-breaker", "whole": False})
+    whole, others = client.arrays("/api/blow", {"machine": "mini-breaker"})
+    assert quick["sentence"] is None and quick["answer"] is None and whole["answer"]["units"] == "SI"
+    for name in ("striker_stress", "rod_stress", "rod_velocity", "energy_rod", "energy_rigid"):
+        far = abs(fields[name] - others[name]) > 1e-5 * float(abs(others[name]).max())
+        assert np.mean(far) < 1e-3, name  # a front may round to either cell
+
+
+def test_a_blow_on_the_wall_and_a_dimensionless_one(client: Client) -> None:
+    header, arrays = client.arrays("/api/blow", {"case": PLAIN, "show": "contact"})
+    assert header["units"] == "dimensionless" and header["rod"] is None and "rod_stress" not in arrays
+    assert header["striker"]["areas"] is None and "rigid wall" in header["notes"][0]
+    struck = {**PLAIN, "tool": {"impedance": 1.5}, "blow": {"velocity": 1.0}}
+    header, arrays = client.arrays("/api/blow", {"case": struck, "show": "window"})
+    assert header["rod"]["end"] == "infinite" and header["rod"]["impedances"] == [30.0]
+    assert float(arrays["face_force"].max()) == pytest.approx(20.0 * 1.5 / 2.5)  # Z Z'/(Z + Z') of the speed
+
+
+def test_a_blow_that_cannot_be_is_told_by_its_key(client: Client) -> None:
+    bad = {**PLAIN, "tool": {"impedance": -1.0}}
+    assert client.problems("/api/blow", {"case": bad})[0]["key"] == "tool.impedance"
+    assert client.problems("/api/blow", {"machine": "mini-breaker", "frames": 602})[0]["key"] == "frames"
+
+
 # -- experiments and reports ----------------------------------------------------------------------------------------
 
 

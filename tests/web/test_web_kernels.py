@@ -33,7 +33,9 @@ class Compiler:
     """Loads a part when it is told to; `parts` that are broken fail."""
 
     def __init__(self) -> None:
-        self.told: dict[str, threading.Event] = {"multipliers": threading.Event(), "motions": threading.Event()}
+        self.told: dict[str, threading.Event] = {
+            part: threading.Event() for part in ("multipliers", "motions", "blows")
+        }
         self.broken: set[str] = set()
 
     def __call__(self, part: str) -> bool:
@@ -81,6 +83,7 @@ def test_the_closed_form_does_not_wait(compiler: Compiler) -> None:
             assert not motion.done() and not (await client.get("/api/about")).json()["ready"]
             compiler.told["motions"].set()
             assert (await motion).status_code == 200
+            compiler.told["blows"].set()
             await settled(client)
             return early, (await client.post("/api/quick", json=MACHINE)).json()
 
@@ -110,7 +113,7 @@ def test_nonsense_is_refused_at_once(compiler: Compiler, path: str, asked: dict[
 
 
 def test_without_kernels_the_closed_form_goes_on(compiler: Compiler) -> None:
-    compiler.broken = {"multipliers", "motions"}
+    compiler.broken = {"multipliers", "motions", "blows"}
     for event in compiler.told.values():
         event.set()
 

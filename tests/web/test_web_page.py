@@ -37,7 +37,7 @@ from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from percuss.web.page_files import Shelf
 
-PANELS = ("case", "map", "orbits", "motion", "report", "experiment", "lessons")
+PANELS = ("case", "map", "orbits", "motion", "blow", "report", "experiment", "lessons")
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
 WAIT = 20_000  # milliseconds, on a machine that does other things as well
 
@@ -1302,6 +1302,100 @@ def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:
     assert np.quantile(level, 0.05) < 0.5 * np.quantile(level, 0.95)  # and they are kept apart
 
 
+# --- blow
+
+
+def blown(page: Page) -> str:
+    """The sentence of the blow, once it has come."""
+    until(page, "document.querySelector('#blow-stage').dataset.key !== undefined")
+    expect(page.locator("#blow-sentence")).to_contain_text("A blow of")
+    return page.locator("#blow-sentence").inner_text()
+
+
+def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=blow&machine=laboratory-striker")
+    assert main(["blow", "laboratory-striker"]) == 0
+    assert " ".join(blown(page).split()) in " ".join(capsys.readouterr().out.split())
+    frame = "Number(document.querySelector('#blow-stage').dataset.frame)"
+    until(page, f"{frame} > 3")  # it plays by itself
+    page.click("#blow-play")
+    expect(page.locator("#blow-play")).to_have_text("Play")
+    page.locator("#blow-scrub").evaluate("s => { s.value = 40; s.dispatchEvent(new Event('input')); }")
+    before = ink(page, "#blow-stage")
+    page.click("#blow-forth")
+    assert page.evaluate(frame) == 41
+    assert ink(page, "#blow-stage") != before
+    page.locator("#panel-blow").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(frame) == 40
+    assert ink(page, "#blow-stage") == before
+    page.keyboard.press("Space")
+    expect(page.locator("#blow-play")).to_have_text("Pause")
+    until(page, f"{frame} > 45")
+    expect(page.locator("#blow-stage")).to_have_attribute("aria-label", re.compile("A blow of"))
+    assert "J (" in page.locator("#blow-energies").inner_text()
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_slider_of_the_blow_changes_its_picture_and_then_the_case(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=mini-breaker")
+    before = blown(page)
+    page.locator("#blow-scrub").evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    drawn = ink(page, "#blow-stage")
+    slider = page.locator("#blow-slide-tool-sections-0-diameter")
+    slider.evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    until(page, "document.querySelector('#blow-stage').dataset.wait !== undefined")
+    assert ink(page, "#blow-stage") != drawn
+    expect(slider).to_have_attribute("aria-valuetext", re.compile("^60"))
+    until(page, "location.hash.includes('tool.sections')")
+    until(page, f"document.querySelector('#blow-sentence').textContent !== {json.dumps(before)}")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(slider).not_to_have_attribute("aria-valuetext", re.compile(r"^60\D"))
+
+
+def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=pneumatic-jackleg")
+    assert "to the wall" in blown(page)
+    expect(page.locator("#blow-notes")).to_contain_text("the bar strikes a rigid wall", ignore_case=True)
+    page.select_option("#blow-struck", "rock")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")
+    expect(page.locator("#blow-slide-rock-stiffness")).to_be_visible()
+    page.select_option("#blow-struck", "infinite")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rod")
+    page.select_option("#blow-struck", "none")
+    expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
+
+
+def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    plain = "panel=blow&system.s=20&system.d=0.005&system.restitution=0.4&load.kind=harmonic&load.mean=0.6"
+    page = desk.open(f"{plain}&load.amplitude=1&tool.impedance=1.5")
+    assert "into the rod" in blown(page)
+    expect(page.locator("#blow-notes")).to_contain_text("impedance")
+    page.locator("#blow-slide-tool-impedance").evaluate("s => { s.value = 3; s.dispatchEvent(new Event('input')); }")
+    until(page, "location.hash.includes('tool.impedance=3')")
+    page.goto("about:blank")
+    page.goto(f"{desk.server}#{plain}&load.amplitude=1&tool.impedance=-1")
+    expect(page.locator("#blow-problem")).to_contain_text("greater than 0")
+
+
+def test_the_motion_says_that_its_contact_takes_no_time(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    page.get_by_role("button", name="See one blow by its waves").click()
+    expect(page.locator("#panel-blow")).to_be_visible()
+    assert "into the rock" in blown(page)
+
+
+def test_a_thick_piston_strikes_more_than_once(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    for number, says in ((1, "63.1 J"), (3, "in 4 contacts")):
+        scene(page, 7, number)
+        expect(page.locator("#blow-sentence")).to_contain_text(says)
+    page.locator("#blow-slide-bar-diameter").evaluate("s => { s.value = 24; s.dispatchEvent(new Event('input')); }")
+    expect(page.locator("#blow-sentence")).not_to_contain_text("contacts")
+
+
 # --- report, experiment, lessons
 
 
@@ -1373,9 +1467,9 @@ def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
 
 def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
     page = desk.open("panel=lessons")
-    expect(page.locator(".lesson")).to_have_count(6)
+    expect(page.locator(".lesson")).to_have_count(7)
     seen = []
-    for number in range(1, 7):
+    for number in range(1, 8):
         page.click("#tab-lessons")
         page.get_by_role("button", name=f"Begin lesson {number}").click()
         scenes = page.locator("#lesson-strip .try button")
@@ -1389,7 +1483,7 @@ def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
                 seen.append(page.locator("#stage").get_attribute("data-label"))
     assert seen[:4] == ["z=1/1", "z=2/2", "z=4/4", "aperiodic"]  # period doubling, heard
     assert seen[4:6] == ["chatter/1", "rest"]
-    expect(page.locator("#verdict")).to_have_text("Stable")  # the real drifter
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")  # the last scene of all
 
 
 def scene(page: Page, lesson: int, number: int) -> None:
@@ -1685,6 +1779,7 @@ def test_pictures(desk: Desk) -> None:
         "map": "panel=map&machine=mini-breaker",
         "orbits": "panel=orbits&machine=hydraulic-drifter",
         "motion": "panel=motion&machine=hydraulic-drifter",
+        "blow": "panel=blow&machine=stepped-drifter",
         "report": "panel=report&machine=hydraulic-drifter",
         "experiment": "panel=experiment&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic"
         "&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
@@ -1698,6 +1793,8 @@ def test_pictures(desk: Desk) -> None:
             page.wait_for_timeout(8000)  # the last points of the curves
         if name == "motion":
             page.click("#play")
+        if name == "blow":
+            page.locator("#blow-scrub").evaluate("s => { s.value = 100; s.dispatchEvent(new Event('input')); }")
         if name == "experiment":
             page.click("#experiment-run")
             expect(page.locator("#experiment-status")).to_contain_text("all followed", timeout=60_000)

@@ -421,6 +421,7 @@ _FIELDS = {
     "/api/quick": {"periods": 1, "curve": 3, "modes": 4, "multipliers": True, "values": {"restitution": 0.2}},
     "/api/curves": {"periods": 1, "points": 5, "branches": 4, "load_factor": [0.1, 0.9], "modes": 3},
     "/api/motion": {"orbit": 1, "periods": 1, "cycles": 1, "frames": 4, "places": 3, "end_points": 9, "window": [0, 1]},
+    "/api/blow": {"show": "start", "frames": 3, "cells": 4, "whole": False},
     "/api/simulate": {"start": {"position": -0.5}, "simulation": {"modes": 2, "impacts": 20}, "events": 3},
     "/api/place": {"values": {"restitution": 0.2, "load.frequency": 17.0}},
 }

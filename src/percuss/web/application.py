@@ -16,7 +16,7 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.errors import PercussError
-from percuss.web import case_routes, experiment_routes, motion_routes, report_routes, steady_routes
+from percuss.web import blow_routes, case_routes, experiment_routes, motion_routes, report_routes, steady_routes
 from percuss.web.access_checks import Guard
 from percuss.web.kernel_loading import Kernels
 from percuss.web.lanes import Gate
@@ -82,7 +82,7 @@ def create_app(settings: Settings | None = None) -> Any:
     app.state.gate = Gate(settings.limits)
     app.state.kernels = Kernels()
     app.state.shelf = shelf = Shelf()
-    for module in (case_routes, steady_routes, motion_routes, experiment_routes, report_routes):
+    for module in (case_routes, steady_routes, motion_routes, blow_routes, experiment_routes, report_routes):
         app.include_router(module.router)
 
     @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)

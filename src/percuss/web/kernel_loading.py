@@ -14,8 +14,8 @@ from typing import Literal
 
 __all__ = ["Kernels", "Part", "load"]
 
-Part = Literal["multipliers", "motions"]
-"""Those of the planes of exact multipliers, and those of the simulator and what is made with it."""
+Part = Literal["multipliers", "motions", "blows"]
+"""Those of the planes of exact multipliers, those of the simulator and what is made with it, and those of blows."""
 
 _PATIENCE = 5.0
 """Seconds that loading the kernels from numba's cache does not take."""
@@ -47,9 +47,10 @@ class Kernels:
             _tried(before, "what is done before the kernels failed")
             with _Patience():
                 settle("multipliers", _loaded("multipliers"))
-                good = _loaded("motions")
+                settle("motions", _loaded("motions"))
+                good = _loaded("blows")
             gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
-            settle("motions", good)
+            settle("blows", good)
 
         # a daemon: the end of the server does not wait for a compiler
         threading.Thread(target=work, name="percuss-kernels", daemon=True).start()
@@ -79,8 +80,7 @@ class Kernels:
 
 def load() -> bool:
     """Load all kernels from numba's cache, or compile them into it; whether that went well, else the log says why."""
-    blows = _tried(_use_blows, "the kernels of blows could not be loaded")  # no request of the page waits for them
-    return all([_loaded(part) for part in _USES]) and blows
+    return all([_loaded(part) for part in _USES])
 
 
 # -- each kernel is used once, so that no question waits for the compiler ---------------------------------------------
@@ -104,14 +104,13 @@ def _use_motions() -> None:
 
 
 def _use_blows() -> None:
-    from percuss.blow import Wall, strike
-    from percuss.model import UniformBar
+    from percuss.case import load_case
+    from percuss.case.answers.blow_frames import blow_frames
 
-    blow = strike(UniformBar(1.0), Wall(), 1.0)
-    _ = blow.energy_error, blow.peaks
+    blow_frames(load_case("laboratory-striker"), frames=2, cells=2)
 
 
-_USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions}
+_USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions, "blows": _use_blows}
 
 
 @cache

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 __all__ = [
     "AxisAsked",
+    "BlowAsked",
     "BoundariesAsked",
     "CaseAsked",
     "CurvesAsked",
@@ -152,6 +153,15 @@ class MotionAsked(CaseAsked):
     window: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
         None, description="only this part of the fields, in rad after `begin`"
     )
+
+
+class BlowAsked(CaseAsked):
+    """One blow: fields along striker and tool over time, and what ``percuss blow --json`` answers."""
+
+    show: Literal["start", "contact", "window"] = "start"
+    frames: Annotated[int, Field(ge=2, le=601)] = 181
+    cells: Annotated[int, Field(ge=2, le=400, description="places along each body, about")] = 120
+    whole: bool = Field(True, description="with the answer of the whole blow")
 
 
 class ExperimentAsked(CaseAsked):

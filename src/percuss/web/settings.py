@@ -39,6 +39,8 @@ class Limits:
         Of a map by arrays and cell by cell; values of x along which boundaries are solved for.
     starts, start_work
         Of an experiment, and starts × impacts × (modes + 1).
+    pieces
+        Of the waves of a blow, after which it is followed no further.
     frames, places, end_points
         Of a motion's fields.
     seconds, experiment_seconds, body_seconds
@@ -72,6 +74,7 @@ class Limits:
     boundary_points: int = 200
     starts: int = 100_000
     start_work: float = 2e9
+    pieces: int = 400_000
     frames: int = 2_000
     places: int = 129
     end_points: int = 20_000

@@ -61,6 +61,7 @@ def blow_answer(
     until: float | None = None,
     gauge: float | None = None,
     whole_field: bool = False,
+    most_pieces: int | None = None,
 ) -> BlowAnswer:
     """One blow of a case.
 
@@ -75,6 +76,8 @@ def blow_answer(
         the rod's first section.
     whole_field
         Start from the whole field of the steady motion just before its impact, with its strain.
+    most_pieces
+        Of waves, as `percuss.blow.strike` counts them, after which the window is cut short.
 
     Raises
     ------
@@ -117,6 +120,7 @@ def blow_answer(
         load=question.load,
         load_at=question.load_at,
         field=field,
+        **({} if most_pieces is None else {"most_pieces": most_pieces}),
     )
     return BlowAnswer(case.file, case.title, found, speed, _gauge(found, gauge), notes)
 

@@ -1,4 +1,4 @@
-// Six guided steps. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
+// Seven guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
 
 const ORBITS = { panel: "orbits", m: 1 };
 const MAP = { panel: "map", x: "restitution", y: "load_factor", q: "verdict" };
@@ -28,6 +28,21 @@ const square = (start) => ({
 // starts: let go half a bar length off the wall, and near the rebound of the steady motion
 const FALL = { position: -0.5, velocity: 0, time: 0.3 };
 const REBOUND = { position: 0, velocity: -2.4, time: 2.85 };
+
+const ROCK = { stiffness: "100 kN/mm", unloading_ratio: 0.3 };
+
+/** A piston of 200 mm at 10 m/s on an endless rod of 32 mm, or on another tool. */
+const blown = (diameter, tool = { sections: [{ diameter: "32 mm" }], end: "infinite" }, rock) => ({
+  case: {
+    title: "Piston on a rod",
+    bar: { length: "200 mm", diameter, damping_ratio: 1e-3 },
+    load: { kind: "harmonic", mean: "81.3 N", amplitude: "134 N", frequency: "20 Hz" },
+    contact: { restitution: 0.3 },
+    tool,
+    ...(rock && { rock }),
+    blow: { velocity: "10 m/s" },
+  },
+});
 
 export const LESSONS = [
   {
@@ -177,6 +192,30 @@ export const LESSONS = [
         ORBITS,
         { machine: "hydraulic-drifter" },
         "A drifter as it is built: its pressure rises and falls smoothly, and the blow comes where the pressure is low, inside the band. The hammer settles.",
+      ),
+    ],
+  },
+  {
+    title: "Why a thick piston strikes twice",
+    goal: "A piston stops in one contact only where it has the impedance of the rod. A thicker one keeps part of its speed and pushes on, in steps that grow smaller.",
+    scenes: [
+      scene(
+        "As thick as the rod",
+        { panel: "blow", blowShow: "start" },
+        blown("32 mm"),
+        "Press Play. One rectangular wave runs into the rod. It is twice as long as the piston, and the piston has nothing left: it stands still.",
+      ),
+      scene(
+        "Thicker",
+        { panel: "blow", blowShow: "start" },
+        blown("50 mm"),
+        "Now the wave goes down in steps. The head of the piston is heavier than the wave can stop, so that each time its own wave comes back it pushes again, more weakly. The rod carries it all away.",
+      ),
+      scene(
+        "A rod with an end",
+        { panel: "blow", blowShow: "window" },
+        blown("50 mm", { sections: [{ length: "1200 mm", diameter: "32 mm" }], end: "rock" }, ROCK),
+        "The rod is 1.2 m long and stands on rock. What the rock does not take comes back as a wave and meets the piston, which has followed the rod: further contacts. Draw the diameter of the striker down to 24 mm: it has rebounded by then, and one contact is left.",
       ),
     ],
   },

@@ -1,4 +1,4 @@
-// The lessons: a list of six, and a strip above every panel while one is under way.
+// The lessons: a list, and a strip above every panel while one is under way.
 
 import { $, h, put } from "./dom.js";
 import { LESSONS } from "./lessons.js";
@@ -39,7 +39,7 @@ function startLessons(panel) {
     h(
       "div",
       { class: "card" },
-      h("h2", {}, "Six lessons"),
+      h("h2", {}, "Seven lessons"),
       h(
         "p",
         { class: "muted" },

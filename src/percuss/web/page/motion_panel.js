@@ -40,7 +40,7 @@ function startMotion(panel) {
   put(
     panel,
     sourceCard((words) => put(parts.status, words)),
-    h("div", { class: "card stage" }, canvas, player(parts.stage), parts.status),
+    h("div", { class: "card stage" }, canvas, player(parts.stage), parts.status, instantaneous()),
     h("div", { class: "card" }, parts.facts),
     motionCharts(startThere),
   );
@@ -53,6 +53,15 @@ function startMotion(panel) {
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
 }
+
+/** What this motion leaves out, and where it is shown. */
+const instantaneous = () =>
+  h(
+    "p",
+    { class: "small muted", id: "motion-instant" },
+    "The contact takes no time here: each blow is instantaneous. ",
+    h("button", { type: "button", class: "link", onclick: () => show({ panel: "blow" }) }, "See one blow by its waves"),
+  );
 
 function keys(event) {
   if (event.key !== " " || event.target.closest("button, select, input:not([type=range])")) return;

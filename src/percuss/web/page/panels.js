@@ -2,6 +2,7 @@
 // exports its `panel`: the `name` in the address, the `title` of its tab, `start`, which fills its section, and, where it
 // has them, the `defaults` of what it keeps in the address and what it `needs` of the answer to a slider.
 
+import { panel as blow } from "./blow_panel.js";
 import { panel as casePanel } from "./case_panel.js";
 import { panel as experiment } from "./experiment_panel.js";
 import { panel as lessons } from "./lessons_panel.js";
@@ -10,4 +11,4 @@ import { panel as motion } from "./motion_panel.js";
 import { panel as orbits } from "./orbits_panel.js";
 import { panel as report } from "./report_panel.js";
 
-export const PANELS = [casePanel, map, orbits, motion, report, experiment, lessons];
+export const PANELS = [casePanel, map, orbits, motion, blow, report, experiment, lessons];

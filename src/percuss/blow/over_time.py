@@ -1,0 +1,218 @@
+"""A blow as pictures in time: force and velocity in cells along striker and rod, and where the energy is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.blow.course import Course
+from percuss.blow.kernels.layout import ENDLESS, ROCK
+from percuss.blow.striker import Sections
+from percuss.blow.trace import Trace
+from percuss.model.checks import Array
+
+if TYPE_CHECKING:
+    from percuss.blow.blow import Blow
+
+__all__ = ["CellsOverTime", "EnergyOverTime", "cells_over_time", "energy_over_time"]
+
+
+@dataclass(frozen=True, eq=False)
+class CellsOverTime:
+    """Force and velocity in the middle of cells along a body; no cell has a step within it.
+
+    Parameters
+    ----------
+    edges
+        Of the cells, from the driven end of the striker or the struck face of the rod, shape (cells + 1,).
+    section
+        Number of the section of each cell, shape (cells,).
+    force, velocity
+        Compression positive, toward the target positive, shape (times, cells).
+    """
+
+    edges: Array
+    section: npt.NDArray[np.intp]
+    force: Array
+    velocity: Array
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyOverTime:
+    """Where the energy is, each of shape (times,).
+
+    Parameters
+    ----------
+    rigid, vibration
+        Of the striker: M V²/2 of its mean velocity, and its ringing.
+    rod
+        Kinetic and strain energy of the rod with the masses at its joints and the bit.
+    rock_dissipated, rock_stored
+        What the rock keeps, and what it could still give back; 0 without one.
+    """
+
+    rigid: Array
+    vibration: Array
+    rod: Array
+    rock_dissipated: Array
+    rock_stored: Array
+
+
+def cells_over_time(blow: Blow, times: Array, cells: int, reach: float) -> tuple[CellsOverTime, CellsOverTime | None]:
+    """Of the striker, and of the rod (None for a wall).
+
+    Parameters
+    ----------
+    times
+        In the window, shape (times,).
+    cells
+        About how many of each body; every section has some.
+    reach
+        How far an endless section is told of, in the units of the rod's places.
+
+    Examples
+    --------
+    >>> from percuss.blow import Wall, strike
+    >>> from percuss.model import UniformBar
+    >>> own, rod = cells_over_time(strike(UniformBar(1.0), Wall(), 1.0), np.array([0.5]), 4, 1.0)
+    >>> own.force.round(9).tolist(), rod
+    ([[0.0, 0.0, 1.0, 1.0]], None)
+    """
+    ticks = np.clip(times / (blow._time * blow._course.tick), 0.0, blow._course.end)
+    rod = blow._question.rod
+    own = _cells(blow, 0, blow._question.sections, ticks, cells, reach)
+    return own, None if rod is None else _cells(blow, blow._course.striker, rod, ticks, cells, reach)
+
+
+def _cells(blow: Blow, first: int, sections: Sections, ticks: Array, cells: int, reach: float) -> CellsOverTime:
+    course = blow._course
+    lengths = np.where(np.isfinite(sections.length), sections.length, reach)
+    edges, section, force, velocity = [np.zeros(1)], [], [], []
+    for number, length in enumerate(lengths):
+        i = first + number
+        count = max(2, round(cells * length / lengths.sum()))
+        share = (np.arange(count) + 0.5) / count
+        if course.endless(i):
+            delay = share * length / (sections.speed[number] * blow._time * course.tick)
+        else:
+            delay = share * course.transit[i]
+        right, left = _waves(course, i, ticks[:, None], delay)
+        z = course.impedance[i]
+        edges.append(edges[-1][-1] + length * np.arange(1, count + 1) / count)
+        section.append(np.full(count, number))
+        force.append(blow._force * z * (right - left))
+        velocity.append(blow._velocity * (right + left))
+    return CellsOverTime(
+        np.concatenate(edges), np.concatenate(section), np.concatenate(force, axis=1), np.concatenate(velocity, axis=1)
+    )
+
+
+def _waves(course: Course, section: int, ticks: Array, delay: Array) -> tuple[Array, Array]:
+    """Both waves so far from the left end of a section, in ticks; where none has come there is none."""
+    span, tick = course.transit[section], course.tick
+    last = _last(course, float(ticks.max(initial=0.0)))
+    if course.endless(section):
+        begun = ticks - delay
+        right = np.where(begun >= 0.0, course.trace(2 * section, 0, 0, last).at(begun * tick), 0.0)
+        return right, np.zeros_like(right)
+    f, g = _rows(course, section, last)
+    return f.at((ticks - delay) * tick), g.at((ticks - (span - delay)) * tick)
+
+
+def _last(course: Course, tick: float) -> int:
+    """A tick of the window not before this one: later waves need not be looked at."""
+    return min(max(int(np.ceil(tick)), course.end // 1000, 1), course.end)
+
+
+def _rows(course: Course, section: int, last: int) -> tuple[Trace, Trace]:
+    """Both waves of a section with an end, from what was in it before on."""
+    back = course.transit[section]
+    return course.trace(2 * section, 0, -back, last), course.trace(2 * section + 1, 0, -back, last)
+
+
+# -- energies ----------------------------------------------------------------------------------------------------------
+
+
+def energy_over_time(blow: Blow, times: Array) -> EnergyOverTime:
+    """Where the energy is at times in the window; together with the work of the load it stays the same.
+
+    Examples
+    --------
+    >>> from percuss.blow import Wall, strike
+    >>> from percuss.model import UniformBar
+    >>> found = energy_over_time(strike(UniformBar(1.0), Wall(), 1.0), np.array([0.0, 1.0, 2.0]))
+    >>> found.rigid.round(9).tolist(), found.vibration.round(9).tolist()
+    ([0.5, 0.0, 0.5], [0.0, 0.5, 0.0])
+    """
+    course = blow._course
+    t = np.clip(times / blow._time, 0.0, course.end * course.tick)
+    striker, momentum = np.zeros(t.size), np.zeros(t.size)
+    for i in range(course.striker):
+        energy, own = _section_sums(course, i, t)
+        striker, momentum = striker + energy, momentum + own
+    rod = np.zeros(t.size)
+    for i in range(course.striker, course.size if course.has_rod else course.striker):
+        rod = rod + _section_sums(course, i, t)[0]
+    rod = rod + (_lumped(course, t) if course.has_rod else 0.0)
+    rigid = 0.5 * momentum**2 / course.mass
+    dissipated, stored = _rock(course, t)
+    parts = (rigid, np.maximum(striker - rigid, 0.0), rod, dissipated, stored)
+    return EnergyOverTime(*(blow._energy * part for part in parts))
+
+
+def _section_sums(course: Course, section: int, t: Array) -> tuple[Array, Array]:
+    """Energy Z ∫(f² + g²) and momentum Z ∫(f + g) over the time that a wave is in the section."""
+    z = float(course.impedance[section])
+    last = _last(course, float(t.max(initial=0.0)) / course.tick)
+    if course.endless(section):
+        plain, square = _cumulated(course.trace(2 * section, 0, 0, last), t)
+        return z * square, z * plain
+    back = course.transit[section] * course.tick
+    energy, momentum = np.zeros(t.size), np.zeros(t.size)
+    for row in _rows(course, section, last):
+        plain, square = _cumulated(row, np.concatenate([t - back, t]))
+        energy += z * (square[t.size :] - square[: t.size])
+        momentum += z * (plain[t.size :] - plain[: t.size])
+    return energy, momentum
+
+
+def _cumulated(trace: Trace, times: Array) -> tuple[Array, Array]:
+    """∫ and ∫ of the square from the trace's beginning to each time, by Gauss's rule between breaks and times."""
+    edges = np.unique(np.concatenate([trace.times, np.clip(times, trace.times[0], trace.times[-1])]))
+    nodes, weights = np.polynomial.legendre.leggauss(trace.coefficients.shape[1])
+    half = 0.5 * np.diff(edges)[:, None]
+    values = trace.at(edges[:-1, None] + half * (1.0 + nodes))
+    place = np.searchsorted(edges, np.clip(times, edges[0], edges[-1]))
+    plain, square = (np.append(0.0, np.cumsum(np.sum(half * weights * v, axis=1))) for v in (values, values**2))
+    return plain[place], square[place]
+
+
+def _lumped(course: Course, t: Array) -> Array:
+    """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
+    masses, found = course.held.problem.joint_mass, np.zeros(t.size)
+    ticks = [min(round(time / course.tick), course.end) for time in t.tolist()]
+    for node in range(course.striker + 1, course.size):
+        if masses[node] > 0.0:
+            speeds = np.array([course.node_velocity(node, tick) for tick in ticks])
+            found += 0.5 * float(masses[node]) * speeds**2
+    if masses[-1] > 0.0 and course.held.problem.end != ENDLESS:
+        row, back = 2 * course.size - 2, course.transit[-1]
+        speeds = np.array([course.value(row, tick - back) + course.value(row + 1, tick) for tick in ticks])
+        found += 0.5 * float(masses[-1]) * speeds**2
+    return found
+
+
+def _rock(course: Course, t: Array) -> tuple[Array, Array]:
+    """Lost and stored in the rock so far (Lundberg 1973)."""
+    problem = course.held.problem
+    if problem.end != ROCK:
+        return np.zeros(t.size), np.zeros(t.size)
+    depth, force = course.trace(2 * course.size + 1), course.trace(2 * course.size + 2)
+    edges = np.sort(np.append(depth.times, t))
+    deepest = np.maximum.accumulate(np.maximum(depth.before(edges), 0.0))
+    greatest = deepest[np.searchsorted(edges, t)]
+    dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * greatest**2
+    return dissipated, 0.5 * force.before(t) ** 2 / problem.unloading

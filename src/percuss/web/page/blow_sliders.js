@@ -1,0 +1,156 @@
+// What is struck, and sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
+
+import { h, put, select, settled } from "./dom.js";
+import { plainNumber, quantity, withUnit } from "./format.js";
+import { steps, valueAt, withKey } from "./moves.js";
+import { data, setTables } from "./state.js";
+
+const WORDS = {
+  length: "length",
+  diameter: "diameter",
+  area: "area",
+  bore: "bore",
+  impedance: "impedance, over that of the bar's end",
+  impedances: "impedance",
+  transit_times: "transit time",
+};
+
+const parts = { key: "", rows: new Map(), moves: {} };
+
+/** The card; `moved` is told the case as the sliders have it, at once; all other panels, when they rest. */
+export function blowSliders(moved) {
+  parts.moved = moved;
+  parts.box = h("div", { class: "card", id: "blow-sliders" });
+  return parts.box;
+}
+
+/** The sliders anew when there are other ones, else their values. */
+export function followBlowSliders() {
+  const keys = keysOf(data.tables ?? {});
+  const now = JSON.stringify([keys, struckNow(data.tables ?? {})]);
+  if (now !== parts.key) {
+    parts.key = now;
+    parts.rows = new Map(keys.map(([key, words]) => [key, slider(key, words)]));
+    put(
+      parts.box,
+      h("h2", {}, "Striker, tool and rock"),
+      h("div", { class: "row" }, struck()),
+      h("div", { class: "grid sizes" }, [...parts.rows.values()].map((row) => row.box)),
+    );
+  }
+  for (const row of parts.rows.values()) row.follow();
+}
+
+/** [key, words] of what there is a slider for. */
+function keysOf({ bar, system, tool, rock, blow }) {
+  const found = [];
+  const add = (table, name, words) =>
+    quantity(valueAt({ bar, system, tool, rock, blow }, `${table}.${name}`)) && found.push([`${table}.${name}`, words]);
+  const sizes = (table, who) => ["length", "diameter", "area", "bore"].forEach((name) => add(table, name, `${who}: ${WORDS[name]}`));
+  const several = (table, list, who) =>
+    (Array.isArray(list) ? list : []).forEach((_, i) =>
+      sizes(`${table}.sections[${i}]`, list.length > 1 ? `${who} ${i + 1}` : who),
+    );
+  if (bar) sizes("bar", "Striker");
+  several("bar", bar?.sections, "Striker");
+  for (const name of ["impedances", "transit_times"])
+    (Array.isArray(system?.[name]) ? system[name] : []).forEach((_, i) =>
+      add("system", `${name}[${i}]`, `Striker ${i + 1}: ${WORDS[name]}`),
+    );
+  several("tool", tool?.sections, "Tool");
+  add("tool", "impedance", `Tool: ${WORDS.impedance}`);
+  add("rock", "stiffness", "Rock: stiffness K₁");
+  add("rock", "unloading_ratio", "Rock: unloading ratio γ");
+  add("blow", "velocity", "Speed of the blow");
+  return found;
+}
+
+function slider(key, words) {
+  const id = `blow-slide-${steps(key).join("-")}`;
+  const begun = quantity(valueAt(data.tables, key));
+  const ratio = key === "rock.unloading_ratio";
+  const [low, high, step] = ratio ? [0.05, 1, 0.01] : [0.25, 2, 0.005].map((part) => part * begun.value); // round numbers
+  let { unit } = begun;
+  const output = h("output", { for: id });
+  const input = h("input", {
+    type: "range",
+    id,
+    min: low,
+    max: high,
+    step,
+    oninput: (event) => {
+      const value = plainNumber(Math.min(Math.max(Number(event.target.value), low), high));
+      parts.moves[key] = unit ? `${value} ${unit}` : value;
+      parts.moved(movedTables());
+      rest();
+      told(value);
+    },
+  });
+  const follow = () => {
+    const found = quantity(valueAt(data.tables, key));
+    if (!found || key in parts.moves) return;
+    unit = found.unit;
+    if (found.value > Number(input.max)) input.max = found.value;
+    if (found.value < Number(input.min)) input.min = found.value;
+    if (document.activeElement !== input || Math.abs(Number(input.value) - found.value) > Number(input.step))
+      input.value = found.value;
+    told(found.value);
+  };
+  const told = (value) => {
+    const text = withUnit(value, unit);
+    put(output, text);
+    input.setAttribute("aria-valuetext", text);
+  };
+  const head = h("div", { class: "head" }, h("label", { for: id }, words), output);
+  return { box: h("div", { class: "slider" }, head, input), follow };
+}
+
+/** The case with what the sliders have moved since it was last set. */
+const movedTables = () => Object.entries(parts.moves).reduce((found, [key, value]) => withKey(found, key, value), data.tables);
+
+const rest = settled(() => {
+  const tables = movedTables();
+  parts.moves = {};
+  setTables(tables);
+}, 200);
+
+// -- what is struck ---------------------------------------------------------------------------------------------------
+
+const STRUCK = [
+  ["none", "as [contact] says"],
+  ["wall", "a rigid wall"],
+  ["infinite", "an endless rod"],
+  ["free", "a rod with a free end"],
+  ["rock", "a rod on rock"],
+];
+
+function struckNow({ tool, rock }) {
+  if (!tool) return "none";
+  if (tool.kind === "wall") return "wall";
+  return tool.end ?? (rock ? "rock" : "infinite");
+}
+
+function struck() {
+  const options = data.tables?.bar ? STRUCK : STRUCK.slice(0, 3);
+  const now = struckNow(data.tables ?? {});
+  const known = options.some(([name]) => name === now) ? options : [...options, [now, now]];
+  return select("What is struck", known, now, strikeAt, { id: "blow-struck" });
+}
+
+/** The case with another thing struck; a rod keeps its sections, a new one is as thick as the striking end. */
+function strikeAt(wish) {
+  const { tool, rock, ...tables } = data.tables;
+  if (wish === "none") return setTables(tables);
+  if (wish === "wall") return setTables({ ...tables, tool: { kind: "wall" } });
+  if (!tables.bar) return setTables({ ...tables, tool: { impedance: tool?.impedance ?? 1 } });
+  const { diameter, area, bore } = tables.bar.sections?.at(-1) ?? tables.bar;
+  const size = Object.fromEntries(Object.entries({ diameter, area, bore }).filter(([, value]) => value !== undefined));
+  const kept = tool?.sections ?? [{ length: "1 m", ...size }];
+  if (wish === "infinite") {
+    const { length, ...last } = kept.at(-1);
+    return setTables({ ...tables, tool: { sections: [...kept.slice(0, -1), last], end: "infinite" } });
+  }
+  const sections = kept.map((section) => ({ length: "1 m", ...section }));
+  const soil = wish === "rock" && { rock: rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
+  setTables({ ...tables, tool: { ...(tool?.kind === "wall" ? {} : tool), sections, end: wish }, ...soil });
+}
