@@ -27,7 +27,7 @@ for row, time in zip(force, times, strict=True):
 
 top = 1e-3 * abs(force).max()
 fig, axes = plt.subplots(layout="constrained")
-image = axes.pcolormesh(places, 1e6 * times, 1e-3 * force, cmap="RdBu_r", vmin=-top, vmax=top, rasterized=True)
+image = axes.pcolormesh(places, 1e6 * times, 1e-3 * force, cmap="RdBu", vmin=-top, vmax=top, rasterized=True)
 fig.colorbar(image, label="force [kN], compression positive")
 axes.axvline(0.0, color="k", linewidth=1.5)
 for step in np.cumsum([length for length, _ in sizes])[:-1] - piston.length:
