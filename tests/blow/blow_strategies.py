@@ -76,10 +76,11 @@ def exact_collisions(draw: st.DrawFn, transits: int = 6) -> Collision:
         rod = [*sections[:-1], (sections[-1][0], None)] if end == "infinite" else sections
     case = Collision(
         tuple(striker), tuple(speeds), Fraction(0), None if rod is None else tuple(rod), end,
-        gap=draw(st.one_of(st.just(Fraction(0)), fractions)),
         load=draw(exact_loads()), load_at=draw(st.integers(0, count - 1)),
     )  # fmt: skip
-    return _lasting(_approaching(case), transits)
+    case = _approaching(case)
+    share = draw(st.sampled_from([Fraction(0), Fraction(0), Fraction(1, 3), Fraction(1), Fraction(7, 5)]))
+    return _lasting(replace(case, gap=share * case.velocity_before * case.transit), transits)
 
 
 @st.composite

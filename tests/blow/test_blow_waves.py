@@ -116,13 +116,13 @@ def test_a_flight_without_contact_is_that_of_the_modes_and_can_be_reversed(time:
     ahead = strike(bar, wall, None, until=time, field=(lambda x: ringing(x, 0.0)[0], lambda x: ringing(x, 0.0)[1]))
     state = ahead.state_at(time).striker
     for found, wanted in zip((state.velocity, state.force), ringing(state.places, time), strict=True):
-        assert found == pytest.approx(wanted, abs=1e-11)
+        assert found == pytest.approx(wanted, abs=2e-9)
     back = strike(
         bar, wall, None, until=time, field=(lambda x: 2.0 - ringing(x, time)[0], lambda x: ringing(x, time)[1])
     )
     state = back.state_at(time).striker
-    assert state.velocity == pytest.approx(2.0 - ringing(state.places, 0.0)[0], abs=1e-11)
-    assert state.force == pytest.approx(np.zeros(state.places.size), abs=1e-11)
+    assert state.velocity == pytest.approx(2.0 - ringing(state.places, 0.0)[0], abs=2e-9)
+    assert state.force == pytest.approx(np.zeros(state.places.size), abs=2e-9)
 
 
 @settings(max_examples=30)

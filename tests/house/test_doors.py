@@ -137,6 +137,7 @@ NO_DOORS: dict[str, str] = {
             "explore.Sweep",
             "case.CaseErrors",
             "case.Machine",
+            "case.BlowAnswer",
             "case.OrbitAnswer",
             "case.PeriodAnswer",
             "case.Simulation",
@@ -260,8 +261,8 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
-    struck = room_of_cases.load_case("laboratory-striker")
-    one_blow = room_of_cases.blow_answer(struck)
+    hammer = room_of_cases.load_case("laboratory-striker")
+    one_blow = room_of_cases.blow_answer(hammer)
     family = room_of_cases.CaseFamily(case, {})
     swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
     ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
@@ -524,7 +525,9 @@ def table(folder: Path) -> dict[str, Entry]:
             {"velocity": REAL, "until": OPTIONAL, "load": {"empty"}, "field": OPTIONAL},
         ),
         "blow.effective_blow": (
-            blow.effective_blow, {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0}, {},
+            blow.effective_blow,
+            {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0, "until": None},
+            {"until": OPTIONAL},
         ),
         "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),
         "blow.Blow.waves_at": (struck.waves_at, {"x": 0.1}, {}),
@@ -640,8 +643,8 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.blow_answer": (
             room_of_cases.blow_answer,
-            {"case": struck, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
-            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "whole_field": {"bool"}},
+            {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
+            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL},
         ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},

@@ -73,7 +73,8 @@ def effective_blow(
     striker_sections(striker)
     if not isinstance(target, Wall | Rod):
         raise ParameterError("target", target, "a Wall or a Rod")
-    return _known(striker, target, positive("velocity", velocity), until)
+    end = None if until is None else positive("until", until)
+    return _known(striker, target, positive("velocity", velocity), end)
 
 
 @lru_cache(maxsize=256)

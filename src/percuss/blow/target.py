@@ -96,8 +96,8 @@ class Rod:
     Parameters
     ----------
     sections
-        From the struck face on, each a `Section`, or a dict of what makes one. With the end "infinite" the last one, and
-        only that, has the length None.
+        From the struck face on, each a `Section`, or a dict of what makes one. With the end "infinite" the last one,
+        and only that, has the length None.
     end
         What is at the far end: "infinite" (nothing ever comes back), "free", "fixed", or "rock".
     bit_mass

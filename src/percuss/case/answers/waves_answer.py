@@ -203,13 +203,13 @@ def _simulated(motion: MachineMotion, law: Trajectory) -> Beside:
     """The motion by the contact law, which settled or not."""
     phases: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()
-    restitution = law.system.restitution
+    contact = law.system.contact
     if law.cycle is not None and law.label.startswith("z="):
         struck = law.events.of("impact")
         size = law.cycle.impacts
         phases = tuple(float(phase) for phase in struck.phase[-size:])
-        after = law.velocity[law.events.kind == "impact", 0][-size:] if restitution > 0.0 else np.zeros(0)
-        velocities = tuple(float(-v / restitution) for v in after)
+        after = law.velocity[law.events.kind == "impact", 0][-size:] if contact.rebounds else np.zeros(0)
+        velocities = tuple(float(v / contact.velocity_factor) for v in after)
     name = law.system.contact.law
     if law.label != motion.label or not phases:
         return Beside(name, law.label, phases, velocities, law.summary.blow_rate, None, None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from percuss.case.answers.numerals import number
-from percuss.model import System
+from percuss.model import Contact, System
 from percuss.model.body import SteppedBar
 
 if TYPE_CHECKING:
@@ -44,9 +44,9 @@ def struck_by(case: Case) -> Struck:
     tables, system = case.tables, case.system()
     contact = getattr(tables, "contact", None) or getattr(tables, "system", None)
     pushed_back = getattr(contact, "advance", None) == "pushed back"
-    tool, restitution = case.tool(), system.restitution
-    if isinstance(tool, Wall) and tables.tool is None and restitution < 1.0:
-        return Struck(_rod_of(system, restitution), pushed_back, _note_of(restitution))
+    tool = case.tool()
+    if isinstance(tool, Wall) and tables.tool is None and not system.contact.is_lossless:
+        return Struck(_rod_of(system), pushed_back, _note_of(system.contact))
     if not isinstance(tool, Wall) and tool.end in ("free", "rock"):
         return Struck(_endless(tool), pushed_back, _ENDLESS)
     return Struck(tool, pushed_back, "")
@@ -58,22 +58,21 @@ _ENDLESS = (
 )
 
 
-def _note_of(restitution: float) -> str:
-    ratio = (1.0 + restitution) / (1.0 - restitution)
+def _note_of(contact: Contact) -> str:
     return (
-        f"there is no [tool]: what is struck is an endless rod of {number(ratio)} times the impedance of the striking "
-        f"end, which gives a uniform bar the restitution {number(restitution)}"
+        f"there is no [tool]: what is struck is an endless rod of {number(1.0 / contact.impedance_ratio)} times the "
+        f"impedance of the striking end, which gives a uniform bar the restitution {number(contact.restitution)}"
     )
 
 
-def _rod_of(system: System, restitution: float) -> Rod:
+def _rod_of(system: System) -> Rod:
     """The endless rod whose impedance gives a uniform bar the restitution: R = (Z_rod − Z)/(Z_rod + Z)."""
     from percuss.blow import Rod
 
     body = system.body
     own = float(body.sections.impedance[-1]) if isinstance(body, SteppedBar) else body.s
     scale = 1.0 if system.bar is None else system.bar.mass * system.angular_frequency
-    return Rod.of_impedance(own * scale * (1.0 + restitution) / (1.0 - restitution))
+    return Rod.of_impedance(own * scale / system.contact.impedance_ratio)
 
 
 def _endless(tool: Rod) -> Rod:
@@ -93,7 +92,7 @@ def release_of(start: Start, system: System) -> Release:
     if start.source is not None or start.profile is not None or len(start.displacement) > 1:
         modes = len(start.displacement) - 1
         if start.source is not None:
-            velocity += -system.restitution * start.source.rigid_velocity
+            velocity += system.contact.velocity_factor * start.source.rigid_velocity
         gamma = system.body.modes(modes, system.load.at).gamma if modes else np.zeros(0)
         place = start.displacement[0] + float(gamma @ np.array(start.displacement[1:])) if place is None else place
     return Release(max(0.0, -(0.0 if place is None else place)), velocity, start.time)
