@@ -24,7 +24,7 @@ for i, ratio in enumerate(ratios):
 
 fig, (above, below) = plt.subplots(2, sharex=True, layout="constrained")
 above.plot(ratios, delivered, color="C0", linewidth=2)
-above.set(ylabel="delivered energy [J]", title="Sample drifter on rods of other cross-sections")
+above.set(ylabel="energy into the rod [J]", title="Sample drifter on rods of other cross-sections")
 above.annotate("no motion", (1.05, 250.0), color="0.4")
 below.axhspan(0.0, 1.0, color="C2", alpha=0.15, linewidth=0)
 below.plot(ratios, margins, color="C1", linewidth=2)

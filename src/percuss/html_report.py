@@ -185,7 +185,7 @@ def _starts(answer: SteadyAnswer) -> str:
         for end in told["ends"]
     ]
     units = ("kW", "1/s") if scaled else ("dimensionless", "per load period")
-    head = ("motion", "starts", f"delivered power ({units[0]})", f"main blows ({units[1]})")
+    head = ("motion", "starts", f"power taken by the impacts ({units[0]})", f"main blows ({units[1]})")
     begun = f"On the wall, leaving it with a random speed at a random phase; {told['modes']} elastic modes."
     return f"<p>{begun}</p>{_table(head, rows)}"
 

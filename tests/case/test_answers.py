@@ -122,7 +122,7 @@ def test_the_summary_claims_no_more_than_the_starts_show() -> None:
     summary = steady_report(answer).summary
     assert "The hammer can run with one blow every load period" in summary
     (other,) = [end for end in answer.starts.to_json_dict(answer.system)["ends"] if end["label"] != "z=1/1"]
-    power = f"{other['si']['delivered_power_kW']:.4g} kW delivered"
+    power = f"{other['si']['delivered_power_kW']:.4g} kW taken by the impacts"
     ends = f"{there} end in this motion, {24 - there} find no rhythm (aperiodic, {power})."
     assert f"Of 24 random starts, {ends}" in summary
     surely = steady_report(steady_answer(load_case("mini-breaker"), starts=24)).summary
@@ -364,7 +364,7 @@ def test_the_power_is_accounted_for() -> None:
                 si.delivered_energy_J * si.blow_rate_Hz + kept, rel=1e-12
             )
     text = rows_of(as_in_b77("laboratory-striker", 1e-5))["power"][0]
-    assert "percussive 150.1 W (energy before the impact times rate) = 130.9 W delivered + 19.25 W" in text
+    assert "percussive 150.1 W (energy before the impact times rate) = 130.9 W taken by the impact + 19.25 W" in text
 
 
 def test_a_motion_that_does_not_strike_has_no_stress_and_no_blow() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.first_lines import summary_of
 from percuss.cli import main
@@ -139,3 +140,42 @@ def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
     assert told["blow"]["contact_duration"] == 0.1
     assert [period["blow"]["exists"] for period in told["periods"]] == [True, False]
     assert load_case("mini-breaker").timed_law() is None
+
+
+STEPPED = """
+[bar]
+sections = [
+    {length = "140 mm", diameter = "36 mm"},
+    {length = "160 mm", diameter = "52 mm"},
+    {length = "150 mm", diameter = "38 mm"},
+]
+damping_ratio = 5e-3
+[load]
+kind = "harmonic"
+mean = "3.3 kN"
+amplitude = "8.5 kN"
+frequency = "60 Hz"
+[contact]
+restitution = "from the blow"
+law = "b77-blow"
+[tool]
+sections = [{diameter = "52 mm", bore = "12 mm"}]
+end = "infinite"
+"""
+
+
+def test_the_energy_that_the_impact_takes_is_divided_between_tool_and_ringing() -> None:
+    """As in one blow by waves at the same speed; together they are 1 − R² of the energy of the blow."""
+    case = Case.from_text(STEPPED)
+    answer = steady_answer(case)
+    question = case.blow_question()
+    for found in answer.periods[0].orbits:
+        assert found.timed is not None
+        orbit, scale = found.timed.orbit, answer.system.energy_scale
+        blow = strike(question.striker, question.target, orbit.rigid_velocity * answer.system.speed_scale)
+        assert orbit.delivered_energy * scale == pytest.approx(blow.work_through_face, rel=1e-9)
+        assert orbit.ringing_energy * scale == pytest.approx(blow.vibration_energy_after, rel=1e-9)
+        kept = answer.system.restitution**2 * orbit.blow_energy
+        assert orbit.delivered_energy + orbit.ringing_energy + kept == pytest.approx(orbit.blow_energy, rel=1e-12)
+    assert "218.5 J delivered to what is struck; 2.896 J ring on in the bar" in lines(answer)
+    assert "ring on" not in lines(steady_answer(Case.from_text(ROD)))

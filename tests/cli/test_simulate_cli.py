@@ -177,7 +177,7 @@ def test_report(percuss: Any) -> None:
         "The hammer settles on one blow every load period (z=1/1): 180 J at 17.5 Hz",
         "ended           a periodic motion is found (periodic)",
         "blow rate       17.5",
-        "delivered",
+        "taken           by the impacts",
         "time [s]  phase [rad]",
         "Events (last 10 of",
     ):

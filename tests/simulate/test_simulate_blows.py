@@ -64,7 +64,7 @@ def test_report_and_json_tell_of_the_main_blows(jackleg):
     assert "7.464 m/s and 7.03 m/s" in report.summary and "33 main blows/s" in report.summary
     rows = dict(report.sections[2].rows)
     assert rows["striking speed"].startswith("7.464 m/s and 7.03 m/s")
-    assert "per load period" in rows["delivered"]
+    assert "per load period" in rows["taken"]
     tree = jackleg.to_json_dict()["summary"]
     assert len(tree["si"]["cycle_velocities_m_s"]) == len(tree["cycle_energies"]) == 2
 

@@ -188,12 +188,12 @@ def _si_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]
         which = _which(figures)
         speed = _values(si.impact_velocity_m_s, si.cycle_velocities_m_s, lambda v: f"{number(v)} m/s")
         taken = si.delivered_energy_J / si.blow_energy_J if si.blow_energy_J else 0.0
-        share = f"of which the wall takes {number(100.0 * taken)} %"
+        share = f"of which the impact takes {number(100.0 * taken)} %"
         blow = _values(si.blow_energy_J, si.cycle_energies_J, lambda e: quantity(e, "J"))
         rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}, {share}")]
     if si.delivered_power_kW is not None and si.delivered_energy_per_period_J is not None:
         each = f"{quantity(si.delivered_energy_per_period_J, 'J')} per load period"
-        rows.append(("delivered", f"{each}, {quantity(1e3 * si.delivered_power_kW, 'W')}"))
+        rows.append(("taken", f"by the impacts {each}, {quantity(1e3 * si.delivered_power_kW, 'W')}"))
     return rows
 
 

@@ -137,7 +137,7 @@ def _si_rows(si: SIReport, drag: Drag) -> list[tuple[str, str]]:
     peak = "" if si.peak_stress_MPa is None else f"{number(si.peak_stress_MPa)} MPa peak, "
     momentum = f"momentum {number(si.momentum_N_s)} N·s per blow"
     return [
-        ("blow", f"{blow}, of which {taken} delivered; {speed}"),
+        ("blow", f"{blow}, of which {taken} taken by the impact (R); {speed}"),
         ("rate", f"{number(si.blow_rate_Hz)} Hz = {number(si.blow_rate_per_min)} blows/min"),
         ("power", _power(si)),
         ("stroke", f"{number(si.stroke_mm)} mm"),
@@ -158,8 +158,8 @@ def _power(si: SIReport) -> str:
     efficiency = "" if si.efficiency is None else f"; efficiency {percent(si.efficiency)} of the input"
     return (
         f"input {quantity(1e3 * si.input_power_kW, 'W')}; percussive {quantity(1e3 * si.percussive_power_kW, 'W')} "
-        f"(energy before the impact times rate) = {quantity(taken, 'W')} delivered + {quantity(kept, 'W')} "
-        f"kept by the rebound{efficiency}"
+        f"(energy before the impact times rate) = {quantity(taken, 'W')} taken by the impact + "
+        f"{quantity(kept, 'W')} kept by the rebound{efficiency}"
     )
 
 
@@ -176,7 +176,7 @@ def _plain_rows(answer: OrbitAnswer) -> list[tuple[str, str]]:
         ("striking speed", speed),
         (
             "blow energy",
-            f"{number(orbit.blow_energy, 6)}, of which {number(orbit.delivered_energy, 6)} delivered",
+            f"{number(orbit.blow_energy, 6)}, of which {number(orbit.delivered_energy, 6)} taken by the impact (R)",
         ),
         ("stroke", number(orbit.stroke, 6)),
         *([("drag", _plain_drag(answer.drag))] if orbit.system.d else []),

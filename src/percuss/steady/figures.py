@@ -123,7 +123,8 @@ FIGURES = {
         "blow energy", "kinetic energy just before the blow, all modes", "J", lambda o: o.blow_energy, _energy
     ),
     "delivered": Figure(
-        "delivered energy", "energy that the blow takes from the bar", "J", lambda o: o.delivered_energy, _energy
+        "energy taken", "energy that the impact takes by R: for the tool, and for what rings on in a stepped bar", "J",
+        lambda o: o.delivered_energy, _energy,
     ),
     "blow_rate": Figure(
         "blow rate", "blows in a load period, or in a second", "Hz", lambda o: 1.0 / o.periods, _frequency
@@ -135,7 +136,7 @@ FIGURES = {
     "input_power": Figure(
         "input power", "mean of force times speed where the load acts", "W", lambda o: o.energy.input / o.period, _power
     ),
-    "efficiency": Figure("efficiency", "delivered power over input power", "", _efficiency),
+    "efficiency": Figure("efficiency", "power that the impact takes over input power", "", _efficiency),
     "stroke": Figure(
         "stroke", "range of the striking end's position", "m", lambda o: o.stroke, lambda s: s.length_scale
     ),

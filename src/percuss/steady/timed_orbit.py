@@ -102,6 +102,16 @@ class TimedOrbit(Shown):
         return 0.5 * self.rigid_velocity**2
 
     @property
+    def ringing_energy(self) -> float:
+        """What of it rings on in the bar, as in the one blow that the law was taken from."""
+        return self.law.ringing_share * self.blow_energy
+
+    @property
+    def delivered_energy(self) -> float:
+        """What of it goes through the face into what is struck: all but the rebound and the ringing."""
+        return max(0.0, 1.0 - self.law.restitution**2) * self.blow_energy - self.ringing_energy
+
+    @property
     def energy_change(self) -> float | None:
         """By how much the energy of the blow is greater than that of B77's rigid motion, relative; or None."""
         return None if self.b77 is None else (self.rigid_velocity / self.b77.rigid_velocity) ** 2 - 1.0

@@ -46,7 +46,7 @@ def _given(answer: ToldBlow, before: float) -> str:
     blow = answer.blow
 
     def share(value: float) -> str:
-        return f"{answer.units.energy(value, 3)}" + (f" ({percent(value / before, 2)})" if before > 0.0 else "")
+        return f"{answer.units.energy(value, 3)}" + (f" ({percent(value / before)})" if before > 0.0 else "")
 
     if blow.penetration is not None:
         return f"puts {share(blow.rock_work)} into the rock"

@@ -44,7 +44,7 @@ def _with_power(end: End, system: System) -> str:
 
 
 def power(end: End, system: System) -> str:
-    """Delivered power and main blows, where there are any."""
+    """Power that the impacts take, and main blows, where there are any."""
     if end.delivered_power is None or end.blow_rate is None or not end.delivered_power > 0.0:
         return ""
     if system.is_si and system.frequency is not None:
@@ -53,12 +53,12 @@ def power(end: End, system: System) -> str:
 
 
 def _delivered(end: End, system: System) -> str:
-    """``10.7 kW delivered``, where anything is."""
+    """``10.7 kW taken by the impacts``, where anything is."""
     if not end.delivered_power:
         return ""
     if not system.is_si:
-        return f"{number(end.delivered_power)} delivered"
-    return f"{quantity(end.delivered_power * system.power_scale, 'W')} delivered"
+        return f"{number(end.delivered_power)} taken by the impacts"
+    return f"{quantity(end.delivered_power * system.power_scale, 'W')} taken by the impacts"
 
 
 def does(label: str, many: int, more: str = "") -> str:

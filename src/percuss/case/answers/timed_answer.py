@@ -46,6 +46,8 @@ class TimedAnswer(Shown):
                 "impulse": orbit.impulse,
                 "blow_energy": orbit.blow_energy,
                 "energy_change": orbit.energy_change,
+                "delivered_energy": orbit.delivered_energy,
+                "ringing_energy": orbit.ringing_energy,
                 "advance": orbit.advance,
                 "contact_start": orbit.contact[0],
                 "contact_end": orbit.contact[1],

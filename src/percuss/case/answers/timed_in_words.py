@@ -32,7 +32,8 @@ def timed_in_words(found: TimedAnswer, judged: Stability | None = None) -> list[
     """A motion in lines: its phase, its blow, its verdict beside that on B77's motion, and what makes it impossible."""
     orbit, system = found.orbit, found.orbit.system
     beside = "" if judged is None else f" (B77's rhythm {number(judged.margin_rhythm, 3)})"
-    lines = [_phase(found), _blow(found), f"{_verdict(found)}; margin {number(found.stability.margin, 3)}{beside}"]
+    margin = f"{_verdict(found)}; margin {number(found.stability.margin, 3)}{beside}"
+    lines = [_phase(found), _blow(found), _delivered(found), margin]
     if orbit.obstacle is Reason.NO_BLOW:
         lines.append("not possible: at the start of the contact the bar would be moving away from the wall")
     elif orbit.violation is not None:
@@ -65,6 +66,16 @@ def _blow(found: TimedAnswer) -> str:
     beside = "" if change is None else f" ({'+' if change >= 0.0 else ''}{percent(change)} against B77's rigid motion)"
     text = f"speed {speed}, energy {energy}{beside}"
     return f"{text}; the impact plane moves on by {advance} per blow" if orbit.advance else text
+
+
+def _delivered(found: TimedAnswer) -> str:
+    orbit, system = found.orbit, found.orbit.system
+
+    def told(energy: float) -> str:
+        return quantity(energy * system.energy_scale, "J") if system.is_si else number(energy, 6)
+
+    text = f"{told(orbit.delivered_energy)} delivered to what is struck"
+    return f"{text}; {told(orbit.ringing_energy)} ring on in the bar" if orbit.ringing_energy else text
 
 
 def _verdict(found: TimedAnswer) -> str:
