@@ -52,12 +52,13 @@ class Waves:
 
 def first_pulse(waves: Waves, start: float) -> Pulse | None:
     """The incident wave at the struck face from the first contact until its force is 0 or a returned wave arrives."""
-    incident, last = waves.incident, _arrival(waves)
+    last = _arrival(waves)
+    incident = waves.incident.around(start, last)
     peaks = incident.piece_peaks
     inside = (incident.times[:-1] < last) & (incident.times[1:] > start)
     if not inside.any() or not peaks[inside].max() > 0.0:
         return None
-    end = min(last, _falls(incident, start, _NOTHING * float(peaks[inside].max())))
+    end = _falls(incident, start, last, _NOTHING * float(peaks[inside].max()))
     edges = np.unique(np.clip(incident.times, start, end))
     half, (nodes, weights) = 0.5 * np.diff(edges)[:, None], np.polynomial.legendre.leggauss(26)
     force = incident.at(edges[:-1, None] + half * (1.0 + nodes))
@@ -77,13 +78,13 @@ def _arrival(waves: Waves) -> float:
     return float(back.times[moving[0]] if moving.size else back.times[-1])
 
 
-def _falls(trace: Trace, start: float, least: float) -> float:
-    """When a trace that is positive after the start is at most `least` for the first time."""
-    for k in np.flatnonzero(trace.times[1:] > start):
+def _falls(trace: Trace, start: float, last: float, least: float) -> float:
+    """When a trace that is positive after the start is at most `least` for the first time; `last` if not before."""
+    for k in np.flatnonzero((trace.times[1:] > start) & (trace.times[:-1] < last)):
         row, (low, high) = trace.coefficients[k], trace.times[k : k + 2]
         if not row[1:].any():
             if row[0] <= least:
-                return float(max(low, start))
+                return float(min(last, max(low, start)))
             continue
         series = np.polynomial.Chebyshev(np.trim_zeros(row, "b"))
         zeros = (series - least).roots()
@@ -91,5 +92,5 @@ def _falls(trace: Trace, start: float, least: float) -> float:
         times = 0.5 * (low + high) + 0.5 * (high - low) * np.append(-1.0, real)
         for time, x in zip(times, np.append(-1.0, real), strict=True):
             if time >= start and series(min(1.0, x + 1e-6)) <= least:
-                return float(time)
-    return float(trace.times[-1])
+                return float(min(last, time))
+    return last

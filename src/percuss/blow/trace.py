@@ -99,7 +99,12 @@ class Trace:
     @cached_property
     def piece_peaks(self) -> Array:
         """The greatest value of each piece, shape (n,)."""
-        return np.array([extreme(row) for row in self.coefficients])
+        k = np.arange(self.coefficients.shape[1])
+        found = np.maximum(self.coefficients.sum(axis=1), self.coefficients @ (-1.0) ** k)
+        steepness = abs(self.coefficients) * k**2  # bounds |T_k'|
+        turning = np.flatnonzero(steepness[:, 2:].sum(axis=1) > steepness[:, 1:2].sum(axis=1))
+        found[turning] = [extreme(row) for row in self.coefficients[turning]]
+        return np.asarray(found)
 
     def product_integral(self, other: Trace) -> float:
         """∫ of the product with another trace over the time that both have."""
@@ -111,6 +116,12 @@ class Trace:
         half = 0.5 * np.diff(edges)[:, None]
         at = edges[:-1, None] + half * (1.0 + nodes)
         return float(np.sum(half * weights * self.at(at) * other.at(at)))
+
+    def around(self, start: float, end: float) -> Trace:
+        """The pieces that have a part between two times, whole; all where none has."""
+        here = np.flatnonzero((self.times[:-1] < end) & (self.times[1:] > start))
+        first, last = (here[0], here[-1] + 1) if here.size else (0, len(self.coefficients))
+        return Trace(self.times[first : last + 1], self.coefficients[first:last])
 
     def scaled(self, factor: float, time: float = 1.0) -> Trace:
         """Values times a factor, times as well."""

@@ -31,6 +31,7 @@ for equal ratios, or a list A,B,C; a quantity in SI needs a unit with the number
 _EXAMPLES = """\
   percuss sweep hydraulic-drifter --x restitution=0:0.9:90 --y load_factor=0.1:1:90 --plot map.png
   percuss sweep case.toml --x frequency="20 Hz:80 Hz:61" --quantity blow_energy,stable,label --csv map.csv
+  percuss sweep laboratory-striker --x "rock.stiffness=50:400 kN/mm:36" --quantity rock_efficiency,peak_stress
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr --resume"""
 
@@ -66,11 +67,13 @@ def _vocabulary() -> str:
 
     numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
-    steady = [name for name in QUANTITIES if name not in followed]
+    struck = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
+    steady = [name for name in QUANTITIES if name not in (*followed, *struck)]
     paragraphs = (
         "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "
         f"factor on the load; dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
-        f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}.",
+        f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}; of one "
+        f"blow by waves, as 'percuss blow' has it: {', '.join(struck)}.",
     )
     return "\n".join(textwrap.fill(text, 120, break_on_hyphens=False) for text in paragraphs)
 

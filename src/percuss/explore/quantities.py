@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
 from percuss.errors import ParameterError
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
@@ -42,7 +43,7 @@ CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
 REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 
-Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov"]
+Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow"]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ class Quantity:
     columns
         One for most; five whole numbers for the label.
     group
-        ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``.
+        ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``;
+        ``blow``: from one blow on what the case says is struck, by waves.
     one
         Whether it is of the one orbit that is most stable.
     """
@@ -85,6 +87,12 @@ def _figure(name: str, more: str = "") -> Quantity:
     """A figure of the most stable orbit, as `percuss.steady.figures` has it."""
     figure = FIGURES[name]
     return _single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}{more}", unit=figure.unit, one=True)
+
+
+def _of_blow(name: str) -> Quantity:
+    """A figure of one blow, as `percuss.blow.figures` has it."""
+    figure = BLOW_FIGURES[name]
+    return _single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 
 
 QUANTITIES: dict[str, Quantity] = {
@@ -126,6 +134,7 @@ QUANTITIES: dict[str, Quantity] = {
     "main_blow_rate": _single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
     "main_blow_scatter": _single("main_blow_scatter", "simulation", "scatter of the main blows"),
     "lyapunov": _single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
+    **{name: _of_blow(name) for name in BLOW_FIGURES},
 }  # fmt: skip
 """Everything that can be asked of a cell, by name."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.axis import Axis
+from percuss.explore.blow_cells import StrikingFamily, blow_columns
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
@@ -97,9 +98,16 @@ class SweepJob:
         """N of the exact multipliers."""
         return DEFAULT_MODES if self.modes is None else self.modes
 
+    @property
+    def asks_systems(self) -> bool:
+        """Whether anything is asked of the motion; a case of one blow alone has no system."""
+        return bool(self.functions) or bool(needs(self.quantities) - {"blow"})
+
     @cached_property
     def is_si(self) -> bool:
         """Whether the systems have scales: energies are in J then."""
+        if isinstance(self.family, StrikingFamily):
+            return self.family.is_si
         for at in (0, self.size // 2, self.size - 1):
             try:
                 return self.family.system(self.system_values(self.cell(at))).is_si
@@ -166,14 +174,15 @@ class SweepJob:
         systems: list[System | None] = []
         starts: list[Start | None] = []
         outcomes, periods = [], []
-        for i in range(first, last):
+        cells = [self.cell(i) for i in range(first, last)]
+        for cell in cells:
             if stopped():
                 break
-            cell = self.cell(i)
             system, start, outcome = None, None, 0
             try:
-                system = self.family.system(self.system_values(cell))
-                start = self._start(cell)
+                if self.asks_systems:
+                    system = self.family.system(self.system_values(cell))
+                    start = self._start(cell)
             except (PercussError, ArithmeticError) as error:
                 outcome = failure(error) if system is None else NO_START
             systems.append(system)
@@ -181,6 +190,8 @@ class SweepJob:
             outcomes.append(outcome)
             periods.append(int(cell.get(PERIODS, self.periods)))
         found = cell_columns(asked, systems, outcomes, periods, starts, stopped)
+        if isinstance(self.family, StrikingFamily) and "blow" in needs(self.quantities):
+            blow_columns(found, self.family, cells[: len(systems)], stopped)
         for name, function in self.functions:
             found[name] = function_values(function, systems, found["outcome"])
         return found

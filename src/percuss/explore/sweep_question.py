@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
+from percuss.explore.blow_cells import StrikingFamily
 from percuss.explore.family import Family, family_of
 from percuss.explore.own_quantities import SystemFunction, checked_functions
 from percuss.explore.parameters import PERIODS
-from percuss.explore.quantities import DEFAULT_QUANTITIES, checked
+from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
 from percuss.explore.sweep_job import SweepJob
 from percuss.model import System
 from percuss.model.checks import Array, count, instance
@@ -55,6 +56,8 @@ def sweep_job(
     names = checked(quantities) if quantities or not own else ()
     spans = tuple(axis if isinstance(axis, Axis) else Axis.parsed(axis) for axis in axes)
     _check_axes(family, spans)
+    if "blow" in needs(names):
+        _check_blows(family, names, spans)
     number = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     job = SweepJob(
         family=family,
@@ -73,14 +76,31 @@ def sweep_job(
     return job
 
 
+def _check_blows(family: Family, names: Sequence[str], axes: Sequence[Axis]) -> None:
+    """Refuse what no blow depends on, and systems that do not know what they strike."""
+    if not isinstance(family, StrikingFamily):
+        name = next(name for name in names if "blow" in needs([name]))
+        remedy = "only a case says what is struck: percuss.case.CaseFamily, or percuss sweep"
+        raise ParameterError("quantities", name, "quantities of the motion", remedy)
+    if any(axis.name == PERIODS for axis in axes):
+        raise ParameterError(PERIODS, "on an axis", "quantities of the motion only", "a blow has no load periods")
+
+
 def _check_some(job: SweepJob) -> None:
-    """The refusal of the first cell, when none of several over the map has a system: then the question is wrong."""
+    """The refusal of the first cell, when none of several over the map has an answer: then the question is wrong."""
+    if job.asks_systems:
+        _check_makes(job, job.family.system)
+    if isinstance(job.family, StrikingFamily) and "blow" in needs(job.quantities):
+        _check_makes(job, job.family.blow)
+
+
+def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> None:
     refused: list[Exception] = []
     some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
     for place in product(*some.tolist()):
         cell = job.cell(int(np.ravel_multi_index(place, job.shape)))
         try:
-            job.family.system(job.system_values(cell))
+            made(job.system_values(cell))
             return
         except (PercussError, ArithmeticError) as error:
             refused.append(error)

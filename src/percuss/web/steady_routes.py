@@ -146,7 +146,7 @@ def kernels_of(quantities: Sequence[str]) -> Part | None:
     from percuss.explore.quantities import checked, needs
 
     groups = needs(checked(quantities))
-    if groups & {"simulation", "lyapunov"}:
+    if groups & {"simulation", "lyapunov", "blow"}:
         return "motions"
     return "multipliers" if "exact" in groups else None
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.quantities import DEFAULT_QUANTITIES
+from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
 from percuss.model.checks import instance, mapping, several
 from percuss.units import si, unit_scale
 
@@ -60,16 +60,11 @@ def sweep_job_of(
     for axis in axes:
         instance("axes", axis, Axis)
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
-    simulation = case.simulation()
-    return sweep_job(
-        family,
-        *axes,
-        quantities=quantities,
-        periods=periods,
-        modes=modes,
-        simulated=simulation.modes,
-        stop=_stop(simulation.stop, impacts),
-    )
+    asked: dict[str, Any] = {"quantities": quantities, "periods": periods, "modes": modes}
+    if needs(checked(quantities)) != {"blow"}:  # else the case need not have a motion
+        simulation = case.simulation()
+        asked |= {"simulated": simulation.modes, "stop": _stop(simulation.stop, impacts)}
+    return sweep_job(family, *axes, **asked)
 
 
 def experiment_job_of(

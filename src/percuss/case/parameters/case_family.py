@@ -32,6 +32,7 @@ from percuss.model.described import describe_system
 from percuss.units import si
 
 if TYPE_CHECKING:
+    from percuss.blow import Blow
     from percuss.simulate import Start
 
 __all__ = ["CaseFamily"]
@@ -138,6 +139,44 @@ class CaseFamily:
         """
         mapping("values", values, "values of parameters by name")
         return vary(self._scaled(values), {name: v for name, v in values.items() if not self.key(name)})
+
+    @property
+    def is_si(self) -> bool:
+        """Whether the case is in SI."""
+        return self.case.is_si
+
+    def varied(self, values: Mapping[str, float]) -> Case:
+        """The case with these values of its keys, in the units of the family.
+
+        Raises
+        ------
+        CaseError
+            When there is no such hammer.
+        ParameterError
+            For anything but a key of the case: a dimensionless parameter is none, nor is a factor on the load, nor are
+            the frequency and the area of a recording.
+        """
+        keys: dict[str, tuple[float, str]] = {}
+        recorded = isinstance(self.case.tables.load, HistoryForce)
+        for name, value in mapping("values", values, "values of parameters by name").items():
+            key = self.key(name)
+            if not key or key == LOAD_SCALE or (recorded and key in (FREQUENCY, LOAD_AREA)):
+                known = [key for key in with_generic_places(self.keys) if key != LOAD_SCALE]
+                raise ParameterError("parameter", name, f"for a blow, a key of the case: {', '.join(known)}")
+            keys[key] = (finite(name, value), self.units.get(name, ""))
+        return self._varied(keys)
+
+    def blow(self, values: Mapping[str, float]) -> Blow:
+        """One blow of the case with these values of its keys; see `percuss.case.blow_answer`.
+
+        Raises
+        ------
+        CaseError, ParameterError
+            When there is none.
+        """
+        from percuss.case.answers.blow_answer import blow_answer
+
+        return blow_answer(self.varied(values)).blow
 
     def _scaled(self, values: Mapping[str, float]) -> System:
         """The system with the values of the keys, before the dimensionless parameters."""
