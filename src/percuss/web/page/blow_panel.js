@@ -68,7 +68,9 @@ function want() {
   const { again } = parts;
   parts.key = key;
   parts.again = false;
-  ask({ key, again, tables: data.tables, size: {}, since: 0 });
+  const question = { tables: data.tables, since: 0 };
+  if (!again) ask({ ...question, key: "", again, size: { whole: false } }); // the picture need not wait for the end
+  ask({ ...question, key, again: true, size: {} });
 }
 
 /** A slider has moved: the picture at once, in fewer cells; what the end of the blow tells comes when it rests. */

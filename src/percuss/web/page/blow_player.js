@@ -108,6 +108,7 @@ function pace() {
 }
 
 function paint(frame) {
+  if (!parts.blow) return;
   parts.now = frame;
   parts.painted(frame);
   if (document.activeElement !== parts.scrub || parts.playing) parts.scrub.value = frame;

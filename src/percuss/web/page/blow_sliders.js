@@ -1,6 +1,7 @@
-// What is struck, and sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
+// Sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
 
-import { h, put, select, settled } from "./dom.js";
+import { struckNow, whatIsStruck } from "./blow_target.js";
+import { h, put, settled } from "./dom.js";
 import { plainNumber, quantity, withUnit } from "./format.js";
 import { steps, valueAt, withKey } from "./moves.js";
 import { data, setTables } from "./state.js";
@@ -34,7 +35,7 @@ export function followBlowSliders() {
     put(
       parts.box,
       h("h2", {}, "Striker, tool and rock"),
-      h("div", { class: "row" }, struck()),
+      h("div", { class: "row" }, whatIsStruck("blow-struck")),
       h("div", { class: "grid sizes" }, [...parts.rows.values()].map((row) => row.box)),
     );
   }
@@ -113,44 +114,3 @@ const rest = settled(() => {
   parts.moves = {};
   setTables(tables);
 }, 200);
-
-// -- what is struck ---------------------------------------------------------------------------------------------------
-
-const STRUCK = [
-  ["none", "as [contact] says"],
-  ["wall", "a rigid wall"],
-  ["infinite", "an endless rod"],
-  ["free", "a rod with a free end"],
-  ["rock", "a rod on rock"],
-];
-
-function struckNow({ tool, rock }) {
-  if (!tool) return "none";
-  if (tool.kind === "wall") return "wall";
-  return tool.end ?? (rock ? "rock" : "infinite");
-}
-
-function struck() {
-  const options = data.tables?.bar ? STRUCK : STRUCK.slice(0, 3);
-  const now = struckNow(data.tables ?? {});
-  const known = options.some(([name]) => name === now) ? options : [...options, [now, now]];
-  return select("What is struck", known, now, strikeAt, { id: "blow-struck" });
-}
-
-/** The case with another thing struck; a rod keeps its sections, a new one is as thick as the striking end. */
-function strikeAt(wish) {
-  const { tool, rock, ...tables } = data.tables;
-  if (wish === "none") return setTables(tables);
-  if (wish === "wall") return setTables({ ...tables, tool: { kind: "wall" } });
-  if (!tables.bar) return setTables({ ...tables, tool: { impedance: tool?.impedance ?? 1 } });
-  const { diameter, area, bore } = tables.bar.sections?.at(-1) ?? tables.bar;
-  const size = Object.fromEntries(Object.entries({ diameter, area, bore }).filter(([, value]) => value !== undefined));
-  const kept = tool?.sections ?? [{ length: "1 m", ...size }];
-  if (wish === "infinite") {
-    const { length, ...last } = kept.at(-1);
-    return setTables({ ...tables, tool: { sections: [...kept.slice(0, -1), last], end: "infinite" } });
-  }
-  const sections = kept.map((section) => ({ length: "1 m", ...section }));
-  const soil = wish === "rock" && { rock: rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
-  setTables({ ...tables, tool: { ...(tool?.kind === "wall" ? {} : tool), sections, end: wish }, ...soil });
-}

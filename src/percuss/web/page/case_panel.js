@@ -3,11 +3,12 @@
 import { download, h, put, select } from "./dom.js";
 import { number, si, withUnit } from "./format.js";
 import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
+import { struckNow, whatIsStruck } from "./blow_target.js";
 import { coefficients, fillCoefficients } from "./coefficients.js";
-import { BAR, CONTACT, KINDS, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad } from "./fields.js";
+import { BAR, CONTACT, KINDS, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad, struckFields } from "./fields.js";
 import { field, fill, problemOf, tellProblems } from "./form_fields.js";
 import { chosenLaws, dampingFields, placeField, strainField } from "./law_choices.js";
-import { sectioned, sectionsTable, uniformOrSections } from "./sections_table.js";
+import { sectioned, sectionsTable, toolTable, uniformOrSections } from "./sections_table.js";
 import { data, on, setTables, view } from "./state.js";
 
 export const panel = {
@@ -88,10 +89,10 @@ function build() {
   const words = "SI brings back the machine as it was: changes made in this form are not carried over.";
   put(parts.before, back ? words : "");
   const { kind, coefficients: pairs } = tables.load ?? {};
-  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, ...chosenLaws(tables)]);
+  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, ...chosenLaws(tables), ...toolShape(tables)]);
   if (now !== shape) {
     shape = now;
-    put(parts.form, tables.bar ? inSI(tables) : inPlainNumbers(tables), simulation());
+    put(parts.form, tables.bar ? inSI(tables) : inPlainNumbers(tables), blow(tables), simulation());
     problems();
   }
   fill(parts.form);
@@ -124,6 +125,26 @@ function simulation() {
   const words = "For the motion from a start. When empty: at rest, one bar length off the wall.";
   return group("Simulation", h("p", { class: "hint small muted" }, words), fields(START.map(field)));
 }
+
+/** What is struck in one blow, resolved by waves. */
+function blow(tables) {
+  const struck = struckNow(tables);
+  const own = group(
+    "One blow",
+    h("p", { class: "hint small muted" }, "What the bar strikes, for the panel Blow."),
+    h("div", { class: "row" }, whatIsStruck("field-struck")),
+    ["tool.kind", "tool.end", "tool", "rock", "blow"].map(problemOf),
+    fields(struckFields(tables, struck).map(field)),
+  );
+  return [own, tables.bar && tables.tool?.sections !== undefined && toolTable(tables)];
+}
+
+const toolShape = (tables) => [
+  struckNow(tables),
+  Boolean(tables.rock),
+  tables.tool?.sections !== undefined,
+  Array.isArray(tables.tool?.sections) && tables.tool.sections.length,
+];
 
 function load(tables) {
   const kind = tables.load?.kind ?? "harmonic";

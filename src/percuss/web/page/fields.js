@@ -78,6 +78,23 @@ export const START = [
   ["simulation.tolerance", "Tolerance", "for calling a motion periodic; 1e-9 when empty"],
 ];
 
+const SPEED = ["blow.velocity", "Speed", "of the bar toward the tool, for one blow; that of the steady motion when empty"];
+const GAP = ["tool.gap", "Gap", "between the faces when the blow begins; none when empty"];
+const ROCK = [
+  ["rock.stiffness", "Stiffness K₁ of the rock", "force per penetration while it grows, as 100 kN/mm"],
+  ["rock.unloading_ratio", "Unloading ratio γ", "0 to 1: share of the penetration that the rock gives back; 1 when empty"],
+];
+
+/** Of what is struck in one blow, and how fast. */
+export function struckFields({ tool, rock, bar }, struck) {
+  const own = [];
+  if (tool && !bar && struck !== "wall") own.push(["tool.impedance", "Impedance", "over that of the bar's last section"]);
+  if (tool && bar && (struck === "free" || struck === "rock"))
+    own.push(["tool.bit_mass", "Mass at its end", "of a bit too short to be a section; none when empty"]);
+  if (tool) own.push(GAP);
+  return [...own, ...(rock ? ROCK : []), SPEED];
+}
+
 /** A load of another kind in the numbers of the present one, whose load factor tells the mean in the same unit. */
 export function otherLoad(load, kind, si, factor) {
   const { frequency, area, at } = load;

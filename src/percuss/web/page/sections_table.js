@@ -1,4 +1,4 @@
-// The sections of a bar, one row each, from the driven to the striking end: in SI their sizes and materials, in plain
+// The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI their sizes and materials, in plain
 // numbers their impedances and transit times.
 
 import { h } from "./dom.js";
@@ -26,6 +26,8 @@ const HINTS = {
   bar:
     "Sizes with their unit, as 52 mm: a diameter, with a bore if there is one, or an area. A material that is left " +
     "empty is that of the bar.",
+  tool:
+    "Sizes with their unit. A last section without a length is endless. A material that is left empty is steel.",
   system:
     "Impedances in any one unit, transit times in any one unit: only their ratios count, all transit times together " +
     "are 1/s.",
@@ -50,6 +52,27 @@ function setRows(rows) {
   const lists = PLAIN.map(([name]) => [name, rows.map((row) => row[name] ?? null)]);
   setTables({ ...tables, system: { ...tables.system, ...Object.fromEntries(lists) } });
 }
+
+const OWN = {
+  rows: rowsOf,
+  set: setRows,
+  id: "sections",
+  who: "Section",
+  ends: ["driven end", "striking end"],
+  legend: "Sections, from the driven to the striking end",
+};
+const BAR = { ...OWN, form: "bar", columns: SIZES };
+const SYSTEM = { ...OWN, form: "system", columns: PLAIN };
+const TOOL = {
+  form: "tool",
+  columns: SIZES,
+  rows: ({ tool }) => listed(tool?.sections),
+  set: (rows) => setKey("tool.sections", rows),
+  id: "tool-sections",
+  who: "Section of the tool",
+  ends: ["struck face", "far end"],
+  legend: "Sections of the tool, from the struck face on",
+};
 
 /** Whether the bar is uniform or has sections, as two buttons. */
 export function uniformOrSections(tables) {
@@ -105,63 +128,67 @@ function wholeLength(tables) {
 }
 
 /** The table with its buttons. */
-export function sectionsTable(tables) {
-  const form = tables.bar ? "bar" : "system";
-  const columns = tables.bar ? SIZES : PLAIN;
-  const rows = rowsOf(tables);
+export const sectionsTable = (tables) => tableOf(tables.bar ? BAR : SYSTEM, tables);
+
+/** That of the tool. */
+export const toolTable = (tables) => tableOf(TOOL, tables);
+
+function tableOf(chain, tables) {
+  const { form, columns, id } = chain;
+  const rows = chain.rows(tables);
   const heads = ["No.", ...columns.map(([, label]) => label), ""];
-  const lists = tables.bar ? ["bar.sections"] : PLAIN.map(([name]) => `system.${name}`);
+  const lists = form === "system" ? PLAIN.map(([name]) => `system.${name}`) : [`${form}.sections`];
   const add = () => {
-    const now = rowsOf(data.tables);
-    setRows([...now, now.at(-1) ?? {}]);
+    const now = chain.rows(data.tables);
+    chain.set([...now, now.at(-1) ?? {}]);
     focusFirst(idOf(cellOf(form, now.length, columns[0][0])));
   };
   return h(
     "fieldset",
-    { class: "wide", id: "sections" },
-    h("legend", {}, "Sections, from the driven to the striking end"),
-    h("p", { class: "hint small muted", id: "sections-hint" }, HINTS[form]),
+    { class: "wide", id },
+    h("legend", {}, chain.legend),
+    h("p", { class: "hint small muted", id: `${id}-hint` }, HINTS[form]),
     h(
       "div",
       { class: "scroll" },
       h(
         "table",
-        { class: "sections", "aria-describedby": "sections-hint" },
+        { class: "sections", "aria-describedby": `${id}-hint` },
         h("thead", {}, h("tr", {}, heads.map(head))),
-        h("tbody", {}, rows.map((_, i) => row(form, columns, i, rows.length))),
+        h("tbody", {}, rows.map((_, i) => row(chain, i, rows.length))),
       ),
     ),
     lists.map(problemOf),
-    h("div", { class: "row" }, h("button", { type: "button", id: "sections-add", onclick: add }, "Add a section")),
+    h("div", { class: "row" }, h("button", { type: "button", id: `${id}-add`, onclick: add }, "Add a section")),
   );
 }
 
 const head = (label) => (label ? h("th", { scope: "col" }, label) : h("td"));
 
-const cellOf = (form, i, name) => (form === "bar" ? `bar.sections[${i}].${name}` : `system.${name}[${i}]`);
+const cellOf = (form, i, name) => (form === "system" ? `system.${name}[${i}]` : `${form}.sections[${i}].${name}`);
 
-function row(form, columns, i, count) {
+function row({ form, columns, id, rows, set, who, ends }, i, count) {
   const cell = ([name, label]) => {
     const key = cellOf(form, i, name);
-    const named = `Section ${i + 1}: ${label.replace(/^(or|and) /, "").toLowerCase()}`;
+    const named = `${who} ${i + 1}: ${label.replace(/^(or|and) /, "").toLowerCase()}`;
     const told = { "aria-label": named, "aria-describedby": `${idOf(key)}-problem` };
     const control = name === "material" ? materials(key, told) : input(key, told);
     return h("td", {}, control, problemOf(key));
   };
   const button = (name, sign, words, off, press) => {
-    const told = { id: `sections-${name}-${i}`, "aria-label": words, title: words };
+    const told = { id: `${id}-${name}-${i}`, "aria-label": words, title: words };
     return h("button", { type: "button", ...told, ".disabled": off, onclick: press }, sign);
   };
   const swap = (to) => () => {
-    const next = [...rowsOf(data.tables)];
+    const next = [...rows(data.tables)];
     [next[i], next[to]] = [next[to], next[i]];
-    setRows(next);
+    set(next);
     const [ahead, other] = to < i ? ["up", "down"] : ["down", "up"];
-    focusFirst(`sections-${ahead}-${to}`, `sections-${other}-${to}`);
+    focusFirst(`${id}-${ahead}-${to}`, `${id}-${other}-${to}`);
   };
   const remove = () => {
-    setRows(rowsOf(data.tables).filter((_, j) => j !== i));
-    focusFirst(`sections-remove-${Math.min(i, count - 2)}`, "sections-add");
+    set(rows(data.tables).filter((_, j) => j !== i));
+    focusFirst(`${id}-remove-${Math.min(i, count - 2)}`, `${id}-add`);
   };
   return h(
     "tr",
@@ -174,9 +201,9 @@ function row(form, columns, i, count) {
       h(
         "div",
         { class: "row" },
-        button("up", "↑", `Move section ${i + 1} toward the driven end`, i === 0, swap(i - 1)),
-        button("down", "↓", `Move section ${i + 1} toward the striking end`, i === count - 1, swap(i + 1)),
-        button("remove", "×", `Remove section ${i + 1}`, count === 1, remove),
+        button("up", "↑", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[0]}`, i === 0, swap(i - 1)),
+        button("down", "↓", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[1]}`, i === count - 1, swap(i + 1)),
+        button("remove", "×", `Remove ${who.toLowerCase()} ${i + 1}`, count === 1, remove),
       ),
     ),
   );
@@ -184,7 +211,7 @@ function row(form, columns, i, count) {
 
 function materials(key, told) {
   const words = Object.keys(data.about.materials).map((name) => [name, name.replaceAll("_", " ")]);
-  const options = [["", "as the bar"], ...words];
+  const options = [["", key.startsWith("tool.") ? "steel" : "as the bar"], ...words];
   const change = (event) => setKey(key, typed(event.target.value));
   return h(
     "select",

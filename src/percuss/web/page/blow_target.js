@@ -1,0 +1,45 @@
+// What is struck in a blow: the wall or the rod that [contact] stands for, or a tool of its own, as a choice.
+
+import { select } from "./dom.js";
+import { data, setTables } from "./state.js";
+
+const STRUCK = [
+  ["none", "as [contact] says"],
+  ["wall", "a rigid wall"],
+  ["infinite", "an endless rod"],
+  ["free", "a rod with a free end"],
+  ["rock", "a rod on rock"],
+];
+
+/** What is struck, by its word in `STRUCK`. */
+export function struckNow({ tool, rock }) {
+  if (!tool) return "none";
+  if (tool.kind === "wall") return "wall";
+  return tool.end ?? (rock ? "rock" : "infinite");
+}
+
+/** The choice of it; `id` is that of its control. */
+export function whatIsStruck(id) {
+  const options = data.tables?.bar ? STRUCK : STRUCK.slice(0, 3);
+  const now = struckNow(data.tables ?? {});
+  const known = options.some(([name]) => name === now) ? options : [...options, [now, now]];
+  return select("What is struck", known, now, strikeAt, { id });
+}
+
+/** The case with another thing struck; a rod keeps its sections, a new one is as thick as the striking end. */
+function strikeAt(wish) {
+  const { tool, rock, ...tables } = data.tables;
+  if (wish === "none") return setTables(tables);
+  if (wish === "wall") return setTables({ ...tables, tool: { kind: "wall" } });
+  if (!tables.bar) return setTables({ ...tables, tool: { impedance: tool?.impedance ?? 1 } });
+  const { diameter, area, bore } = tables.bar.sections?.at(-1) ?? tables.bar;
+  const size = Object.fromEntries(Object.entries({ diameter, area, bore }).filter(([, value]) => value !== undefined));
+  const kept = tool?.sections ?? [{ length: "1 m", ...size }];
+  if (wish === "infinite") {
+    const { length, ...last } = kept.at(-1);
+    return setTables({ ...tables, tool: { sections: [...kept.slice(0, -1), last], end: "infinite" } });
+  }
+  const sections = kept.map((section) => ({ length: "1 m", ...section }));
+  const soil = wish === "rock" && { rock: rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
+  setTables({ ...tables, tool: { ...(tool?.kind === "wall" ? {} : tool), sections, end: wish }, ...soil });
+}
