@@ -103,13 +103,13 @@ class TimedOrbit(Shown):
 
     @property
     def ringing_energy(self) -> float:
-        """What of it rings on in the bar, as in the one blow that the law was taken from."""
+        """What of the blow's energy rings on in the bar, as in the one blow that the law was taken from."""
         return self.law.ringing_share * self.blow_energy
 
     @property
     def delivered_energy(self) -> float:
-        """What of it goes through the face into what is struck: all but the rebound and the ringing."""
-        return max(0.0, 1.0 - self.law.restitution**2) * self.blow_energy - self.ringing_energy
+        """What of the blow's energy goes through the face into what is struck: all but rebound and ringing."""
+        return self.law.delivered_share * self.blow_energy
 
     @property
     def energy_change(self) -> float | None:

@@ -160,6 +160,11 @@ class Timed:
         given = finite("mean", mean) * positive("period", period)
         return given / (1.0 + non_negative("d", d) * self.advance_per_impulse)
 
+    @property
+    def delivered_share(self) -> float:
+        """Share of the kinetic energy before the blow that goes into what is struck: all but rebound and ringing."""
+        return max(0.0, 1.0 - self.restitution**2 - self.ringing_share)
+
     def ringing_left(self, rate: float, period: float) -> float:
         """Ringing at the next blow, as a speed over that of the blow: √share times exp(−rate T).
 
