@@ -224,3 +224,22 @@ def test_a_start_has_the_momentum_of_its_velocities(body: SteppedBar, modes: int
 def test_a_mode_starts_as_itself(body: SteppedBar) -> None:
     parts = modal_parts(lambda x: body.shapes(x, 3).displacement[:, 2], body, np.ones(6))
     assert parts == pytest.approx([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-11)
+
+
+@dataclass(frozen=True, init=False)
+class Squared(Kept):
+    """Another law that keeps the strain: the velocity turns to −R² times itself."""
+
+    kind: ClassVar[str] = "squared"
+
+    @property
+    def velocity_factor(self) -> float:
+        return -(self.restitution**2)
+
+
+def test_the_law_says_what_the_velocity_turns_to() -> None:
+    """Not the number that it is made of."""
+    stop = Stop(impacts=12)
+    motions = [run(System(UniformBar(4.0), LOAD, law), modes=4, stop=stop) for law in (Squared(0.5), Kept(0.25))]
+    times = [motion.events.time.tolist() for motion in motions]
+    assert times[0] == times[1] and len(times[0]) >= 12
