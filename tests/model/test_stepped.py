@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from percuss.errors import ParameterError
-from percuss.model import External, KelvinVoigt, Ratio, SteppedBar, UniformBar
+from percuss.model import Body, External, KelvinVoigt, Ratio, SteppedBar, UniformBar
 from stepped_oracle import end_force, finite_elements, receptance, sections, stepped_bars
 
 FIGURES = json.loads((Path(__file__).parents[1] / "data" / "blow.json").read_text(encoding="utf-8"))
@@ -302,3 +302,11 @@ def test_nonsense_is_refused_by_name(name: str, change: dict) -> None:
     with pytest.raises(ParameterError) as caught:
         SteppedBar(**{**good, **change})
     assert caught.value.name == name and caught.value.accepted
+
+
+@BARS
+def test_masses_follow_from_the_forces_in_the_bar(bar: SteppedBar) -> None:
+    """What a body says of its masses, and what its static shape tells of them by itself."""
+    ends = np.append(bar.sections.start, 1.0)
+    assert bar.mass_before(ends) == pytest.approx(bar.sections.before, abs=1e-13)
+    assert Body.mass_before(bar, X) == pytest.approx(bar.mass_before(X), abs=1e-7)

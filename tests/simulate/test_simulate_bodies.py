@@ -202,3 +202,44 @@ def test_a_profile_on_equal_sections_is_that_on_a_uniform_bar() -> None:
     unit, samples = np.ones(12), (0.0, 0.4, -0.2, 0.1)
     parts = modal_parts(samples, SteppedBar(8.0, (2.0, 2.0), (1.0, 3.0)), unit)
     assert parts == pytest.approx(modal_parts(samples, UniformBar(8.0), unit), abs=1e-12)
+
+
+UNEVEN = [
+    SteppedBar(8.0, (5.0, 1.0, 2.0), (1.0, 1.0, 0.5)),
+    SteppedBar(8.0, (5.0, 1.0), (1.0, 2.0), lengths=(3.0, 1.0)),
+]
+
+
+@pytest.mark.parametrize("body", UNEVEN, ids=str)
+@pytest.mark.parametrize("modes", [0, 1, 9])
+def test_a_start_has_the_momentum_of_its_velocities(body: SteppedBar, modes: int) -> None:
+    """However few modes are kept: the rigid velocity is that of the centre of mass."""
+    parts = modal_parts(lambda x: np.cos(3.0 * x), body, np.ones(modes))
+    ends = np.append(body.sections.start, 1.0)
+    means = np.diff(np.sin(3.0 * ends)) / (3.0 * np.diff(ends))
+    assert parts[0] == pytest.approx(float(np.diff(body.sections.before) @ means), abs=1e-13)
+
+
+@pytest.mark.parametrize("body", UNEVEN, ids=str)
+def test_a_mode_starts_as_itself(body: SteppedBar) -> None:
+    parts = modal_parts(lambda x: body.shapes(x, 3).displacement[:, 2], body, np.ones(6))
+    assert parts == pytest.approx([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-11)
+
+
+@dataclass(frozen=True, init=False)
+class Squared(Kept):
+    """Another law that keeps the strain: the velocity turns to −R² times itself."""
+
+    kind: ClassVar[str] = "squared"
+
+    @property
+    def velocity_factor(self) -> float:
+        return -(self.restitution**2)
+
+
+def test_the_law_says_what_the_velocity_turns_to() -> None:
+    """Not the number that it is made of."""
+    stop = Stop(impacts=12)
+    motions = [run(System(UniformBar(4.0), LOAD, law), modes=4, stop=stop) for law in (Squared(0.5), Kept(0.25))]
+    times = [motion.events.time.tolist() for motion in motions]
+    assert times[0] == times[1] and len(times[0]) >= 12

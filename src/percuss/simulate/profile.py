@@ -51,14 +51,15 @@ def values_at(profile: Profile, x: Array) -> Array:
 def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
     """u_n of a profile, n = 0 … N, with q_n = unit u_n at the striking end; shape (N+1,).
 
-    A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar.
+    A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar,
+    every place counted by its mass: in this sense the modes are orthogonal, and the rigid velocity is the momentum.
     """
     if body.is_uniform:
         integrals = _integrals(profile, body, unit.size)
         return np.append(integrals[0], integrals[1:] / (body.inertia(unit.size) * unit))
-    x, w = _gauss(max(16, 2 * (unit.size + 1)))
+    x, mass = _masses(body, max(16, 2 * (unit.size + 1)))
     shapes = np.column_stack([np.ones(x.size), body.shapes(x, unit.size).displacement * unit])
-    root = np.sqrt(w)
+    root = np.sqrt(mass)
     return np.asarray(np.linalg.lstsq(shapes * root[:, None], _finite_at(profile, x) * root)[0], dtype=float)
 
 
@@ -76,7 +77,7 @@ def _integrals(profile: Profile, bar: Body, count: int) -> Array:
         return np.append(np.trapezoid(u, x), (bar.s / bar.frequencies(count)) ** 2 * (slope @ rises))
     last, panels = np.full(count + 1, np.inf), max(8, count + 1)
     while True:
-        x, w = _gauss(panels)
+        x, w = _gauss(np.linspace(0.0, 1.0, panels + 1))
         values = _finite_at(profile, x)
         found = np.append(w @ values, (w * values) @ bar.shapes(x, count).displacement)
         if float(np.abs(found - last).max()) <= 1e-14 * float(np.abs(values).max()) or panels > 16384:
@@ -91,9 +92,21 @@ def _finite_at(profile: Profile, x: Array) -> Array:
     return values
 
 
-def _gauss(panels: int, points: int = 8) -> tuple[Array, Array]:
-    """Points and weights of Gauss's rule on equal panels of [0, 1]."""
+def _masses(body: Body, panels: int) -> tuple[Array, Array]:
+    """Places along the bar and the masses that stand for it there, in sum 1: Gauss's, and the point masses of the ends.
+
+    Between the edges of the panels, of which each step of the bar is one, the mass is taken for evenly spread.
+    """
+    edges = np.union1d(np.linspace(0.0, 1.0, panels + 1), body.places)
+    before = body.mass_before(edges)
+    x, w = _gauss(edges)
+    density = np.diff(before) / np.diff(edges)
+    mass = w * np.repeat(density, w.size // density.size)
+    return np.concatenate([[0.0], x, [1.0]]), np.concatenate([before[:1], mass, np.maximum(1.0 - before[-1:], 0.0)])
+
+
+def _gauss(edges: Array, points: int = 8) -> tuple[Array, Array]:
+    """Points and weights of Gauss's rule on the panels between edges."""
     t, w = np.polynomial.legendre.leggauss(points)
-    left = np.arange(panels)[:, None] / panels
-    x = left + 0.5 * (t + 1.0)[None, :] / panels
-    return x.reshape(-1), np.tile(0.5 * w / panels, panels)
+    left, width = edges[:-1, None], np.diff(edges)[:, None]
+    return (left + 0.5 * (t + 1.0) * width).reshape(-1), (0.5 * w * width).reshape(-1)

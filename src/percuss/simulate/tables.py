@@ -46,7 +46,7 @@ def table_of(system: System, modes: int) -> Table:
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
     shared = _without_mean(system.body, load.at, harmonics, modes)
     bar = _copied(shared.bar)
-    bar["restitution"], bar["strain"] = system.restitution, system.contact.strain_factor
+    bar["restitution"], bar["strain"] = -system.contact.velocity_factor, system.contact.strain_factor
     bar["mean"], bar["pushing"] = load.mean, _longest_push(load)
     if load.is_piecewise:
         steps = np.array(load.values)

@@ -25,6 +25,7 @@ _DIFFERENCES = 4096
 
 _AT_ONCE = 1 << 20  # modes × harmonics
 _RESONANT = 1e-12
+_BESIDE = 1e-9  # how far from the ends of a bar it is looked at for masses at them
 IntArray = npt.NDArray[np.int64]
 
 _KEPT = 1 << 16  # modes of the tables that are kept
@@ -36,15 +37,17 @@ class Body(ABC):
     The load works at a place x_p, mostly the driven end x = 0; the striking end is x = 1. A body is a frozen dataclass
     that can be hashed, with the law of its `damping` as a field. To write one, write
 
+    - `kind`: its word, by which `percuss.model.body.BODIES` must name it to be read back from JSON and archives,
     - `s`: one over the time of a wave from end to end, a field or a property,
-    - `frequencies(count)`: ω_1 … ω_N of the free, undamped bar, none missed,
+    - `frequencies(count)`: ω_1 … ω_N of the free, undamped bar, none missed, however many are asked for,
     - `inertia(count)` and `shapes(x, count)`: its modes,
     - `static_shape(x, source)`: what a constant force bends, inertia relieved,
     - `frequency_floor(n)` and `coupling_bound`: bounds of all modes that nobody computes.
 
     Everything else follows: steady motions, stability, simulation, sweeps and pictures ask for no more. Some things may
-    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, for
-    speed and digits; `places`, where a load may act elsewhere than at the driven end; and `parameters`, what maps vary.
+    be written besides: `lossless_receptance` and `held_transfer`, where all modes together have a closed form, and
+    `mass_before`, for speed and digits; `places`, where a load may act elsewhere than at the driven end; and
+    `parameters`, what maps vary.
 
     Examples
     --------
@@ -86,7 +89,8 @@ class Body(ABC):
     def static_shape(self, x: Array, source: float = 0.0) -> Shape:
         """The elastic modes, all together, under a constant unit force at x = `source`; each of shape (len(x),).
 
-        Σ_{n≥1} φ_n(x) φ_n(source)/ω_n²: the bar in uniform acceleration, its mean displacement taken off.
+        Σ_{n≥1} φ_n(x) φ_n(source)/ω_n²: the bar in uniform acceleration, the displacement of its centre of mass taken
+        off. Where x is the source, the strain is that on the striking end's side.
         """
 
     @abstractmethod
@@ -124,6 +128,19 @@ class Body(ABC):
             np.asarray(more @ shapes.displacement.T + static.displacement),
             np.asarray(more @ shapes.strain.T + static.strain),
         )
+
+    def mass_before(self, x: Array) -> Array:
+        """Mass from the driven end to the places x, 0 to 1; shape (len(x),).
+
+        A point mass at the driven end is before all places, one at the striking end before none. By default from the
+        static shape: a force at a place drives the masses before and after it by the forces on its two sides, and so by
+        the strains there.
+        """
+        found = []
+        for place in np.clip(x, _BESIDE, 1.0 - _BESIDE).tolist():
+            before, after = self.static_shape(np.array([np.nextafter(place, 0.0), place]), place).strain.tolist()
+            found.append(before / (before - after))
+        return np.array(found)
 
     # -- everything else follows --
 

@@ -142,6 +142,10 @@ class SteppedBar(Body):
         before, after = bar.masses(section, time)
         return Shape(rise, np.where(x < source, before, -after) / bar.stiffness[section])
 
+    def mass_before(self, x: Array) -> Array:
+        bar = self.sections
+        return bar.masses(*bar.locate(np.asarray(x, dtype=float)))[0]
+
     def frequency_floor(self, n: int) -> float:
         return self.s * (np.pi * n - self.sections.lag)
 

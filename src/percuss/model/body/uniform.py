@@ -73,6 +73,9 @@ class UniformBar(Body):
     def _static(self, x: Array) -> Array:
         return np.asarray((1.0 / 3.0 - x + 0.5 * x**2) / self.s**2)
 
+    def mass_before(self, x: Array) -> Array:
+        return np.array(x, dtype=float)
+
     def frequency_floor(self, n: int) -> float:
         return math.pi * self.s * n
 
