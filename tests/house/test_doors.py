@@ -280,7 +280,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "recordings.read_recording": (
             read_recording,
             {"path": recorded, "column": "force", "unit": "N", "time_column": "time", "sample_rate": "1 kHz"}
-            | {"opposing_column": "back", "start": 0.01, "end": 0.08},
+            | {"opposing_column": "back", "start": 0.01, "end": 0.08, "sensor": "load"},
             {"unit": OPTIONAL, "time_column": OPTIONAL | {"number in quotes"}, "sample_rate": OPTIONAL}
             | {"opposing_column": OPTIONAL, "start": OPTIONAL | {"-1"}, "end": OPTIONAL},
         ),
