@@ -62,6 +62,10 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
         "N*s/m^2": 1.0, "kN*s/m^2": 1e3, "N/m/(m/s)": 1.0, "Pa*s": 1.0, "kg/(m*s)": 1.0, "kg/m/s": 1.0,
     }),
     "dimensionless": ("1", "%", '0.3 or "30 %"', {"": 1.0, "1": 1.0, "%": 1e-2}),
+    "strain": ("m/m", "µm/m", '"250 µm/m" or "2.5e-4 m/m"', {
+        "": 1.0, "1": 1.0, "%": 1e-2, "m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "strain": 1.0, "microstrain": 1e-6,
+        "ustrain": 1e-6, "ε": 1.0, "mε": 1e-3, "uε": 1e-6, "1e^-3": 1e-3, "1e^-6": 1e-6, "10^-3": 1e-3, "10^-6": 1e-6,
+    }),
 }  # fmt: skip
 
 DIMENSIONS = tuple(_TABLE)
@@ -88,7 +92,7 @@ def si(value: object, dimension: str, name: str) -> float:
     Parameters
     ----------
     value
-        Text with a number and a unit; a plain number only where the dimension is "dimensionless".
+        Text with a number and a unit; a plain number only where the dimension is "dimensionless" or "strain".
     dimension
         One of `DIMENSIONS`.
     name
@@ -123,7 +127,7 @@ def si(value: object, dimension: str, name: str) -> float:
     unit = text[match.end() :].strip()
     if unit[:1] == "," and unit[1:2].isdigit():
         raise UnitError(name, value, accepted, f'write a decimal point: "{text.replace(",", ".", 1)}"')
-    if not unit and dimension != "dimensionless":
+    if not unit and unit not in _TABLE[dimension][3]:
         raise UnitError(name, value, accepted, f"did you mean {_both(match[0], dimension)}?")
     scale = _scale(unit, dimension, name, value)
     number = _product(match[0], scale)
@@ -149,7 +153,8 @@ def unit_scale(unit: str, dimensions: tuple[str, ...], name: str) -> tuple[float
     """
     dimensions = _dimensions(dimensions)
     text = _text("unit", unit).strip()
-    text = text if _NUMBER.match(text) and not text.startswith("1/") else f"1 {text}"
+    has_number = _NUMBER.match(text) and not text.startswith("1/") and known_dimension(text, dimensions) is None
+    text = text if has_number else f"1 {text}"
     refusals = []
     for dimension in dimensions:
         try:

@@ -230,3 +230,65 @@ def test_a_dimensionless_bar_is_told_in_its_scales(tmp_path: Path, capsys: pytes
     assert found["contact_duration"] == pytest.approx(0.1, rel=1e-12)  # 2/s
     assert main(["blow", str(file), "--velocity", "1", "--plot", str(tmp_path / "blow.png")]) == 0
     assert "R = (Z₂ − Z₁)/(Z₂ + Z₁) = 0.5; the waves give 0.5" in capsys.readouterr().out
+
+
+def gauge_file(folder: Path) -> Path:
+    """What a gauge at 1 m of the case above would record, 0.2 ms late, in strain with compression negative."""
+    blow = blow_answer(Case.from_text(MATCHED), gauge=1.0)
+    time = np.arange(0.0, blow.blow.until, 1e-6)
+    assert blow.waves is not None
+    force = blow.waves.incident.at(time) + blow.waves.reflected.at(time)
+    rows = [f"{t + 2e-4:.7f},{-1.03e6 * f / (1e-3 * 200e9):.4f}" for t, f in zip(time, force, strict=True)]
+    file = folder / "gauge.csv"
+    file.write_text("t [s],strain\n" + "\n".join(rows), encoding="utf-8")
+    return file
+
+
+def test_a_record_is_laid_over_the_blow(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(MATCHED, encoding="utf-8")
+    options = [str(file), "--gauge", "1 m", "--measured", str(gauge_file(tmp_path)), "--unit", "µm/m"]
+    found = answered(capsys, *options)["measured"]
+    keys = {"file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap", "notes"}
+    assert set(found) == keys
+    assert found["quantity"] == "strain" and found["sign"] == -1
+    assert found["shift"] == pytest.approx(-2e-4, abs=6e-7)
+    assert found["scale"] == pytest.approx(1.03, abs=5e-3)
+    assert main(["blow", *options, "--plot", str(tmp_path / "blow.png")]) == 0
+    told = capsys.readouterr().out
+    assert "Measured at the gauge" in told and "compression negative" in told and "times the computed force" in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--unit", "MPa"], "only with --measured"),
+        (["--measured", "nowhere.csv"], "no such file"),
+        (["--measured", "gauge.csv"], "no unit of strain, stress or force"),
+        (["--measured", "gauge.csv", "--unit", "kg"], "a unit of mass"),
+        (["--measured", "gauge.csv", "--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
+        (["--measured", "gauge.csv", "--unit", "µε", "--column", "pressure"], "no column"),
+        (["--measured", "gauge.csv", "--unit", "µε", "--measured-sign", "up"], "positive"),
+        (["--measured", "gauge.csv", "--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
+    ],
+)
+def test_bad_records_are_refused_with_a_remedy(
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(MATCHED, encoding="utf-8")
+    gauge_file(tmp_path)
+    assert main(["blow", "case.toml", *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_record_needs_a_rod(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(ST_VENANT, encoding="utf-8")
+    assert main(["blow", str(file), "--measured", str(gauge_file(tmp_path))]) == 2
+    said = capsys.readouterr().err
+    assert "the target is a wall" in said and "[tool]" in said

@@ -17,7 +17,16 @@ from percuss.units import DIMENSIONS, known_dimension, si, split_header, unit_sc
 
 TABLE = units._TABLE
 ENTRIES = [(d, u) for d in DIMENSIONS for u in TABLE[d][3]]
-OURS = {"rpm": 1 / 60, "bpm": 1 / 60, "blows/min": 1 / 60, "rad/s": 0.5 / math.pi}  # pint counts a turn as 2π
+STRAINS = {
+    "strain": 1.0,
+    "microstrain": 1e-6,
+    "ustrain": 1e-6,
+    "ε": 1.0,
+    "mε": 1e-3,
+    "uε": 1e-6,
+}  # pint has no strain …
+STRAINS |= {"1e^-3": 1e-3, "1e^-6": 1e-6, "10^-3": 1e-3, "10^-6": 1e-6}  # … and takes no number for a unit
+OURS = STRAINS | {"rpm": 1 / 60, "bpm": 1 / 60, "blows/min": 1 / 60, "rad/s": 0.5 / math.pi}  # pint counts a turn as 2π
 
 
 @pytest.fixture(scope="module")
@@ -170,6 +179,28 @@ def test_unit_scale_takes_a_number_too_and_names_what_it_wants():
     assert unit_scale("1/min", ("frequency",), "unit") == (1 / 60, "frequency")
     with pytest.raises(UnitError, match="unit = 'mm': expected a unit of force such as \"kN\" or a unit of pressure"):
         unit_scale("mm", ("force", "pressure"), "unit")
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale"),
+    [
+        ("µm/m", 1e-6),
+        ("μm/m", 1e-6),
+        ("µε", 1e-6),
+        ("microstrain", 1e-6),
+        ("1e-6", 1e-6),
+        ("10⁻⁶", 1e-6),
+        ("10^-6", 1e-6),
+        ("%", 1e-2),
+        ("mm/m", 1e-3),
+        ("m/m", 1.0),
+        ("1", 1.0),
+        ("250 µm/m", 2.5e-4),
+        ("2e-3", 2e-3),
+    ],
+)
+def test_units_of_strain_are_those_of_laboratories(unit, scale):
+    assert unit_scale(unit, ("strain", "pressure", "force"), "unit") == (pytest.approx(scale, rel=1e-15), "strain")
 
 
 def test_known_dimension_does_not_import_pint():

@@ -263,6 +263,10 @@ def table(folder: Path) -> dict[str, Entry]:
     by_waves = room_of_cases.waves_answer(case, cells=16)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
+    clock = np.arange(0.0, one_blow.blow.until, 1e-6)
+    pushed = one_blow.waves.incident.at(clock) + one_blow.waves.reflected.at(clock)
+    seen = folder / "gauge.csv"
+    seen.write_text("t [s],F [N]\n" + "".join(f"{t},{f}\n" for t, f in zip(clock, pushed, strict=True)))
     family = room_of_cases.CaseFamily(case, {})
     swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
     ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
@@ -280,7 +284,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "recordings.read_recording": (
             read_recording,
             {"path": recorded, "column": "force", "unit": "N", "time_column": "time", "sample_rate": "1 kHz"}
-            | {"opposing_column": "back", "start": 0.01, "end": 0.08},
+            | {"opposing_column": "back", "start": 0.01, "end": 0.08, "sensor": "load"},
             {"unit": OPTIONAL, "time_column": OPTIONAL | {"number in quotes"}, "sample_rate": OPTIONAL}
             | {"opposing_column": OPTIONAL, "start": OPTIONAL | {"-1"}, "end": OPTIONAL},
         ),
@@ -645,6 +649,11 @@ def table(folder: Path) -> dict[str, Entry]:
             room_of_cases.blow_answer,
             {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
             {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL},
+        ),
+        "case.measured_gauge": (
+            room_of_cases.measured_gauge,
+            {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
+            {"column": OPTIONAL, "unit": OPTIONAL, "sample_rate": OPTIONAL},
         ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},

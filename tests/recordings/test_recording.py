@@ -534,3 +534,39 @@ def test_a_missing_extra_says_how_to_get_it(write, monkeypatch, name, package):
     with pytest.raises(MissingExtraError, match=re.escape(f"'{package}'")) as caught:
         read_recording(write(b"x" * 100, name))
     assert "pip install 'percuss[io]'" in str(caught.value)
+
+
+# -- what a strain gauge saw
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor", "quantity"),
+    [
+        ("strain [µm/m]", 1e-6, "strain"),
+        ("DMS 1 [µε]", 1e-6, "strain"),
+        ("gauge (microstrain)", 1e-6, "strain"),
+        ("eps [1e-6]", 1e-6, "strain"),
+        ("eps [10^-6]", 1e-6, "strain"),
+        ("Dehnung [%]", 1e-2, "strain"),
+        ("strain [m/m]", 1.0, "strain"),
+        ("stress [MPa]", 1e6, "pressure"),
+        ("force [kN]", 1e3, "force"),
+    ],
+)
+def test_a_gauge_gives_strain_stress_or_force(tmp_path, heading, factor, quantity):
+    file = tmp_path / "gauge.csv"
+    file.write_text(f"t [µs],{heading}\n" + "".join(f"{i},{i % 7 - 3}\n" for i in range(40)), encoding="utf-8")
+    found = read_recording(file, sensor="gauge")
+    assert found.quantity == quantity
+    assert found.values == pytest.approx(factor * (np.arange(40) % 7 - 3), rel=1e-15)
+
+
+def test_a_strain_is_read_only_where_a_gauge_is_asked_for(tmp_path):
+    file = tmp_path / "gauge.csv"
+    file.write_text("t [s],strain [µm/m]\n" + rows(), encoding="utf-8")
+    with pytest.raises(HistoryError, match="no unit of force or pressure"):
+        read_recording(file)
+    file.write_text("t [s],a,b\n" + "".join(f"{i / 100},{i % 10},{i % 3}\n" for i in range(40)), encoding="utf-8")
+    with pytest.raises(HistoryError, match="no column is a strain, stress or force by its name and unit") as caught:
+        read_recording(file, sensor="gauge")
+    assert 'unit = "µm/m"' in caught.value.remedy

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
+    from percuss.case.answers.measured_gauge import MeasuredGauge, measured_gauge
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
@@ -28,6 +29,7 @@ __all__ = [
     "CaseErrors",
     "CaseFamily",
     "Machine",
+    "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
     "Simulation",
@@ -38,6 +40,7 @@ __all__ = [
     "blow_answer",
     "experiment_job_of",
     "load_case",
+    "measured_gauge",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
@@ -52,6 +55,7 @@ _HOME = {
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
     "Machine": "catalogue.sample_cases",
+    "MeasuredGauge": "answers.measured_gauge",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
     "Simulation": "file_format.start_and_simulation",
@@ -62,6 +66,7 @@ _HOME = {
     "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
+    "measured_gauge": "answers.measured_gauge",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",

@@ -26,6 +26,7 @@ _EXAMPLES = """\
   percuss blow stepped-drifter
   percuss blow case.toml --velocity "9.5 m/s" --plot blow.png
   percuss blow case.toml --gauge 0.8m --csv gauge.csv
+  percuss blow case.toml --gauge 0.8m --measured gauge.csv --unit "µm/m" --plot blow.png
   percuss blow case.toml --from-motion --json > blow.json"""
 
 
@@ -37,6 +38,16 @@ def _parser() -> Parser:
     add("--from-motion", action="store_true", help="start from all of the steady motion, with the strain in the bar")
     add("--until", metavar="T", help="end of the window, such as '3 ms' (default: [blow], or until the blow is over)")
     add("--gauge", metavar="X", help="place on the rod, from its struck face, such as 0.8m, where waves are told of")
+    add(
+        "--measured",
+        metavar="FILE",
+        help="a record of strain, stress or force at the gauge, laid over the computed one",
+    )
+    add("--column", metavar="NAME", help="its column of values, by heading or number (default: the only one that fits)")
+    add("--unit", metavar="UNIT", help="what 1 in it is, such as 'µm/m', '1e-6' or MPa (default: its heading)")
+    add("--sample-rate", metavar="RATE", help="of the record, such as '1 MHz' (default: its column of time)")
+    add("--measured-sign", choices=("auto", "positive", "negative"), default="auto",
+        help="compression in the record (default: the sign that fits better)")  # fmt: skip
     add("--json", action="store_true", help="print the answer as JSON")
     add("-o", "--output", metavar="FILE", help="save forces and waves over time as NetCDF, for xarray")
     add("--csv", metavar="FILE", help="write the same as a table")
@@ -50,6 +61,8 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
     _check(parser, options)
     answer = _answer(parser, options)
+    if options.measured is not None:
+        answer = _with_record(parser, answer, options)
     text = _json(answer) if options.json else ""
     if options.output is not None or options.csv is not None:
         _save(answer, options)
@@ -72,6 +85,10 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse what cannot be written before anything is computed."""
     if options.velocity is not None and options.from_motion:
         parser.error("argument --velocity: either a speed or --from-motion, which takes that of the steady motion")
+    if options.measured is None:
+        for name in ("column", "unit", "sample_rate"):
+            if getattr(options, name) is not None:
+                parser.error(f"argument --{name.replace('_', '-')}: only with --measured, whose record it describes")
     if options.output is not None:
         check_target(parser, "-o", options.output)
         there = os.path.exists(options.case) and os.path.exists(options.output)
@@ -103,6 +120,29 @@ def _answer(parser: Parser, options: argparse.Namespace) -> BlowAnswer:
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
     except PercussError as error:  # the floors below do not know the file
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
+
+
+def _with_record(parser: Parser, answer: BlowAnswer, options: argparse.Namespace) -> BlowAnswer:
+    """The answer with what was measured at its gauge."""
+    from dataclasses import replace
+
+    from percuss.case import measured_gauge
+    from percuss.errors import UnitError
+
+    try:
+        found = measured_gauge(
+            answer,
+            options.measured,
+            column=options.column,
+            unit=options.unit,
+            sample_rate=options.sample_rate,
+            sign=options.measured_sign,
+        )
+    except UnitError as error:
+        parser.error(f"argument --{error.name.replace('_', '-')}: {error}")
+    except ParameterError as error:
+        raise PercussError(f"--measured: {error.accepted}", error.remedy) from error
+    return replace(answer, measured=found)
 
 
 _PLAIN = {"velocity": "lengths per radian", "time": "radians", "length": "a time of a wave in radians"}

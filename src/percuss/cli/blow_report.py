@@ -23,6 +23,8 @@ def blow_report(answer: BlowAnswer) -> Report:
     sections: list[Section | Grid] = [_question(answer), _contacts(answer), _energy(answer)]
     if answer.rod is not None:
         sections.append(_rod(answer))
+    if answer.measured is not None:
+        sections.append(Section("Measured at the gauge", answer.measured.rows))
     if answer.blow.penetration is not None:
         sections.append(_rock(answer))
     sections += [_stresses(answer), *_beside(answer)]

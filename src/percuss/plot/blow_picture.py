@@ -44,6 +44,8 @@ class ShownBlow(Protocol):
     def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]: ...
     @property
     def units(self) -> Any: ...
+    @property
+    def measured(self) -> Any: ...
 
 
 def blow(answer: ShownBlow) -> Figure:
@@ -133,6 +135,10 @@ def _gauge(axes: Any, answer: ShownBlow) -> None:
     two = np.stack([waves.reflected.before(times), waves.reflected.at(times)], axis=1).ravel()
     axes.plot(inside * clock, (one + two) * scale, color=COLOURS[0], label="force F")
     axes.plot(inside * clock, (one - two) * scale, color=COLOURS[1], linestyle="--", label="Z · velocity")
+    if answer.measured is not None:
+        seen = (answer.measured.time >= 0.0) & (answer.measured.time <= _last(answer))
+        record = answer.measured.time[seen] * clock, answer.measured.force[seen] * scale
+        axes.plot(*record, color=INK, linewidth=0.9, label="measured")
     axes.legend(loc="upper right")
     _window(axes, answer, time)
     axes.set_ylabel(force)

@@ -1,4 +1,4 @@
-"""Which column of a table is the time and which the force or pressure, and in what unit each is."""
+"""Which column of a table is the time and which holds the values, and in what unit each is."""
 
 from __future__ import annotations
 
@@ -11,17 +11,11 @@ from percuss.errors import HistoryError, UnitError
 from percuss.recordings.arrays import Array
 from percuss.recordings.table import RATE_REMEDY, Table, dimension
 from percuss.recordings.time_stamps import seconds_of
-from percuss.units import TIME_WORDS, split_header, unit_scale
+from percuss.units import TIME_WORDS, known_dimension, split_header, unit_scale
 
 __all__ = ["Column", "find_opposing", "find_time", "find_values", "first_of_two", "seconds", "value_scale"]
 
 Column = str | int
-
-_VALUE_WORDS = re.compile(
-    r"(p|f|force|kraft|kraeften|druck|press\w*|pressure|tryck|pression|presion|paine|voima|fuerza|load|last)(\d|\b|_)",
-    re.IGNORECASE,
-)
-_SCALE_REMEDY = 'give unit = "bar" (or "kN", …), or write it in the heading: "pressure [bar]"'
 
 
 def _find(table: Table, key: Column, option: str) -> int:
@@ -59,6 +53,11 @@ def _time_like(table: Table, i: int) -> bool:
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
+def _is_sought(table: Table, i: int) -> bool:
+    unit = table.units[i]
+    return unit is not None and known_dimension(unit, table.sought.dimensions) is not None
+
+
 def find_time(table: Table, key: Column | None, column: Column | None) -> int | None:
     """The column of time: the one that `key` names, else the only one like a time; None when there is none."""
     if key is not None:
@@ -86,7 +85,7 @@ def find_time(table: Table, key: Column | None, column: Column | None) -> int | 
 
 
 def find_values(table: Table, key: Column | None, clock: int | None, unit_given: bool) -> int:
-    """The column of force or pressure: the one that `key` names, else the only one that could be meant."""
+    """The column of values: the one that `key` names, else the only one that could be meant."""
     if key is not None:
         value = _find(table, key, "column")
         if value == clock:
@@ -96,8 +95,8 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
         return value
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
-        [i for i in free if dimension(table.units[i]) in ("force", "pressure")],
-        [i for i in free if dimension(table.units[i]) is None and _VALUE_WORDS.match(table.names[i])],
+        [i for i in free if _is_sought(table, i)],
+        [i for i in free if dimension(table.units[i]) is None and table.sought.words.match(table.names[i])],
         free if unit_given else [],
     ):
         if len(fits) == 1:
@@ -106,19 +105,21 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
             return fits[1]  # two columns without headings: `first_of_two` checks that the first is a time
         if fits:
             raise HistoryError(
-                f"more than one column could be the force or pressure: {table.listing(fits)}",
+                f"more than one column could be the {table.sought.named}: {table.listing(fits)}",
                 f"give column = {_key(table, fits[0])}, or the one that is meant",
                 table.file,
             )
     seen = table.listing(free) or "none but the time"
     if len(free) == 1:
-        raise HistoryError(f"no unit of force or pressure for {seen}", _SCALE_REMEDY, table.file)
+        raise HistoryError(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy, table.file)
     what = (
-        "no column is a force or pressure by its name and unit" if any(table.names) else "the columns have no headings"
+        f"no column is a {table.sought.named} by its name and unit"
+        if any(table.names)
+        else "the columns have no headings"
     )
-    remedy = "the file must hold a column of force or pressure"
+    remedy = f"the file must hold a column of {table.sought.named}"
     if free:
-        remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "bar"'
+        remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "{table.sought.unit}"'
     raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
 
 
@@ -152,16 +153,18 @@ def first_of_two(table: Table, value: int, notes: list[str]) -> int | None:
 
 
 def value_scale(table: Table, value: int) -> tuple[float, str]:
-    """What 1 in the column is in SI units, and whether it is a force or a pressure."""
+    """What 1 in the column is in SI units, and the quantity."""
     unit = table.units[value]
     if unit is None:
-        raise HistoryError(f"no unit of force or pressure for {table.heading(value)}", _SCALE_REMEDY, table.file)
+        raise HistoryError(
+            f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy, table.file
+        )
     try:
-        return unit_scale(unit, ("force", "pressure"), "unit")
+        return unit_scale(unit, table.sought.dimensions, "unit")
     except UnitError as error:
         raise HistoryError(
-            f'{table.heading(value)}: "{unit}" is not a unit of force or pressure',
-            "; ".join(filter(None, [error.remedy, 'give unit = "bar", or the one that is meant'])),
+            f'{table.heading(value)}: "{unit}" is not a unit of {table.sought.named}',
+            "; ".join(filter(None, [error.remedy, f'give unit = "{table.sought.unit}", or the one that is meant'])),
             table.file,
         ) from None
 

@@ -20,7 +20,7 @@ Scale = tuple[float, str]  # what 1 in a column stands for, in SI, and of which 
 
 def given_scale(table: Table, unit: str | None, path: Path) -> Scale | None:
     """What the option `unit` says; a .wav file cannot do without."""
-    found = None if unit is None else unit_scale(unit, ("force", "pressure"), "unit")
+    found = None if unit is None else unit_scale(unit, table.sought.dimensions, "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
         raise HistoryError(
             "a .wav file holds fractions of full scale, without a unit",

@@ -1,4 +1,4 @@
-"""Reading a measured history of force or pressure from a file.
+"""Reading a measured history from a file: force or pressure of a load, strain or stress or force at a gauge.
 
 Text (comma, semicolon, tab or blank between the columns, decimal comma, headings with units) needs numpy only;
 ``.mat``, ``.wav``, ``.h5`` and ``.tdms`` need the extra ``[io]``. Nothing is guessed that could be wrong in silence:
@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import difflib
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
 
-from percuss.errors import HistoryError
+from percuss.errors import HistoryError, ParameterError
 from percuss.recordings.arrays import Array
 from percuss.recordings.columns import Column, seconds
 from percuss.recordings.file_formats import READERS
@@ -23,6 +23,7 @@ from percuss.recordings.gaps import without_gaps
 from percuss.recordings.meant_columns import against_clock, given_scale, meant_columns, scales_of
 from percuss.recordings.options import check_column, file_path, in_hertz
 from percuss.recordings.series_checks import check_sizes, check_time, check_values, cut
+from percuss.recordings.sought import SOUGHT
 from percuss.recordings.table import RATE_REMEDY
 from percuss.recordings.text_table import read_text
 from percuss.shown import Shown
@@ -42,9 +43,9 @@ class Recording(Shown):
     time
         Shape (n,), s, strictly increasing.
     values
-        Shape (n,), N for a force, Pa for a pressure.
+        Shape (n,), N for a force, Pa for a pressure or stress, dimensionless for a strain.
     quantity
-        What the values are: "force" or "pressure".
+        What the values are: "force", "pressure" (of a gauge a stress) or "strain".
     path
         The file that they come from.
     notes
@@ -55,7 +56,7 @@ class Recording(Shown):
 
     time: Array = field(repr=False)
     values: Array = field(repr=False)
-    quantity: Literal["force", "pressure"]
+    quantity: Literal["force", "pressure", "strain"]
     path: Path
     notes: tuple[str, ...] = ()
     opposing: Array | None = field(default=None, repr=False)
@@ -71,8 +72,9 @@ def read_recording(
     opposing_column: Column | None = None,
     start: float | str | None = None,
     end: float | str | None = None,
+    sensor: Literal["load", "gauge"] = "load",
 ) -> Recording:
-    """Read a history of force or pressure.
+    """Read a history of force or pressure, or what a strain gauge saw.
 
     Samples without a value (NaN, an empty cell) are left out, and nothing is filled in; `notes` says how many. More
     than a tenth of them is refused here, and a gap longer than a quarter of a period where the cycles are fitted.
@@ -96,6 +98,9 @@ def read_recording(
     start, end
         The part of the record that is used, both ends with it: in s, or text such as "0.2 s", on the clock of the
         record. Where that has dates or times of day, or none, it begins with 0.
+    sensor
+        "load" reads a force or a pressure, "gauge" a strain, a stress (told as a pressure) or a force. A strain may be
+        in "µm/m", "microstrain", "µε", "mm/m", "%", "m/m" or "1e-6".
 
     Raises
     ------
@@ -104,7 +109,7 @@ def read_recording(
     UnitError
         When `unit`, `sample_rate`, `start` or `end` is not such a unit or quantity.
     ParameterError
-        When `path` is no path, or a column is neither a heading nor a number.
+        When `path` is no path, a column is neither a heading nor a number, or `sensor` is none of its words.
     MissingExtraError
         When the file needs a package of the extra ``[io]`` that is not installed.
 
@@ -121,8 +126,10 @@ def read_recording(
     path = file_path(path)
     for option, key in (("column", column), ("time_column", time_column), ("opposing_column", opposing_column)):
         check_column(option, key)
+    if not isinstance(sensor, str) or sensor not in SOUGHT:
+        raise ParameterError("sensor", sensor, " or ".join(f'"{word}"' for word in SOUGHT))
     _check_file(path)
-    table = READERS.get(path.suffix.lower(), read_text)(path)
+    table = replace(READERS.get(path.suffix.lower(), read_text)(path), sought=SOUGHT[sensor])
     rate = None if sample_rate is None else in_hertz(sample_rate)
     notes: list[str] = []
     given = given_scale(table, unit, path)
@@ -172,4 +179,4 @@ def _check_file(path: Path) -> None:
             file,
         )
     if size == 0:
-        raise HistoryError("is empty", "the file must hold a column of force or pressure", file)
+        raise HistoryError("is empty", "the file must hold a column of values", file)

@@ -34,7 +34,7 @@ def check_values(table: Table, values: list[Array], faces: list[int]) -> None:
         )
     if sizes[0] < MIN_SAMPLES:
         raise HistoryError(
-            f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}, over two whole cycles or more, are needed", table.file
+            f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed", table.file
         )
     for data, face in zip(values, faces, strict=True):
         bad = np.flatnonzero(np.isinf(data))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from percuss.recordings.arrays import Array
+from percuss.recordings.sought import LOAD, Sought
 from percuss.units import DIMENSIONS, known_dimension
 
 __all__ = ["RATE_REMEDY", "Table", "as_rate", "dimension"]
@@ -27,6 +28,7 @@ class Table:
     sample_rate: float | None = None  # as the file itself says
     stamped: tuple[int, ...] = ()  # columns of dates and times of day, …
     stamps: Callable[[int], list[str]] = lambda i: []  # … and their cells
+    sought: Sought = LOAD
 
     def heading(self, i: int) -> str:
         name = f'"{self.names[i]}"' if self.names[i] else f"column {i + 1}"

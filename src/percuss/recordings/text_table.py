@@ -164,7 +164,7 @@ def _headings(form: _Form, rows: list[str], above: list[str]) -> tuple[list[str]
         if not cells:
             continue
         bare = [c.strip("[](){} ") for c in cells[-1]]
-        known = [dimension(c) in ("time", "force", "pressure") for c in bare]
+        known = [dimension(c) in ("time", "force", "pressure", "strain") for c in bare]
         if all(known) or (len(cells) == 2 and 2 * sum(known) >= count):  # a row of units
             names = cells[0] if len(cells) == 2 else [""] * count
             return [n.strip() for n in names], [c or None for c in bare]

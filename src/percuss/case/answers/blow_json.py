@@ -70,6 +70,8 @@ def blow_dict(answer: ToldBlow) -> dict[str, Any]:
     if blow.penetration is not None and blow.bit_force is not None:
         told |= {name: getattr(blow, source) for name, source in _OF_ROCK.items()}
         told["greatest_rock_force"] = blow.bit_force.peak
+    if answer.measured is not None:
+        told["measured"] = answer.measured.to_json_dict()
     told |= _stress_dict(answer)
     told |= {"momentum_error": blow.momentum_error, "energy_error": blow.energy_error}
     found: dict[str, Any] = plain(told)

@@ -12,6 +12,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.blow import Blow, Peak, Rod, Waves
+    from percuss.case.answers.measured_gauge import MeasuredGauge
 
 __all__ = ["BlowUnits", "ToldBlow"]
 
@@ -68,6 +69,8 @@ class ToldBlow(Shown):
         where there is no rod.
     notes
         What was assumed, one sentence each.
+    measured
+        What a strain gauge measured there, laid over the blow; None without a record.
     """
 
     name: str
@@ -76,6 +79,7 @@ class ToldBlow(Shown):
     speed: str
     gauge: float | None
     notes: tuple[str, ...] = ()
+    measured: MeasuredGauge | None = None
 
     @property
     def is_si(self) -> bool:
