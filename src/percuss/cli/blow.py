@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from percuss.cli.blow_best import add_best, check_best, run_best
 from percuss.cli.files import PICTURES, check_picture, check_table, check_target, named_case, need, tell_made
 from percuss.cli.parser import Parser
 from percuss.errors import CaseError, ParameterError, PercussError
@@ -26,7 +27,8 @@ _EXAMPLES = """\
   percuss blow stepped-drifter
   percuss blow case.toml --velocity "9.5 m/s" --plot blow.png
   percuss blow case.toml --gauge 0.8m --csv gauge.csv
-  percuss blow case.toml --from-motion --json > blow.json"""
+  percuss blow case.toml --from-motion --json > blow.json
+  percuss blow stepped-drifter --best rock-energy --vary "bar.sections[2].length=50:150mm" --below 350MPa"""
 
 
 def _parser() -> Parser:
@@ -38,9 +40,11 @@ def _parser() -> Parser:
     add("--until", metavar="T", help="end of the window, such as '3 ms' (default: [blow], or until the blow is over)")
     add("--gauge", metavar="X", help="place on the rod, from its struck face, such as 0.8m, where waves are told of")
     add("--json", action="store_true", help="print the answer as JSON")
-    add("-o", "--output", metavar="FILE", help="save forces and waves over time as NetCDF, for xarray")
+    add("-o", "--output", metavar="FILE", help="save forces and waves over time as NetCDF, for xarray; with --best the "
+        "best case as TOML")  # fmt: skip
     add("--csv", metavar="FILE", help="write the same as a table")
     add("--plot", metavar="FILE", help=f"draw the blow: {', '.join(PICTURES)}")
+    add_best(parser)
     return parser
 
 
@@ -48,6 +52,8 @@ def run(arguments: Sequence[str]) -> int:
     """Resolve one blow of one case; returns the exit code."""
     parser = _parser()
     options = parser.parsed(arguments)
+    if check_best(parser, options):
+        return run_best(parser, options)
     _check(parser, options)
     answer = _answer(parser, options)
     text = _json(answer) if options.json else ""
