@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.measured_gauge import MeasuredGauge, measured_gauge
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MACHINES",
+    "BestAnswer",
     "BlowAnswer",
     "Case",
     "CaseErrors",
@@ -34,9 +36,11 @@ __all__ = [
     "PeriodAnswer",
     "Simulation",
     "SimulationAnswer",
+    "Span",
     "SteadyAnswer",
     "WavesAnswer",
     "basins_job_of",
+    "best_answer",
     "blow_answer",
     "experiment_job_of",
     "load_case",
@@ -50,6 +54,7 @@ __all__ = [
 
 _HOME = {
     "MACHINES": "catalogue.sample_cases",
+    "BestAnswer": "answers.best_answer",
     "BlowAnswer": "answers.blow_answer",
     "Case": "case",
     "CaseErrors": "file_format.problems",
@@ -60,9 +65,11 @@ _HOME = {
     "PeriodAnswer": "answers.steady_answer",
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
+    "Span": "answers.best_answer",
     "SteadyAnswer": "answers.steady_answer",
     "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
+    "best_answer": "answers.best_answer",
     "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",

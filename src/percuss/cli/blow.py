@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from percuss.cli.blow_best import add_best, check_best, run_best
 from percuss.cli.files import PICTURES, check_picture, check_table, check_target, named_case, need, tell_made
 from percuss.cli.parser import Parser
 from percuss.errors import CaseError, ParameterError, PercussError
@@ -27,7 +28,8 @@ _EXAMPLES = """\
   percuss blow case.toml --velocity "9.5 m/s" --plot blow.png
   percuss blow case.toml --gauge 0.8m --csv gauge.csv
   percuss blow case.toml --gauge 0.8m --measured gauge.csv --unit "µm/m" --plot blow.png
-  percuss blow case.toml --from-motion --json > blow.json"""
+  percuss blow case.toml --from-motion --json > blow.json
+  percuss blow stepped-drifter --best rock-energy --vary "bar.sections[2].length=50:150mm" --below 350MPa"""
 
 
 def _parser() -> Parser:
@@ -49,9 +51,11 @@ def _parser() -> Parser:
     add("--measured-sign", choices=("auto", "positive", "negative"), default="auto",
         help="compression in the record (default: the sign that fits better)")  # fmt: skip
     add("--json", action="store_true", help="print the answer as JSON")
-    add("-o", "--output", metavar="FILE", help="save forces and waves over time as NetCDF, for xarray")
+    add("-o", "--output", metavar="FILE", help="save forces and waves over time as NetCDF, for xarray; with --best the "
+        "best case as TOML")  # fmt: skip
     add("--csv", metavar="FILE", help="write the same as a table")
     add("--plot", metavar="FILE", help=f"draw the blow: {', '.join(PICTURES)}")
+    add_best(parser)
     return parser
 
 
@@ -59,6 +63,8 @@ def run(arguments: Sequence[str]) -> int:
     """Resolve one blow of one case; returns the exit code."""
     parser = _parser()
     options = parser.parsed(arguments)
+    if check_best(parser, options):
+        return run_best(parser, options)
     _check(parser, options)
     answer = _answer(parser, options)
     if options.measured is not None:

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from percuss.plot.best_picture import best
     from percuss.plot.blow_picture import blow
     from percuss.plot.canvas import save
     from percuss.plot.map_picture import sweep
@@ -13,11 +14,12 @@ if TYPE_CHECKING:
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["basins", "blow", "experiment", "save", "steady", "sweep", "trajectory"]
+__all__ = ["basins", "best", "blow", "experiment", "save", "steady", "sweep", "trajectory"]
 
 
 _HOME = {
     "basins": "starts_picture",
+    "best": "best_picture",
     "blow": "blow_picture",
     "experiment": "starts_picture",
     "save": "canvas",

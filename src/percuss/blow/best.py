@@ -1,0 +1,217 @@
+"""The best blow within ranges: what a search over sizes finds for the rock, under a limit of stress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from percuss.blow.figures import FIGURES
+from percuss.blow.parts import Outcome
+from percuss.errors import Interrupted, MissingExtraError, ParameterError, PercussError
+from percuss.model.checks import Array, count, finite, positive
+
+if TYPE_CHECKING:
+    from percuss.blow.blow import Blow
+
+__all__ = ["OBJECTIVES", "Best", "best_blow"]
+
+OBJECTIVES = {
+    "rock-energy": ("rock_energy", 1.0),
+    "efficiency": ("rock_efficiency", 1.0),
+    "incident-energy": ("incident_energy", 1.0),
+    "peak-stress": ("peak_stress", -1.0),
+}
+"""What a search may look for: the figure, and whether more of it is better (1) or less (−1)."""
+
+_NONE = 1e9
+"""Cost of a blow that there is not."""
+
+_LOCAL = 0.25
+"""Share of the blows that is kept for the search around the best place."""
+
+_PER_RANGE = 10
+"""Places per range in each generation."""
+
+
+@dataclass(frozen=True)
+class Best:
+    """What a search has found.
+
+    Parameters
+    ----------
+    values
+        One for each range.
+    blow
+        The blow there.
+    value
+        Of the figure that was looked for.
+    allowed
+        Whether its stress is below the limit; where no blow's was, the one of least stress is told.
+    blows
+        How many were computed.
+    """
+
+    values: tuple[float, ...]
+    blow: Blow
+    value: float
+    allowed: bool
+    blows: int
+
+
+@dataclass
+class _Search:
+    """The costs of places in the unit cube; the best place so far is remembered.
+
+    A blow above the limit costs by how much it is above, any other one less than nothing (Deb 2000).
+    """
+
+    made: Callable[[tuple[float, ...]], Blow]
+    ranges: Array
+    figure: str
+    sign: float
+    below: float
+    most: int
+    progress: Callable[[int, int], bool] | None
+    blows: int = 0
+    cost: float = inf
+    best: tuple[tuple[float, ...], Blow, float] | None = None
+    refused: PercussError | None = field(default=None)
+
+    def values(self, place: Array) -> tuple[float, ...]:
+        low, high = self.ranges.T
+        return tuple(np.clip(low + (high - low) * np.asarray(place), low, high).tolist())
+
+    def __call__(self, place: Array) -> float:
+        if self.progress is not None and self.progress(self.blows, self.most):
+            raise Interrupted(self.blows, self.most, None, "the best blow so far is lost")
+        self.blows += 1
+        values = self.values(place)
+        try:
+            blow = self.made(values)
+        except Interrupted:
+            raise
+        except PercussError as error:
+            self.refused = error
+            return _NONE
+        value = FIGURES[self.figure].value(blow)
+        if value is None or blow.outcome is Outcome.TOO_MANY_PIECES:
+            return _NONE
+        cost = self._cost(blow, value)
+        if cost < self.cost:
+            self.cost, self.best = cost, (values, blow, value)
+        return cost
+
+    def _cost(self, blow: Blow, value: float) -> float:
+        if isfinite(self.below):
+            stress = FIGURES["peak_stress"].value(blow) or 0.0
+            if stress > self.below:
+                return stress / self.below - 1.0
+        return -value if self.sign > 0.0 else -1.0 / max(value, 1e-300)
+
+
+def best_blow(
+    made: Callable[[tuple[float, ...]], Blow],
+    ranges: Sequence[tuple[float, float]],
+    objective: str = "rock-energy",
+    *,
+    below: float | None = None,
+    first: Sequence[float] | None = None,
+    seed: int = 0,
+    most: int = 1500,
+    progress: Callable[[int, int], bool] | None = None,
+) -> Best:
+    """The best blow within ranges: differential evolution (Storn & Price 1997), then a simplex (Nelder & Mead 1965).
+
+    Parameters
+    ----------
+    made
+        The blow at values, one for each range; a `PercussError` says that there is none.
+    ranges
+        Least and greatest value of each.
+    objective
+        One of `OBJECTIVES`.
+    below
+        Limit of the greatest stress in striker and rod, in Pa (dimensionless: the force).
+    first
+        Values to begin with, inside the ranges.
+    seed
+        Of the random places: the same seed finds the same blow.
+    most
+        Blows computed, about.
+    progress
+        Called before each blow with the number of those done and of all; true ends the search.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range, or where no place in the ranges has such a figure.
+    Interrupted
+        When `progress` ended it.
+    MissingExtraError
+        When scipy is not installed.
+
+    Examples
+    --------
+    >>> from percuss.blow import Rock, Rod, strike
+    >>> from percuss.model import Bar, Section
+    >>> def struck(values):
+    ...     rod = Rod([Section(1.0, area=1e-3)], "rock", rock=Rock(1e8, 0.5))
+    ...     return strike(Bar(values[0], 1e-3), rod, 10.0, until=5e-4)
+    >>> found = best_blow(struck, [(0.1, 0.4)], "efficiency", most=60)
+    >>> found.allowed and 0.39 < found.value <= 0.5
+    True
+    """
+    try:
+        from scipy.optimize import differential_evolution, minimize
+    except ImportError:
+        raise MissingExtraError("scipy", "io") from None
+    if objective not in OBJECTIVES:
+        raise ParameterError("objective", objective, f"one of {', '.join(OBJECTIVES)}")
+    limits = np.array([_range(i, one) for i, one in enumerate(ranges)]).reshape(-1, 2)
+    if not limits.size:
+        raise ParameterError("ranges", ranges, "one range or more")
+    most = count("most", most, 20, 10**7)
+    figure, sign = OBJECTIVES[objective]
+    search = _Search(made, limits, figure, sign, inf if below is None else positive("below", below), most, progress)
+    start = None
+    if first is not None:
+        start = np.clip((np.asarray(first, dtype=float) - limits[:, 0]) / np.diff(limits)[:, 0], 0.0, 1.0)
+        search(start)
+    size = max(5, _PER_RANGE * len(limits))
+    rounds = max(1, int((1.0 - _LOCAL) * most) // size - 1)
+    differential_evolution(
+        search, [(0.0, 1.0)] * len(limits), popsize=_PER_RANGE, maxiter=rounds, tol=1e-4, seed=seed, polish=False,
+        x0=start,
+    )  # fmt: skip
+    if search.best is None:
+        remedy = "" if search.refused is None else f"the last refusal: {search.refused}"
+        raise ParameterError("ranges", limits.tolist(), "ranges in which a blow has this figure", remedy)
+    place = (np.array(search.best[0]) - limits[:, 0]) / np.diff(limits)[:, 0]
+    options = {
+        "maxfev": max(10, int(_LOCAL * most)),
+        "xatol": 1e-6,
+        "fatol": 1e-9 * abs(search.cost),
+        "initial_simplex": _simplex(place),
+    }
+    minimize(search, place, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(limits), options=options)
+    values, blow, value = search.best
+    return Best(values, blow, value, search.cost < 0.0, search.blows)
+
+
+def _range(number: int, given: tuple[float, float]) -> tuple[float, float]:
+    low, high = (finite(f"ranges[{number}]", one) for one in given)
+    if not low < high:
+        raise ParameterError(f"ranges[{number}]", given, "two different ends, the smaller one first")
+    return low, high
+
+
+def _simplex(place: Array, step: float = 0.05) -> Array:
+    """Corners around a place, inside the unit cube."""
+    corners = np.tile(place, (place.size + 1, 1))
+    for i in range(place.size):
+        corners[i + 1, i] += step if place[i] + step <= 1.0 else -step
+    return corners

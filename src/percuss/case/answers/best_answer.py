@@ -1,0 +1,212 @@
+"""The dispatcher's answer to "which sizes give the best blow?"."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from percuss.blow.figures import FIGURES
+from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+from percuss.case.case import checked_case
+from percuss.case.file_format.dotted_keys import value_at
+from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.case.parameters.case_keys import held
+from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.errors import ParameterError, PercussError
+from percuss.explore.axis import Axis
+from percuss.model.checks import several
+from percuss.shown import Shown
+from percuss.units import DIMENSIONS, unit_scale
+
+if TYPE_CHECKING:
+    from percuss.blow import Blow
+    from percuss.case.case import Case
+
+__all__ = ["BestAnswer", "Span", "best_answer"]
+
+_DIGITS = 6
+"""Of the sizes that are tried: no workshop needs more."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """The range of a key of a case.
+
+    Attributes
+    ----------
+    name
+        Of the key, as it was given.
+    low, high
+        Least and greatest value.
+    unit
+        Of both.
+    """
+
+    name: str
+    low: float
+    high: float
+    unit: str = ""
+
+    @classmethod
+    def parsed(cls, text: str) -> Span:
+        """From ``NAME=LOW:HIGH``, numbers with or without a unit.
+
+        Raises
+        ------
+        ParameterError
+            When the text has another form.
+
+        Examples
+        --------
+        >>> Span.parsed("bar.sections[2].length=50:150mm")
+        Span(name='bar.sections[2].length', low=50.0, high=150.0, unit='mm')
+        """
+        if text.count("=") != 1 or text.count(":") != 1:
+            raise ParameterError("vary", text, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
+        axis = Axis.parsed(f"{text}:2")
+        return cls(axis.name, float(axis.values[0]), float(axis.values[1]), axis.unit)
+
+
+@dataclass(frozen=True)
+class BestAnswer(Shown):
+    """The case at its best, beside the case as it is.
+
+    Attributes
+    ----------
+    objective, below
+        What was looked for, and under which stress (Pa; dimensionless: force).
+    spans, values
+        What was varied, and what is best.
+    own_values
+        What the case has there, in the units of the ranges; None where it has nothing.
+    case
+        The best one, to be saved.
+    own, best
+        The blow of the case as it is, and at its best.
+    allowed
+        Whether any blow was below the limit.
+    blows, seed
+        How many were computed, and with which random numbers.
+    """
+
+    objective: str
+    below: float | None
+    spans: tuple[Span, ...]
+    values: tuple[float, ...]
+    own_values: tuple[float | None, ...]
+    case: Case
+    own: BlowAnswer
+    best: BlowAnswer
+    allowed: bool
+    blows: int
+    seed: int
+
+    @property
+    def figures(self) -> dict[str, tuple[float | None, float | None]]:
+        """Each figure of the case as it is, and at its best."""
+        return {name: (one.value(self.own.blow), one.value(self.best.blow)) for name, one in FIGURES.items()}
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values, as `percuss blow --best --json` prints it."""
+        together = zip(self.spans, self.own_values, self.values, strict=True)
+        return {
+            "case": self.own.name,
+            "title": self.own.title,
+            "objective": self.objective,
+            "below": self.below,
+            "allowed": self.allowed,
+            "blows": self.blows,
+            "seed": self.seed,
+            "varied": [
+                {"name": s.name, "unit": s.unit, "low": s.low, "high": s.high, "own": own, "best": best}
+                for s, own, best in together
+            ],
+            "figures": {
+                name: {"unit": FIGURES[name].unit if self.own.is_si else "", "own": own, "best": best}
+                for name, (own, best) in self.figures.items()
+            },
+            "best_case": self.case.to_dict(),
+        }
+
+
+def best_answer(
+    case: Case,
+    spans: Sequence[Span],
+    objective: str = "rock-energy",
+    *,
+    below: float | None = None,
+    seed: int = 0,
+    most: int = 1500,
+    progress: Callable[[int, int], bool] | None = None,
+) -> BestAnswer:
+    """The sizes of a case that give the best blow.
+
+    Parameters
+    ----------
+    spans
+        What may vary, and between which values.
+    objective, below, seed, most, progress
+        See `percuss.blow.best.best_blow`.
+
+    Raises
+    ------
+    CaseError, ParameterError
+        When the case cannot be used, or has no such keys.
+    Interrupted
+        When `progress` ended the search.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> spans = [Span.parsed("bar.length=100:300mm")]
+    >>> found = best_answer(load_case("laboratory-striker"), spans, "efficiency", most=40)
+    >>> found.best.blow.efficiency >= found.own.blow.efficiency
+    True
+    """
+    from percuss.blow.best import best_blow  # loads the compiler
+
+    checked_case(case)
+    family = CaseFamily(case, {span.name: span.unit for span in several("spans", spans, "a list of Span")})
+    keys = [family.key(span.name) for span in spans]
+    if len(set(keys)) < len(keys):
+        raise ParameterError("vary", next(key for key in keys if keys.count(key) > 1), "each key once")
+    own = blow_answer(case)
+    own_values = tuple(_own(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
+
+    def varied(values: Sequence[float]) -> Case:
+        return family.varied({span.name: _rounded(v) for span, v in zip(spans, values, strict=True)})
+
+    def made(values: tuple[float, ...]) -> Blow:
+        return blow_answer(varied(values)).blow
+
+    inside = [v is not None and span.low <= v <= span.high for v, span in zip(own_values, spans, strict=True)]
+    first = [v for v in own_values if v is not None] if all(inside) else None
+    ranges = [(span.low, span.high) for span in spans]
+    if first is None:
+        made(tuple(0.5 * (low + high) for low, high in ranges))  # a wrong key or unit says so
+    found = best_blow(made, ranges, objective, below=below, first=first, seed=seed, most=most, progress=progress)
+    best = varied(found.values)
+    rounded = tuple(map(_rounded, found.values))
+    return BestAnswer(
+        objective, below, tuple(spans), rounded, own_values, best, own, blow_answer(best), found.allowed,
+        found.blows, seed,
+    )  # fmt: skip
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
+
+
+def _own(case: Case, key: str, unit: str) -> float | None:
+    """What the case has under a key, in a unit."""
+    if not key:
+        return None
+    value, own = parsed_quantity(held(value_at(json_tables(case), key)))
+    if value is None or own == unit:
+        return value
+    try:
+        return value * unit_scale(own, DIMENSIONS, key)[0] / unit_scale(unit, DIMENSIONS, key)[0]
+    except PercussError:
+        return None

@@ -1,0 +1,83 @@
+"""`percuss blow --best`: report, JSON, the case that is saved, the picture, every kind of bad input."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from percuss.case import Case, Span, best_answer, blow_answer, load_case
+from percuss.cli import main
+from percuss.errors import ParameterError
+
+SEARCH = ("blow", "laboratory-striker", "--best", "efficiency", "--vary", "bar.length=50:400mm", "--blows", "40")
+
+
+@pytest.fixture
+def percuss(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments):
+        try:
+            code = main(list(arguments))
+        except SystemExit as stop:
+            code = stop.code
+        return code, *capsys.readouterr()
+
+    return command
+
+
+def test_the_saved_case_gives_what_was_told(percuss):
+    code, out, _ = percuss(*SEARCH, "--below", "300MPa", "--json", "-o", "best.toml", "--plot", "best.png")
+    told = json.loads(out)
+    best = Case.read("best.toml")
+    blow = blow_answer(best).blow
+    assert code == 0 and told["allowed"] and Path("best.png").read_bytes()[:4] == b"\x89PNG"
+    assert told["figures"]["rock_efficiency"]["best"] == blow.efficiency >= told["figures"]["rock_efficiency"]["own"]
+    assert told["figures"]["peak_stress"]["best"] <= 300e6
+    assert best.tables.bar.length == f"{told['varied'][0]['best']!r} mm"
+    assert told["varied"][0]["own"] == 200.0 and told["best_case"]["bar"]["length"] == best.tables.bar.length
+
+
+def test_the_report_tells_the_change(percuss):
+    code, out, _ = percuss(*SEARCH)
+    assert code == 0
+    for word in ("The best efficiency", "bar.length", "peak stress", "MPa", "seed 0"):
+        assert word in out
+
+
+def test_a_limit_that_nothing_keeps(percuss):
+    code, out, _ = percuss(*SEARCH, "--below", "1 kPa")
+    assert code == 0 and "No blow within these ranges" in out
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (("--best", "rock-energy"), "say what may vary"),
+        (("--best", "beauty", "--vary", "bar.length=1:2mm"), "rock-energy, efficiency"),
+        (("--vary", "bar.length=1:2mm"), "only with --best"),
+        (("--best", "efficiency", "--vary", "bar.length=1mm"), "NAME=LOW:HIGH"),
+        (("--best", "efficiency", "--vary", "bar.lenth=1:2mm"), "bar.length"),
+        (("--best", "efficiency", "--vary", "bar.length=2:1mm"), "smaller end first"),
+        (("--best", "efficiency", "--vary", "bar.length=1:2kg"), "length"),
+        (("--best", "efficiency", "--vary", "length=1:2mm", "--vary", "bar.length=1:2mm"), "each key once"),
+        (("--best", "efficiency", "--vary", "bar.length=1:2mm", "--below", "3 kg"), "--below"),
+        (("--best", "efficiency", "--vary", "bar.length=1:2mm", "-o", "best.nc"), ".toml"),
+        (("--best", "efficiency", "--vary", "bar.length=1:2mm", "--gauge", "1m"), "not with --best"),
+        (("--best", "efficiency", "--vary", "restitution=0:1"), "a key of the case"),
+    ],
+)
+def test_bad_questions_are_refused_at_once(percuss, more, told):
+    code, out, err = percuss("blow", "laboratory-striker", *more)
+    assert code not in (0, None) and not out and told in " ".join(err.split())
+
+
+def test_short_names_where_only_one_key_has_them():
+    case = load_case("laboratory-striker")
+    long, short = (
+        best_answer(case, [Span.parsed(text)], "efficiency", most=20)
+        for text in ("rock.stiffness=50:400kN/mm", "stiffness=50:400kN/mm")
+    )
+    assert long.values == short.values
+    with pytest.raises(ParameterError, match=r"bar\.sections\[0\]"):
+        best_answer(load_case("stepped-drifter"), [Span.parsed("head.length=50:150mm")], most=20)
