@@ -52,7 +52,10 @@ class Waves:
 
 def first_pulse(waves: Waves, start: float) -> Pulse | None:
     """The incident wave at the struck face from the first contact until its force is 0 or a returned wave arrives."""
-    incident, last = waves.incident, _arrival(waves)
+    last = _arrival(waves)
+    whole = waves.incident
+    count = max(1, int(np.searchsorted(whole.times, last)))
+    incident = Trace(whole.times[: count + 1], whole.coefficients[:count])
     peaks = incident.piece_peaks
     inside = (incident.times[:-1] < last) & (incident.times[1:] > start)
     if not inside.any() or not peaks[inside].max() > 0.0:
