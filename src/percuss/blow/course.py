@@ -134,9 +134,9 @@ class Course:
         degrees, rest = waves.degree[row, low:high], waves.rest[row, low:high]
         coefficients = np.zeros((high - low, int(degrees.max()) + 1))
         coefficients[:, 0] = waves.first[row, low:high]
-        for k in np.flatnonzero(degrees).tolist():
-            n = int(degrees[k])
-            coefficients[k, 1 : n + 1] = waves.pool[rest[k] : rest[k] + n]
+        for k in range(1, coefficients.shape[1]):
+            bent = np.flatnonzero(degrees >= k)
+            coefficients[bent, k] = waves.pool[rest[bent] + k - 1]
         edges = starts[low : high + 1].copy()
         for k in sorted({0, high - low - 1}):
             begin, end = max(first, int(edges[k])), min(last, int(edges[k + 1]))

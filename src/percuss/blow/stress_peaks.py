@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.blow.course import Course
-from percuss.blow.kernels.extremes import greatest_pair, piece_extremes
+from percuss.blow.kernels.extremes import BLOCK, greatest_pair, piece_bounds
 from percuss.model.checks import Array
 
 __all__ = ["Extreme", "force_extremes"]
@@ -44,12 +44,12 @@ def _of_section(course: Course, section: int) -> tuple[Extreme, Extreme]:
         return _sent(pieces.times, peaks, z), _sent(pieces.times, falls, z)
     waves, transit = course.held.waves, course.transit[section]
     work, row = course.held.state.work, 2 * section
-    f, g = _extremes(course, row), _extremes(course, row + 1)
     found, pair = [], np.zeros(3)
     for sign in (1.0, -1.0):
-        high = f[[0, 2]] if sign > 0.0 else -f[[1, 3]] * [[1.0], [-1.0]]
-        low = g[[1, 3]] if sign > 0.0 else -g[[0, 2]] * [[1.0], [-1.0]]
-        greatest_pair(waves, row, transit, course.end, course.held.problem.near, sign, high, low, work, pair)
+        high, low = _bounds(course, row, sign), _bounds(course, row + 1, -sign)
+        highs, lows = _greatest(high[0]), _greatest(low[0])
+        order, near = np.argsort(-highs, kind="stable"), course.held.problem.near
+        greatest_pair(waves, row, transit, course.end, near, sign, order, high, low, highs, lows, work, pair)
         value, s, r = pair.tolist()
         found.append(Extreme(z * value, 0.5 * tick * (transit + r - s), 0.5 * tick * (transit + r + s)))
     return found[0], found[1]
@@ -61,8 +61,13 @@ def _sent(times: Array, peaks: Array, z: float) -> Extreme:
     return Extreme(z * float(peaks[k]), 0.0, float(times[k]))
 
 
-def _extremes(course: Course, row: int) -> Array:
-    """Greatest and least value of each piece, and where; shape (4, pieces)."""
-    found = np.zeros((4, int(course.held.waves.pieces[row])))
-    piece_extremes(course.held.waves, row, found, course.held.state.work)
+def _bounds(course: Course, row: int, sign: float) -> Array:
+    """What a wave times a sign does not exceed in each piece, and a place yet to be found; shape (2, pieces)."""
+    found = np.zeros((2, int(course.held.waves.pieces[row])))
+    piece_bounds(course.held.waves, row, sign, found)
     return found
+
+
+def _greatest(bounds: Array) -> Array:
+    """The greatest of every block of pieces."""
+    return np.asarray(np.maximum.reduceat(bounds, np.arange(0, bounds.size, BLOCK)))

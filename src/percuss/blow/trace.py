@@ -43,8 +43,7 @@ class Trace:
             For times that are not finite numbers.
         """
         t = np.clip(numbers("time", time), self.times[0], self.times[-1])
-        piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.coefficients) - 1)
-        return self._values(piece, t)
+        return self._values(self._pieces(t), t)
 
     def before(self, time: npt.ArrayLike) -> Array:
         """The same, at a break that of the earlier piece."""
@@ -56,7 +55,7 @@ class Trace:
         low, high = self.times[piece], self.times[piece + 1]
         x = 2.0 * (t - low) / (high - low) - 1.0
         one, two = np.zeros_like(x), np.zeros_like(x)
-        for k in range(self.coefficients.shape[1] - 1, 0, -1):
+        for k in range(int(self._degrees[piece].max(initial=0)), 0, -1):
             one, two = self.coefficients[piece, k] + 2.0 * x * one - two, one
         return np.asarray(self.coefficients[piece, 0] + x * one - two)
 
@@ -108,14 +107,39 @@ class Trace:
 
     def product_integral(self, other: Trace) -> float:
         """∫ of the product with another trace over the time that both have."""
+        if other is self:
+            return self._square_integral()
         low, high = max(self.times[0], other.times[0]), min(self.times[-1], other.times[-1])
         edges = np.unique(np.concatenate([self.times, other.times]))
         edges = np.unique(np.clip(edges, low, high))
-        degree = self.coefficients.shape[1] + other.coefficients.shape[1] - 2
-        nodes, weights = np.polynomial.legendre.leggauss(degree // 2 + 1)
-        half = 0.5 * np.diff(edges)[:, None]
-        at = edges[:-1, None] + half * (1.0 + nodes)
-        return float(np.sum(half * weights * self.at(at) * other.at(at)))
+        middle, half, total = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges), 0.0
+        one, two = self._pieces(middle), other._pieces(middle)
+        needed = (self._degrees[one] + other._degrees[two]) // 2 + 1
+        for size in np.unique(needed).tolist():
+            here = needed == size
+            nodes, weights = np.polynomial.legendre.leggauss(size)
+            at = middle[here, None] + half[here, None] * nodes
+            values = self._values(one[here, None], at) * other._values(two[here, None], at)
+            total += float(half[here] @ (values @ weights))
+        return total
+
+    @cached_property
+    def _degrees(self) -> npt.NDArray[np.intp]:
+        """Of each piece, shape (n,)."""
+        k = np.arange(self.coefficients.shape[1])
+        return np.asarray(np.max((self.coefficients != 0.0) * k, axis=1))
+
+    def _pieces(self, time: Array) -> npt.NDArray[np.intp]:
+        """The piece at each time, at a break the later one."""
+        return np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.coefficients) - 1)
+
+    def _square_integral(self) -> float:
+        """∫ of the square, from T_i T_j = (T_{i+j} + T_{|i−j|})/2."""
+        k = np.arange(self.coefficients.shape[1])
+        plus, minus = k[:, None] + k, k[:, None] - k
+        even = plus % 2 == 0
+        weights = np.where(even, 0.5 / (1.0 - (plus * even) ** 2) + 0.5 / (1.0 - (minus * even) ** 2), 0.0)
+        return float(np.diff(self.times) @ np.sum(self.coefficients @ weights * self.coefficients, axis=1))
 
     def around(self, start: float, end: float) -> Trace:
         """The pieces that have a part between two times, whole; all where none has."""

@@ -52,7 +52,7 @@ def check_best(parser: Parser, options: argparse.Namespace) -> bool:
         parser.error("argument --best: say what may vary: --vary 'bar.sections[2].length=50:150mm'")
     if options.blows is not None and options.blows < 20:
         parser.error("argument --blows: a whole number, 20 or greater")
-    for name in ("velocity", "until", "from_motion", "gauge", "csv"):
+    for name in ("velocity", "until", "from_motion", "gauge", "measured", "column", "unit", "sample_rate", "csv"):
         if getattr(options, name):
             option = name.replace("_", "-")
             parser.error(f"argument --{option}: not with --best, which asks the case as it is; save it with -o, then "

@@ -6,11 +6,13 @@ N = Z (f(s) − g(r)), at the time (s + r + τ)/2, which is in the window; so th
 from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import value
-from percuss.blow.kernels.sums import part, piece_end
+from percuss.blow.kernels.sums import part, piece_at, piece_end
 from percuss.compiled import entry, inner
 
 SAMPLES = 65  # of a polynomial, between which a maximum is bracketed
 GOLDEN = 0.6180339887498949
+BLOCK = 32  # pieces that are passed over together
+UNKNOWN = 2.0  # a place that has not been looked for
 
 
 @inner
@@ -54,20 +56,27 @@ def _along(c, n, d, m, a, b, e, g):
 
 
 @entry
-def piece_extremes(waves, row, found, work):
-    """The greatest and the least value of each piece of a row, found[0] and found[1], and where in [−1, 1]."""
-    c, zero, minus = work[6], work[7], work[8]
-    zero[0] = 0.0
+def piece_bounds(waves, row, sign, found):
+    """What sign·p of each piece of a row does not exceed, found[0], |T_k| ≤ 1; found[1], its place, is UNKNOWN."""
     for k in range(waves.pieces[row]):
-        n = part(waves, row, k, waves.start[row, k], piece_end(waves, row, k), c, work)
-        found[0, k] = found[1, k] = c[0]
-        found[2, k] = found[3, k] = 0.0
-        if n > 0:
-            found[0, k], found[2, k] = _along(c, n, zero, 0, 0.0, 1.0, 0.0, 0.0)
-            for j in range(n + 1):
-                minus[j] = -c[j]
-            least, found[3, k] = _along(minus, n, zero, 0, 0.0, 1.0, 0.0, 0.0)
-            found[1, k] = -least
+        rest, most = waves.rest[row, k], sign * waves.first[row, k]
+        for j in range(waves.degree[row, k]):
+            most += abs(waves.pool[rest + j])
+        found[0, k] = most
+        found[1, k] = UNKNOWN if waves.degree[row, k] > 0 else 0.0
+
+
+@inner
+def _settle(waves, row, k, sign, found, work):
+    """Put the greatest value of sign·p of a piece, and its place in [−1, 1], where its bound was."""
+    if found[1, k] != UNKNOWN:
+        return
+    c, zero = work[6], work[7]
+    zero[0] = 0.0
+    n = part(waves, row, k, waves.start[row, k], piece_end(waves, row, k), c, work)
+    for j in range(n + 1):
+        c[j] *= sign
+    found[0, k], found[1, k] = _along(c, n, zero, 0, 0.0, 1.0, 0.0, 0.0)
 
 
 @inner
@@ -105,29 +114,49 @@ def overlap(s1, s2, r1, r2, transit, end, work):
 
 
 @entry
-def greatest_pair(waves, row, transit, end, near, sign, high, low, work, found):
-    """The greatest sign·(f − g) of all pairs that meet; found = value, s, r. `high`, `low`: of sign·f and sign·g."""
-    best = -1e300
-    least = 1e300
-    for k in range(waves.pieces[row + 1]):
-        least = min(least, low[0, k])
-    first = 0
-    for i in range(waves.pieces[row]):
-        s1, s2 = waves.start[row, i], min(piece_end(waves, row, i), end)
-        while first + 1 < waves.pieces[row + 1] and piece_end(waves, row + 1, first) <= s1 - transit:
-            first += 1
-        if s2 <= s1 or high[0, i] - least <= best:
+def greatest_pair(waves, row, transit, end, near, sign, order, high, low, highs, lows, work, found):
+    """The greatest sign·(f − g) of all pairs that meet; found = value, s, r.
+
+    `high`, `low`: bounds of sign·f and of −sign·g, as `piece_bounds` leaves them. `highs`, `lows`: the greatest of
+    every BLOCK of them. `order`: blocks of f, the greatest first. Blocks, and pieces, whose bounds together do not
+    exceed what has been found are passed over.
+    """
+    best, size = -1e300, waves.pieces[row]
+    for a in order:
+        first, last = BLOCK * a, min(BLOCK * a + BLOCK, size)
+        s1, s2 = waves.start[row, first], min(piece_end(waves, row, last - 1), end)
+        if s2 <= s1:
             continue
-        k = first
-        while k < waves.pieces[row + 1]:
-            r1, r2 = waves.start[row + 1, k], min(piece_end(waves, row + 1, k), end)
-            if r1 >= s2 + transit - near:
-                break
-            met = s1 - r2 < transit - near and s2 + r2 > near - transit and s1 + r1 < 2 * end - transit - near
-            if met and r2 > r1 and high[0, i] - low[0, k] > best:
-                best = _pair(waves, row, i, k, transit, end, sign, high, low, best, work, found)
-            k += 1
+        b = piece_at(waves, row + 1, s1 - transit) // BLOCK
+        while b < lows.size and waves.start[row + 1, BLOCK * b] < s2 + transit:
+            if highs[a] + lows[b] > best:
+                for i in range(first, last):
+                    if high[0, i] + lows[b] > best:
+                        best = _block(waves, row, i, b, transit, end, near, sign, high, low, best, work, found)
+            b += 1
     found[0] = best
+
+
+@inner
+def _block(waves, row, i, b, transit, end, near, sign, high, low, best, work, found):
+    """The greatest of a piece of f and a block of g, where it exceeds what was found before."""
+    for k in range(BLOCK * b, min(BLOCK * b + BLOCK, waves.pieces[row + 1])):
+        if high[0, i] + low[0, k] > best and _meet(waves, row, i, k, transit, end, near):
+            _settle(waves, row, i, sign, high, work)
+            _settle(waves, row + 1, k, -sign, low, work)
+            if high[0, i] + low[0, k] > best:
+                best = _pair(waves, row, i, k, transit, end, sign, high, low, best, work, found)
+    return best
+
+
+@inner
+def _meet(waves, row, i, k, transit, end, near):
+    """Whether two pieces meet within the window."""
+    s1, s2 = waves.start[row, i], min(piece_end(waves, row, i), end)
+    r1, r2 = waves.start[row + 1, k], min(piece_end(waves, row + 1, k), end)
+    if r2 <= r1 or s1 - r2 >= transit - near or r1 - s2 >= transit - near:
+        return False
+    return s2 > s1 and s2 + r2 > near - transit and s1 + r1 < 2 * end - transit - near
 
 
 @inner
@@ -146,7 +175,7 @@ def _pair(waves, row, i, k, transit, end, sign, high, low, best, work, found):
     feasible = abs(top - bottom) <= transit and -transit <= top + bottom <= 2.0 * end - transit
     if feasible and top <= b1 and bottom <= b2:
         found[1], found[2] = top, bottom
-        return high[0, i] - low[0, k]
+        return high[0, i] + low[0, k]
     n = overlap(float(s1), float(b1), float(r1), float(b2), float(transit), float(end), work)
     if n < 3:
         return best
@@ -157,7 +186,7 @@ def _pair(waves, row, i, k, transit, end, sign, high, low, best, work, found):
             s += corners[0, j] / n
             r += corners[1, j] / n
         found[1], found[2] = s, r
-        return high[0, i] - low[0, k]
+        return high[0, i] + low[0, k]
     return _bent_pair(waves, row, i, k, n, sign, top, bottom, transit, end, best, work, found)
 
 
