@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -166,7 +166,7 @@ def best_blow(
     True
     """
     try:
-        from scipy.optimize import differential_evolution, minimize
+        from scipy.optimize import Bounds, differential_evolution, minimize
     except ImportError:
         raise MissingExtraError("scipy", "io") from None
     if objective not in OBJECTIVES:
@@ -183,21 +183,22 @@ def best_blow(
         search(start)
     size = max(5, _PER_RANGE * len(limits))
     rounds = max(1, int((1.0 - _LOCAL) * most) // size - 1)
+    unit = Bounds(np.zeros(len(limits)), np.ones(len(limits)))
     differential_evolution(
-        search, [(0.0, 1.0)] * len(limits), popsize=_PER_RANGE, maxiter=rounds, tol=1e-4, seed=seed, polish=False,
+        search, unit, popsize=_PER_RANGE, maxiter=rounds, tol=1e-4, seed=seed, polish=False,
         x0=start,
     )  # fmt: skip
     if search.best is None:
         remedy = "" if search.refused is None else f"the last refusal: {search.refused}"
         raise ParameterError("ranges", limits.tolist(), "ranges in which a blow has this figure", remedy)
     place = (np.array(search.best[0]) - limits[:, 0]) / np.diff(limits)[:, 0]
-    options = {
+    options: Any = {
         "maxfev": max(10, int(_LOCAL * most)),
         "xatol": 1e-6,
         "fatol": 1e-9 * abs(search.cost),
         "initial_simplex": _simplex(place),
     }
-    minimize(search, place, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(limits), options=options)
+    minimize(search, place, method="Nelder-Mead", bounds=unit, options=options)
     values, blow, value = search.best
     return Best(values, blow, value, search.cost < 0.0, search.blows)
 

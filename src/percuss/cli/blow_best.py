@@ -144,9 +144,11 @@ def best_report(answer: BestAnswer) -> Report:
 
     name = OBJECTIVES[answer.objective][0]
     own, best = answer.figures[name]
-    limit = "" if answer.below is None else f" with stresses below {answer.own.stress(answer.below)}"
+    limit = "" if answer.below is None else f" with stresses below {answer.own.units.stress(answer.below)}"
     if not answer.allowed:
-        summary = f"No blow within these ranges keeps its stresses below {answer.own.stress(answer.below or 0.0)}; "
+        summary = (
+            f"No blow within these ranges keeps its stresses below {answer.own.units.stress(answer.below or 0.0)}; "
+        )
         summary += "this one has the least."
     else:
         summary = f"The best {answer.objective}{limit}: {_value(answer, name, best)}, where the case has "
@@ -185,12 +187,12 @@ def _figure(answer: BestAnswer, name: str) -> tuple[str, ...]:
 
 def _value(answer: BestAnswer, name: str, value: float | None) -> str:
     tell: dict[str, Any] = {
-        "rock_energy": answer.own.energy,
-        "incident_energy": answer.own.energy,
+        "rock_energy": answer.own.units.energy,
+        "incident_energy": answer.own.units.energy,
         "rock_efficiency": percent,
         "ringing": percent,
-        "peak_stress": answer.own.stress,
-        "contact_duration": answer.own.time,
+        "peak_stress": answer.own.units.stress,
+        "contact_duration": answer.own.units.time,
     }
     return "-" if value is None else tell.get(name, number)(value)
 
