@@ -6,7 +6,7 @@ import { blowPlayer, pauseBlow, playBlow, stepBlow, toggleBlow } from "./blow_pl
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
 import { BlowStage } from "./blow_stage.js";
 import { h, latest, put, select } from "./dom.js";
-import { list } from "./case_files.js";
+import { list, said } from "./case_files.js";
 import { counted, number, percent, si, withUnit } from "./format.js";
 import { data, on, show, view } from "./state.js";
 
@@ -30,7 +30,8 @@ const parts = { key: "", again: false };
 
 function startBlow(panel) {
   const canvas = h("canvas", { id: "blow-stage", role: "img", "aria-label": "Striker and tool" });
-  parts.stage = new BlowStage(canvas);
+  const scale = h("p", { class: "small muted", id: "blow-scale" });
+  parts.stage = new BlowStage(canvas, scale);
   parts.sentence = h("p", { id: "blow-sentence", role: "status" });
   parts.notes = h("p", { class: "small muted", id: "blow-notes" });
   parts.problem = h("div", { role: "alert", id: "blow-problem" });
@@ -39,14 +40,15 @@ function startBlow(panel) {
   put(
     panel,
     h("div", { class: "card" }, h("h2", {}, "One blow, resolved by waves"), parts.sentence, parts.notes, parts.problem),
-    h("div", { class: "card stage" }, canvas, blowPlayer(painted), h("div", { class: "row" }, parts.shown)),
+    h("div", { class: "card stage", id: "blow-in-sight" }, canvas),
+    h("div", { class: "card" }, blowPlayer(painted), h("div", { class: "row" }, parts.shown), scale),
     blowCharts(),
     blowSliders(moved),
     parts.facts,
   );
   panel.addEventListener("keydown", keys);
   on("tables view", want);
-  on("theme", () => parts.blow && (drawBlow(parts.blow, parts.units), parts.stage.draw()));
+  on("theme", () => parts.blow && (drawBlow(parts.blow, parts.units), painted(parts.stage.frame)));
   document.addEventListener("visibilitychange", () => document.hidden && pauseBlow());
 }
 
@@ -68,9 +70,7 @@ function want() {
   const { again } = parts;
   parts.key = key;
   parts.again = false;
-  const question = { tables: data.tables, since: 0 };
-  if (!again) ask({ ...question, key: "", again, size: { whole: false } }); // the picture need not wait for the end
-  ask({ ...question, key, again: true, size: {} });
+  ask({ key, again, tables: data.tables, size: {}, since: 0 });
 }
 
 /** A slider has moved: the picture at once, in fewer cells; what the end of the blow tells comes when it rests. */
@@ -96,7 +96,12 @@ const ask = latest(
     if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
     pauseBlow();
     put(parts.sentence, "");
-    put(parts.problem, h("p", { class: "note bad" }, error.message));
+    const lines = error.problems?.map((one) => [one.key && `${one.key}: `, said(one)]) ?? [error.message];
+    put(
+      parts.problem,
+      lines.map((line) => h("p", { class: "note bad" }, line)),
+      parts.blow && h("p", { class: "small muted" }, "What is shown below is still the blow of the case before."),
+    );
   },
 );
 
@@ -109,8 +114,7 @@ function painted(frame) {
 
 function words(blow) {
   put(parts.sentence, blow.sentence);
-  const notes = [...blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`), parts.stage.magnified()];
-  put(parts.notes, notes.join(" "));
+  put(parts.notes, blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`).join(" "));
   parts.stage.canvas.setAttribute("aria-label", `Striker, tool and rock with the waves in them. ${blow.sentence}`);
   put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
 }
