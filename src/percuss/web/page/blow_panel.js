@@ -67,43 +67,59 @@ function want() {
   parts.shown.querySelector("select").value = view.blowShow;
   const key = JSON.stringify([data.changed, view.blowShow]);
   if (key === parts.key) return;
-  const { again } = parts;
+  const question = { key, again: parts.again, tables: data.tables, show: view.blowShow, since: 0 };
   parts.key = key;
   parts.again = false;
-  ask({ key, again, tables: data.tables, size: {}, since: 0 });
+  if (question.show === "start") picture({ ...question, size: { whole: false } }); // need not wait for the end of the blow
+  whole({ ...question, size: question.show === "start" ? { frames: 2, cells: 2 } : {} });
 }
 
 /** A slider has moved: the picture at once, in fewer cells; what the end of the blow tells comes when it rests. */
 function moved(tables) {
+  const size = { whole: false, frames: 121, cells: 80 };
   parts.again = true;
-  ask({ key: "", again: true, tables, size: { whole: false, frames: 121, cells: 80 }, since: performance.now() });
+  picture({ key: "", again: true, tables, show: view.blowShow, since: performance.now(), size });
 }
 
-const ask = latest(
-  ({ tables, size }) => postBinary("blow", { case: tables, show: view.blowShow, ...size }),
-  (blow, { key, again, since }) => {
-    parts.blow = blow;
-    parts.units = blowUnits(blow);
-    put(parts.problem);
-    parts.stage.show(blow);
-    drawBlow(blow, parts.units);
-    playBlow(blow, parts.units, again);
-    if (since) parts.stage.canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
-    if (key) parts.stage.canvas.dataset.key = key;
-    if (blow.answer) words(blow);
+const ask = ({ tables, show: part, size }) => postBinary("blow", { case: tables, show: part, ...size });
+const picture = latest(ask, drawn, failed);
+const whole = latest(
+  ask,
+  (blow, question) => {
+    if (question.key !== parts.key) return;
+    if (question.show !== "start") drawn(blow, question);
+    words(blow);
   },
-  (error, { key }) => {
-    if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
-    pauseBlow();
-    put(parts.sentence, "");
-    const lines = error.problems?.map((one) => [one.key && `${one.key}: `, said(one)]) ?? [error.message];
-    put(
-      parts.problem,
-      lines.map((line) => h("p", { class: "note bad" }, line)),
-      parts.blow && h("p", { class: "small muted" }, "What is shown below is still the blow of the case before."),
-    );
+  (error, question) => {
+    if (question.show === "start" && error.status === 422) return; // the picture has told it
+    if (question.key === parts.key) failed(error, question);
   },
 );
+
+function drawn(blow, { key, again, since }) {
+  const { canvas } = parts.stage;
+  parts.blow = blow;
+  parts.units = blowUnits(blow);
+  put(parts.problem);
+  parts.stage.show(blow);
+  drawBlow(blow, parts.units);
+  playBlow(blow, parts.units, again);
+  if (since) canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
+  if (key) canvas.dataset.key = key;
+}
+
+function failed(error, { key }) {
+  if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
+  pauseBlow();
+  put(parts.sentence, "");
+  const lines = error.problems?.map((one) => [one.key && `${one.key}: `, said(one)]) ?? [error.message];
+  const before = parts.blow && parts.stage.canvas.dataset.key !== key;
+  put(
+    parts.problem,
+    lines.map((line) => h("p", { class: "note bad" }, line)),
+    before && h("p", { class: "small muted" }, "What is shown below is still the blow of the case before."),
+  );
+}
 
 function painted(frame) {
   parts.stage.frame = frame;
