@@ -39,7 +39,7 @@ def quick_dict(
 
     What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
     the rest agrees with it, to rounding. Under a law of blows that take time `phase` is that of the force's centroid,
-    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` the same of those that it alone has.
+    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has.
 
     Parameters
     ----------
