@@ -32,6 +32,7 @@ from percuss import (
     units,
 )
 from percuss import case as room_of_cases
+from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     External,
@@ -47,7 +48,10 @@ from percuss.model import (
 )
 from percuss.recordings import read_recording
 
-ROOMS = ("recordings", "model", "steady", "stability", "simulate", "blow", "explore", "case", "plot", "units")
+ROOMS = (
+    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.machine", "explore", "case", "plot",
+    "units",
+)  # fmt: skip
 
 
 class Anything:
@@ -119,13 +123,21 @@ NO_DOORS: dict[str, str] = {
             "blow.AlongBody",
             "blow.Blow",
             "blow.EffectiveBlow",
+            "blow.Energy",
+            "blow.Impacts",
+            "blow.Impacts.part",
+            "blow.Lattice",
+            "blow.MachineMotion",
+            "blow.MachineProgress",
             "blow.Peak",
             "blow.Pulse",
+            "blow.Settled",
             "blow.Spell",
             "blow.StringState",
             "blow.Trace",
             "blow.Trace.product_integral",
             "blow.Trace.scaled",
+            "blow.Uncertainty",
             "blow.Waves",
             "explore.Archive",
             "explore.Basins",
@@ -179,7 +191,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    "blow.Outcome": "a word, made from its sentence",
+    **dict.fromkeys(["blow.Outcome", "blow.Ending"], "a word, made from its sentence"),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -532,6 +544,18 @@ def table(folder: Path) -> dict[str, Entry]:
             blow.effective_blow,
             {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0, "until": None},
             {"until": OPTIONAL},
+        ),
+        "blow.Release": (machine.Release, {"gap": 1.0, "velocity": 0.5, "time": 0.0}, {"velocity": REAL, "time": REAL}),
+        "blow.Limits": (
+            machine.Limits, {"periods": 2, "impacts": 3, "settled": False, "tolerance": 1e-6},
+            {"settled": {"bool"}},
+        ),
+        "blow.machine_motion": (
+            machine.machine_motion,
+            {"system": SYSTEM, "target": blow.Wall(), "release": machine.Release(), "limits": machine.Limits(periods=1)}
+            | {"pushed_back": False, "quiet": False, "cells": 16, "estimate": False, "progress": None},
+            {"release": OPTIONAL, "limits": OPTIONAL, "progress": OPTIONAL | {"class"}}
+            | {"pushed_back": {"bool"}, "quiet": {"bool"}, "estimate": {"bool"}},
         ),
         "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),
         "blow.Blow.waves_at": (struck.waves_at, {"x": 0.1}, {}),

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from percuss.blow import EffectiveBlow, Rod, Wall
     from percuss.model import System
 
-__all__ = ["blow_note", "blow_of", "restitution_of", "timed_law"]
+__all__ = ["blow_note", "blow_of", "law_note", "restitution_of", "timed_law"]
 
 _SPENT = 1e-9
 """A restitution that is as good as 0: the bar has given its momentum away."""
@@ -77,6 +77,16 @@ def blow_note(blow: EffectiveBlow) -> str:
     several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
     share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
     return f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
+
+
+def law_note(table: ContactTable | SystemTable | None) -> str:
+    """Where a law of blows that take time counts and where it does not, one sentence; "" without one."""
+    if table is None or table.law in (None, "b77"):
+        return ""
+    return (
+        f"law {table.law}: steady motions have its phases and multipliers beside those of B77's impact; simulations, "
+        "maps and boundaries have B77's impact with the same restitution"
+    )
 
 
 def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
