@@ -12,7 +12,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.blow import Blow, Peak, Rod, Waves
-    from percuss.case.answers.measured_gauge import MeasuredGauge
+    from percuss.case.answers.gauge_record import MeasuredGauge
 
 __all__ = ["BlowUnits", "ToldBlow"]
 
