@@ -89,6 +89,8 @@ class BestAnswer(Shown):
         Whether any blow was below the limit.
     blows, seed
         How many were computed, and with which random numbers.
+    complete
+        Whether the search came to its end; false where `progress` ended it.
     """
 
     objective: str
@@ -102,6 +104,7 @@ class BestAnswer(Shown):
     allowed: bool
     blows: int
     seed: int
+    complete: bool = True
 
     @property
     def figures(self) -> dict[str, tuple[float | None, float | None]]:
@@ -119,6 +122,7 @@ class BestAnswer(Shown):
             "allowed": self.allowed,
             "blows": self.blows,
             "seed": self.seed,
+            "complete": self.complete,
             "varied": [
                 {"name": s.name, "unit": s.unit, "low": s.low, "high": s.high, "own": own, "best": best}
                 for s, own, best in together
@@ -155,7 +159,7 @@ def best_answer(
     CaseError, ParameterError
         When the case cannot be used, or has no such keys.
     Interrupted
-        When `progress` ended the search.
+        When `progress` ended the search before there was any blow.
 
     Examples
     --------
@@ -173,6 +177,7 @@ def best_answer(
     if len(set(keys)) < len(keys):
         raise ParameterError("vary", next(key for key in keys if keys.count(key) > 1), "each key once")
     own = blow_answer(case)
+    _check_figure(own, objective)
     own_values = tuple(_own(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
 
     def varied(values: Sequence[float]) -> Case:
@@ -191,8 +196,19 @@ def best_answer(
     rounded = tuple(map(_rounded, found.values))
     return BestAnswer(
         objective, below, tuple(spans), rounded, own_values, best, own, blow_answer(best), found.allowed,
-        found.blows, seed,
+        found.blows, seed, found.complete,
     )  # fmt: skip
+
+
+def _check_figure(own: BlowAnswer, objective: str) -> None:
+    """Refuse to look for what no blow on such a target has."""
+    if objective in ("rock-energy", "efficiency") and own.blow.bit_force is None:
+        needed, remedy = "a tool that ends in rock", 'give the case [tool] with end = "rock", and [rock]'
+    elif objective == "incident-energy" and own.rod is None:
+        needed, remedy = "a tool that is struck", "give the case [tool]"
+    else:
+        return
+    raise ParameterError("best", objective, f"a case with {needed}", remedy)
 
 
 def _rounded(value: float) -> float:
