@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.blow.figures import FIGURES
 from percuss.blow.parts import Outcome
-from percuss.errors import Interrupted, MissingExtraError, ParameterError, PercussError
+from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
 from percuss.model.checks import Array, count, finite, positive
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Best:
     complete: bool = True
 
 
-class _Ended(Exception):  # noqa: N818
+class _Ended(Exception):
     """The progress callback has ended the search."""
 
 
@@ -110,7 +110,10 @@ class _Search:
             self.refused = error
             return _NONE
         value = FIGURES[self.figure].value(blow)
-        if value is None or blow.outcome is Outcome.TOO_MANY_PIECES:
+        if blow.outcome is Outcome.TOO_MANY_PIECES:
+            self.refused = ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
+            return _NONE
+        if value is None:
             return _NONE
         cost = self._cost(blow, value)
         if cost < self.cost:

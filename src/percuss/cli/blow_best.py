@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.numerals import number, percent
-from percuss.cli.files import check_picture, check_target, named_case, need, tell_made
+from percuss.cli.files import check_not_the_case, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.simulate_arguments import whole
 from percuss.errors import PercussError
@@ -65,6 +65,7 @@ def check_best(parser: Parser, options: argparse.Namespace) -> bool:
         if not options.output.lower().endswith(".toml"):
             parser.error(f"argument -o: '{options.output}': with --best the name of a case: it must end in .toml")
         check_target(parser, "-o", options.output)
+        check_not_the_case(parser, options.output, options.case)
     if options.plot is not None:
         check_picture(parser, options.plot)
     need("scipy", "io")
