@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -144,7 +145,7 @@ def _with_record(parser: Parser, answer: BlowAnswer, options: argparse.Namespace
     from dataclasses import replace
 
     from percuss.case import measured_gauge
-    from percuss.errors import UnitError
+    from percuss.errors import HistoryError, UnitError
 
     try:
         found = measured_gauge(
@@ -159,7 +160,14 @@ def _with_record(parser: Parser, answer: BlowAnswer, options: argparse.Namespace
         parser.error(f"argument --{error.name.replace('_', '-')}: {error}")
     except ParameterError as error:
         raise PercussError(f"--measured: {error.accepted}", error.remedy) from error
+    except HistoryError as error:  # its remedies name the keys of a case file
+        remedy = error.remedy.replace('give time_column = "…", or ', "")
+        raise PercussError(error.message, re.sub(r"\b(column|unit|sample_rate) = ", _as_option, remedy)) from error
     return replace(answer, measured=found)
+
+
+def _as_option(key: re.Match[str]) -> str:
+    return f"--{key[1].replace('_', '-')} "
 
 
 _PLAIN = {"velocity": "lengths per radian", "time": "radians", "length": "a time of a wave in radians"}

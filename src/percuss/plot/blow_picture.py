@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["blow"]
 
-_SHOWN = 6.0
-"""Transit times of the striker after the last contact that curves go on for."""
+_SHOWN = 3.0
+"""Transit times of the striker after the last force that curves go on for."""
+_FELT = 1e-3
+"""Share of its peak that counts as a force on the rock."""
 
 
 def blow(answer: ShownBlow) -> Figure:
@@ -57,11 +59,14 @@ def blow(answer: ShownBlow) -> Figure:
 
 
 def _last(answer: ShownBlow) -> float:
-    """The time that pictures end with: some transits after the last contact, or the end of the window."""
+    """The time that pictures end with: some transits after the last force at face and rock, or the end of the window."""
     from percuss.blow.striker import striker_sections
 
-    sections, contacts = striker_sections(answer.blow.striker), answer.blow.contacts
+    sections, contacts, rock = striker_sections(answer.blow.striker), answer.blow.contacts, answer.blow.bit_force
     over = 0.0 if not contacts else contacts[-1].end or answer.blow.until
+    if rock is not None:
+        felt = np.flatnonzero(rock.piece_peaks > _FELT * rock.peak)
+        over = max(over, float(rock.times[felt[-1] + 1]) if felt.size else 0.0)
     return min(answer.blow.until, over + _SHOWN * float(sections.transit.sum()))
 
 
@@ -84,9 +89,7 @@ def _face(axes: Any, answer: ShownBlow, mark: str) -> None:
         legend_above(axes)
     _window(axes, answer, time)
     axes.set_ylabel(force)
-    axes.set_title(
-        f"{mark} force between the faces" + (" and on the rock" if answer.blow.bit_force is not None else "")
-    )
+    axes.set_title(f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces")
 
 
 def _window(axes: Any, answer: ShownBlow, label: str) -> None:
@@ -115,8 +118,8 @@ def _gauge(axes: Any, answer: ShownBlow, mark: str) -> None:
     legend_above(axes)
     _window(axes, answer, time)
     axes.set_ylabel(force)
-    place = "" if answer.gauge is None else f", {answer.units.place(answer.gauge)} from the face"
-    axes.set_title(f"{mark} at the gauge{place}")
+    place = "" if answer.gauge is None else f" at {answer.units.place(answer.gauge)}"
+    axes.set_title(f"{mark} gauge{place}")
 
 
 # -- energy and rock ---------------------------------------------------------------------------------------------------
