@@ -30,8 +30,7 @@ _PATIENCE = 60.0
 
 def add_best(parser: Parser) -> None:
     """The options of the search."""
-    best = parser.add_argument_group("the best blow")
-    add = best.add_argument
+    add = parser.add_argument
     add("--best", metavar="WHAT", help="search for the best sizes: rock-energy, efficiency, incident-energy, or the "
         "least peak-stress")  # fmt: skip
     add("--vary", metavar="RANGE", action="append", help="with --best: a number of the case and its limits, such as "

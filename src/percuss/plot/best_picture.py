@@ -68,7 +68,7 @@ def _forces(axes: Any, both: Any, name: str, title: str) -> None:
 
 def _shapes(axes: Any, both: Any) -> None:
     """Areas along bar and tool, the case as it is above."""
-    axes.set_title("(c) area along bar and tool; the faces meet at 0")
+    axes.set_title("(c) area along bar and tool")
     if not both[0][0].is_si:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "a dimensionless bar has no areas", ha="center", transform=axes.transAxes)

@@ -59,7 +59,7 @@ def blow(answer: ShownBlow) -> Figure:
 
 
 def _last(answer: ShownBlow) -> float:
-    """The time that pictures end with: some transits after the last force at face and rock, or the end of the window."""
+    """The time at which pictures end: some transits after the last force at face or rock, or the end of the window."""
     from percuss.blow.striker import striker_sections
 
     sections, contacts, rock = striker_sections(answer.blow.striker), answer.blow.contacts, answer.blow.bit_force
