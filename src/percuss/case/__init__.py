@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-    from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of, sweep_job_of
-    from percuss.case.answers.measured_gauge import MeasuredGauge, measured_gauge
+    from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
+    from percuss.case.answers.gauge_record import MeasuredGauge
+    from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.sweep_jobs import sweep_job_of
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
@@ -60,7 +62,7 @@ _HOME = {
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
     "Machine": "catalogue.sample_cases",
-    "MeasuredGauge": "answers.measured_gauge",
+    "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
     "Simulation": "file_format.start_and_simulation",
@@ -77,7 +79,7 @@ _HOME = {
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
-    "sweep_job_of": "answers.exploration_jobs",
+    "sweep_job_of": "answers.sweep_jobs",
     "waves_answer": "answers.waves_answer",
 }
 

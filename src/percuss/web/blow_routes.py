@@ -34,4 +34,5 @@ async def blow(request: Request, asked: BlowAsked) -> Response:
         found = blow_frames(case, asked.show, whole=asked.whole, **sizes)
         return packed(found.header, found.arrays)
 
-    return binary(await answer_of(request, asked, work, kernels="blows"))
+    short = asked.show == "start" and not asked.whole
+    return binary(await answer_of(request, asked, work, quick=short, kernels="blows"))

@@ -93,7 +93,8 @@ async def answer_of(
 ) -> T:
     """The answer of a piece of work on the case of a request, computed in a thread, once its kernels are loaded.
 
-    A quick one on a small case is computed at once: handing it to a thread and back would take as long again.
+    A quick one on a small case that needs no kernels is computed at once: handing it to a thread and back would take as
+    long again.
 
     Raises
     ------
@@ -105,7 +106,7 @@ async def answer_of(
         if not is_known(asked):  # a request that is not a case is refused at once
             await gate_of(request).quick.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
         await compiled(request, kernels)
-    if quick and is_small(asked):
+    if quick and kernels is None and is_small(asked):
         case = case_asked(asked, limits.harmonics)
         if is_light(case.system()):
             return work(case, Halt(limits.seconds))

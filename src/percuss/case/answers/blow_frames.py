@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -49,6 +50,8 @@ def blow_frames(
 ) -> Frames:
     """The blow of a case, in SI or in the scales of a dimensionless bar.
 
+    Lengths of a dimensionless rod are those of a rod with the wave speed of the striking end.
+
     Parameters
     ----------
     show
@@ -89,6 +92,9 @@ def blow_frames(
     told = None
     if rod is not None and answer.rod is not None:
         struck = rod_sections(answer.rod, blow.striker)
+        if not answer.is_si:  # places along it are times of a wave: lengths with the speed of waves in the striking end
+            speed = float(sections.speed[-1])
+            rod, reach = replace(rod, edges=speed * rod.edges), speed * reach
         arrays |= _body("rod", rod, struck)
         told = {**_sections(struck, reach), **_far_end(answer)}
     arrays["face_t"], arrays["face_force"] = _curve(blow.face_force, end)

@@ -1,70 +1,25 @@
-"""The jobs that a case asks for: its maps, its experiments and its basins."""
+"""The jobs that follow starts of a case: its experiments and its basins."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from percuss.case.case import Case, checked_case
-from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
-from percuss.model.checks import instance, mapping, several
+from percuss.model.checks import instance, mapping
 from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
     from percuss.explore.attractors.basin import BasinsJob
     from percuss.explore.attractors.experiments import ExperimentJob
-    from percuss.explore.sweep_job import SweepJob
     from percuss.model import System
     from percuss.simulate import Stop
 
-__all__ = ["basins_job_of", "experiment_job_of", "sweep_job_of"]
-
-
-def sweep_job_of(
-    case: Case,
-    axes: Sequence[Axis],
-    quantities: Sequence[str] = DEFAULT_QUANTITIES,
-    *,
-    periods: int = 1,
-    modes: int | None = None,
-    impacts: int | None = None,
-) -> SweepJob:
-    """The map of a case over keys of its tables or dimensionless parameters, with the start that its tables describe.
-
-    Parameters
-    ----------
-    axes
-        Their units are those of the keys.
-    quantities, periods
-        See `percuss.explore.sweep`.
-    modes
-        Of every quantity. None: the steady motions are those of the continuous bar with multipliers of 32 modes, as
-        `steady_answer` has them, and simulations take the modes of the table [simulation].
-    impacts
-        Instead of those of the table [simulation].
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, or the question has no answer.
-    """
-    from percuss.explore.sweep_question import sweep_job
-
-    checked_case(case)
-    axes = several("axes", axes, "a list of Axis")
-    for axis in axes:
-        instance("axes", axis, Axis)
-    family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
-    asked: dict[str, Any] = {"quantities": quantities, "periods": periods, "modes": modes}
-    if needs(checked(quantities)) != {"blow"}:  # else the case need not have a motion
-        simulation = case.simulation()
-        asked |= {"simulated": simulation.modes, "stop": _stop(simulation.stop, impacts)}
-    return sweep_job(family, *axes, **asked)
+__all__ = ["basins_job_of", "experiment_job_of", "stop_when_found"]
 
 
 def experiment_job_of(
@@ -95,7 +50,7 @@ def experiment_job_of(
     checked_case(case)
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
-    stop = _stop(simulation.stop, impacts)
+    stop = stop_when_found(simulation.stop, impacts)
     return experiment_job(case.system(), starts, distribution, seed, modes=kept, stop=stop)
 
 
@@ -132,7 +87,7 @@ def basins_job_of(
     x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
     held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
     fixed = {name: _plain(system, name, value) for name, value in held.items()}
-    return basins_job(system, x, y, at=fixed, modes=kept, stop=_stop(simulation.stop, impacts))
+    return basins_job(system, x, y, at=fixed, modes=kept, stop=stop_when_found(simulation.stop, impacts))
 
 
 _START_SCALES = {
@@ -163,6 +118,6 @@ def _scale(system: System, name: str, unit: str) -> float:
     return float(getattr(system, scale)) / unit_scale(unit, (dimension,), name)[0]
 
 
-def _stop(stop: Stop, impacts: int | None) -> Stop:
+def stop_when_found(stop: Stop, impacts: int | None) -> Stop:
     """The stop rule of [simulation], which for maps and experiments always ends when the motion is found."""
     return replace(stop, periodic=True, impacts=stop.impacts if impacts is None else impacts)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from percuss.case.answers.numerals import number, percent, quantity
+from percuss.case.answers.gauge_record import MeasuredGauge
+from percuss.case.answers.numerals import number, percent
 from percuss.errors import HistoryError, ParameterError
-from percuss.model.checks import Array, choice
-from percuss.shown import Shown
+from percuss.model.checks import choice
 
 if TYPE_CHECKING:
     from percuss.blow import Waves
@@ -20,78 +19,14 @@ if TYPE_CHECKING:
     from percuss.model.body.sized import Piece
     from percuss.recordings import Recording
 
-__all__ = ["MeasuredGauge", "measured_gauge"]
+__all__ = ["measured_gauge"]
 
 _SIGNS = {"auto": None, "positive": 1, "negative": -1}
 _FEW = 10
 """Samples while a wave runs through the striker and back, below which the record says little of its shape."""
 _PARTLY = 0.5
-
-
-@dataclass(frozen=True)
-class MeasuredGauge(Shown):
-    """A record of strain, stress or force at a gauge, laid over the computed force there.
-
-    Attributes
-    ----------
-    file
-        Where it was read.
-    quantity
-        "strain", "stress" or "force"; times E A, times A or as it is, it is the force at the gauge.
-    sign
-        1 where compression is positive in the record, −1 where it is negative.
-    shift
-        What is added to the record's time to make it that of the blow, s.
-    zero
-        What the record shows without a force, N in its own sign; it is taken off.
-    scale
-        The factor on the computed force that fits the record best; 1 where they agree.
-    residual
-        Root mean square of measured less computed force in the window, over the greatest computed force.
-    residual_scaled
-        The same with the factor.
-    overlap
-        Share of the blow's window that the record covers.
-    time, force
-        Shape (n,): the record on the clock of the blow, s, and N with compression positive.
-    notes
-        What was assumed, one sentence each.
-    """
-
-    file: str
-    quantity: Literal["strain", "stress", "force"]
-    sign: int
-    shift: float
-    zero: float
-    scale: float
-    residual: float
-    residual_scaled: float
-    overlap: float
-    time: Array = field(repr=False)
-    force: Array = field(repr=False)
-    notes: tuple[str, ...] = ()
-
-    @property
-    def rows(self) -> tuple[tuple[str, str], ...]:
-        """The lines of a report."""
-        compression = "positive" if self.sign > 0 else "negative"
-        return (
-            ("record", f"{self.file}, {self.quantity}, compression {compression}"),
-            ("clock", f"{quantity(self.shift, 's', 5)} added to the time of the record"),
-            ("zero", f"{quantity(self.zero, 'N')} taken off"),
-            ("scale", f"the record is {number(self.scale)} times the computed force"),
-            (
-                "residual",
-                f"{percent(self.residual)} of the computed peak (rms); {percent(self.residual_scaled)} after scaling",
-            ),
-            ("overlap", f"the record covers {percent(self.overlap)} of the window"),
-            *(("note", note) for note in self.notes),
-        )
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """Its numbers in plain values, without the series."""
-        names = ("file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap")
-        return {name: getattr(self, name) for name in names} | {"notes": list(self.notes)}
+_UNLIKE = 0.15
+"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
 
 
 def measured_gauge(
@@ -146,7 +81,7 @@ def measured_gauge(
     try:
         fit = fitted_record(waves, answer.blow.until, record.time, force, sign=_SIGNS[sign])
     except ParameterError as error:
-        raise HistoryError(f"not {error.accepted}", error.remedy, str(record.path)) from None
+        raise HistoryError(f"expected {error.accepted}", error.remedy, str(record.path)) from None
     kind: Any = "stress" if record.quantity == "pressure" else record.quantity
     return MeasuredGauge(
         str(record.path),
@@ -204,4 +139,6 @@ def _notes(answer: ToldBlow, record: Recording, fit: RecordFit, chosen: bool) ->
         found.append(f"only {number(seen, 2)} samples while a wave runs through the striker and back: sample faster")
     if fit.overlap < _PARTLY:
         found.append(f"the record covers only {percent(fit.overlap)} of the window: compare with a shorter --until")
+    if fit.residual_scaled > _UNLIKE:
+        found.append("the shapes differ: check the place of the gauge, the sections and the window")
     return found

@@ -12,7 +12,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.blow import Blow, Peak, Rod, Waves
-    from percuss.case.answers.measured_gauge import MeasuredGauge
+    from percuss.case.answers.gauge_record import MeasuredGauge
 
 __all__ = ["BlowUnits", "ToldBlow"]
 
@@ -97,6 +97,18 @@ class ToldBlow(Shown):
         from percuss.blow import Rod
 
         return self.blow.target if isinstance(self.blow.target, Rod) else None
+
+    @property
+    def beta(self) -> float | None:
+        """β = K₁T/Z of the first pulse, T long, in the longest section of the rod (Lundberg 1973).
+
+        None without rock, pulse or energy, and on elastic rock, which keeps nothing.
+        """
+        rod, pulse, before = self.rod, self.blow.first_pulse, self.blow.energy_before
+        if rod is None or rod.rock is None or pulse is None or not before > 0.0 or rod.rock.unloading_ratio == 1.0:
+            return None
+        longest = max(rod.pieces, key=lambda piece: piece.end - piece.start)
+        return rod.rock.stiffness * pulse.length / longest.impedance
 
     @property
     def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:

@@ -6,7 +6,7 @@ import { blowPlayer, pauseBlow, playBlow, stepBlow, toggleBlow } from "./blow_pl
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
 import { BlowStage } from "./blow_stage.js";
 import { h, latest, put, select } from "./dom.js";
-import { list } from "./case_files.js";
+import { list, said } from "./case_files.js";
 import { counted, number, percent, si, withUnit } from "./format.js";
 import { data, on, show, view } from "./state.js";
 
@@ -30,7 +30,8 @@ const parts = { key: "", again: false };
 
 function startBlow(panel) {
   const canvas = h("canvas", { id: "blow-stage", role: "img", "aria-label": "Striker and tool" });
-  parts.stage = new BlowStage(canvas);
+  const scale = h("p", { class: "small muted", id: "blow-scale" });
+  parts.stage = new BlowStage(canvas, scale);
   parts.sentence = h("p", { id: "blow-sentence", role: "status" });
   parts.notes = h("p", { class: "small muted", id: "blow-notes" });
   parts.problem = h("div", { role: "alert", id: "blow-problem" });
@@ -39,14 +40,15 @@ function startBlow(panel) {
   put(
     panel,
     h("div", { class: "card" }, h("h2", {}, "One blow, resolved by waves"), parts.sentence, parts.notes, parts.problem),
-    h("div", { class: "card stage" }, canvas, blowPlayer(painted), h("div", { class: "row" }, parts.shown)),
+    h("div", { class: "card stage", id: "blow-in-sight" }, canvas),
+    h("div", { class: "card" }, blowPlayer(painted), h("div", { class: "row" }, parts.shown), scale),
     blowCharts(),
     blowSliders(moved),
     parts.facts,
   );
   panel.addEventListener("keydown", keys);
   on("tables view", want);
-  on("theme", () => parts.blow && (drawBlow(parts.blow, parts.units), parts.stage.draw()));
+  on("theme", () => parts.blow && (drawBlow(parts.blow, parts.units), painted(parts.stage.frame)));
   document.addEventListener("visibilitychange", () => document.hidden && pauseBlow());
 }
 
@@ -65,40 +67,59 @@ function want() {
   parts.shown.querySelector("select").value = view.blowShow;
   const key = JSON.stringify([data.changed, view.blowShow]);
   if (key === parts.key) return;
-  const { again } = parts;
+  const question = { key, again: parts.again, tables: data.tables, show: view.blowShow, since: 0 };
   parts.key = key;
   parts.again = false;
-  const question = { tables: data.tables, since: 0 };
-  if (!again) ask({ ...question, key: "", again, size: { whole: false } }); // the picture need not wait for the end
-  ask({ ...question, key, again: true, size: {} });
+  if (question.show === "start") picture({ ...question, size: { whole: false } }); // need not wait for the end of the blow
+  whole({ ...question, size: question.show === "start" ? { frames: 2, cells: 2 } : {} });
 }
 
 /** A slider has moved: the picture at once, in fewer cells; what the end of the blow tells comes when it rests. */
 function moved(tables) {
+  const size = { whole: false, frames: 121, cells: 80 };
   parts.again = true;
-  ask({ key: "", again: true, tables, size: { whole: false, frames: 121, cells: 80 }, since: performance.now() });
+  picture({ key: "", again: true, tables, show: view.blowShow, since: performance.now(), size });
 }
 
-const ask = latest(
-  ({ tables, size }) => postBinary("blow", { case: tables, show: view.blowShow, ...size }),
-  (blow, { key, again, since }) => {
-    parts.blow = blow;
-    parts.units = blowUnits(blow);
-    put(parts.problem);
-    parts.stage.show(blow);
-    drawBlow(blow, parts.units);
-    playBlow(blow, parts.units, again);
-    if (since) parts.stage.canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
-    if (key) parts.stage.canvas.dataset.key = key;
-    if (blow.answer) words(blow);
+const ask = ({ tables, show: part, size }) => postBinary("blow", { case: tables, show: part, ...size });
+const picture = latest(ask, drawn, failed);
+const whole = latest(
+  ask,
+  (blow, question) => {
+    if (question.key !== parts.key) return;
+    if (question.show !== "start") drawn(blow, question);
+    words(blow);
   },
-  (error, { key }) => {
-    if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
-    pauseBlow();
-    put(parts.sentence, "");
-    put(parts.problem, h("p", { class: "note bad" }, error.message));
+  (error, question) => {
+    if (question.show === "start" && error.status === 422) return; // the picture has told it
+    if (question.key === parts.key) failed(error, question);
   },
 );
+
+function drawn(blow, { key, again, since }) {
+  const { canvas } = parts.stage;
+  parts.blow = blow;
+  parts.units = blowUnits(blow);
+  put(parts.problem);
+  parts.stage.show(blow);
+  drawBlow(blow, parts.units);
+  playBlow(blow, parts.units, again);
+  if (since) canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
+  if (key) canvas.dataset.key = key;
+}
+
+function failed(error, { key }) {
+  if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
+  pauseBlow();
+  put(parts.sentence, "");
+  const lines = error.problems?.map((one) => [one.key && `${one.key}: `, said(one)]) ?? [error.message];
+  const before = parts.blow && parts.stage.canvas.dataset.key !== key;
+  put(
+    parts.problem,
+    lines.map((line) => h("p", { class: "note bad" }, line)),
+    before && h("p", { class: "small muted" }, "What is shown below is still the blow of the case before."),
+  );
+}
 
 function painted(frame) {
   parts.stage.frame = frame;
@@ -109,8 +130,7 @@ function painted(frame) {
 
 function words(blow) {
   put(parts.sentence, blow.sentence);
-  const notes = [...blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`), parts.stage.magnified()];
-  put(parts.notes, notes.join(" "));
+  put(parts.notes, blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`).join(" "));
   parts.stage.canvas.setAttribute("aria-label", `Striker, tool and rock with the waves in them. ${blow.sentence}`);
   put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
 }

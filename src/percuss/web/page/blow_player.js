@@ -57,7 +57,7 @@ export function playBlow(blow, units, again) {
   const now = again ? Math.round(share * parts.last) : 0;
   pace();
   paint(now);
-  if (!again && !parts.held && !matchMedia("(prefers-reduced-motion: reduce)").matches) start();
+  if (!again && !parts.held && view.panel === "blow" && !matchMedia("(prefers-reduced-motion: reduce)").matches) start();
 }
 
 function start() {

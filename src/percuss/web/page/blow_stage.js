@@ -1,6 +1,7 @@
 // Striker, tool and rock with the waves in them: the colour and the curve below are the stress, on the scale that is told.
 
 import { signed, theme } from "./colours.js";
+import { put } from "./dom.js";
 import { number, si } from "./format.js";
 
 const MARGIN = 16;
@@ -8,8 +9,10 @@ const APART = 7; // pixels between the faces while they are apart
 const END = 54; // pixels for what is at the far end
 
 export class BlowStage {
-  constructor(canvas) {
+  /** On a canvas; `note` says how it is drawn. */
+  constructor(canvas, note) {
     this.canvas = canvas;
+    this.note = note;
     this.blow = null;
     this.frame = 0;
     this.box = [0, 0];
@@ -25,8 +28,8 @@ export class BlowStage {
     this.most = 0;
     for (const values of [arrays.striker_stress, arrays.rod_stress ?? []])
       for (const value of values) this.most = Math.max(this.most, Math.abs(value));
-    this.own = thicknesses(blow.striker);
-    this.rod = blow.rod ? thicknesses(blow.rod) : [];
+    const bodies = blow.rod ? [blow.striker, blow.rod] : [blow.striker];
+    [this.own, this.rod = []] = thicknesses(bodies);
   }
 
   draw() {
@@ -43,6 +46,7 @@ export class BlowStage {
     pen.setTransform(ratio * scale, 0, 0, ratio * scale, 0, 0);
     pen.clearRect(0, 0, width / scale, height / scale);
     this.paint(pen, width / scale, height / scale);
+    put(this.note, this.magnified(width / scale, height / scale));
   }
 
   /** Pixels of a length and of a thickness: both are to scale, the thickness on a larger one where bars are slender. */
@@ -148,9 +152,10 @@ export class BlowStage {
     const sized = this.blow.units === "SI";
     const most = sized ? si(this.most, "Pa", 3) : number(this.most, 3);
     const y = height - 16;
-    const bar = Math.min(120, width * 0.2);
     const [from, to] = [`compression −${most}`, `+${most} tension${sized ? "" : " (force)"}`];
-    const left = MARGIN + pen.measureText(from).width + 8;
+    const [before, behind] = [from, to].map((text) => pen.measureText(text).width + 8);
+    const left = MARGIN + before;
+    const bar = Math.max(20, Math.min(120, width - left - behind - MARGIN));
     pen.fillText(from, MARGIN, y + 10);
     pen.fillText(to, left + bar + 8, y + 10);
     for (let i = 0; i < bar; i++) {
@@ -160,10 +165,9 @@ export class BlowStage {
   }
 
   /** How thickness is drawn beside length, in words. */
-  magnified() {
-    if (!this.blow) return "";
+  magnified(width, height) {
     if (!this.blow.striker.areas) return "Thickness shows impedance; the sizes are not known.";
-    const { along, across } = this.scales(1000, 300);
+    const { along, across } = this.scales(width, height);
     const larger = across / along;
     return `Lengths to scale; thickness to scale${larger > 1.05 ? `, ×${number(larger, 2)} beside the lengths` : ""}, of round bars of the same area.`;
   }
@@ -171,9 +175,14 @@ export class BlowStage {
 
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-/** Diameters of round sections of these areas; of sections without sizes the roots of their impedances. */
-const thicknesses = ({ areas, impedances, lengths }) => {
-  if (areas) return areas.map((area) => 2 * Math.sqrt(area / Math.PI));
-  const most = Math.max(...impedances);
-  return impedances.map((own) => 0.15 * sum(lengths) * Math.sqrt(own / most));
+/** Of each body the diameters of round sections of these areas; without sizes the roots of the impedances, as shares of
+ * the striker's length. */
+const thicknesses = (bodies) => {
+  const most = Math.max(...bodies.flatMap((body) => body.impedances));
+  const thin = 0.15 * sum(bodies[0].lengths);
+  return bodies.map(({ areas, impedances }) =>
+    areas
+      ? areas.map((area) => 2 * Math.sqrt(area / Math.PI))
+      : impedances.map((own) => thin * Math.sqrt(own / most)),
+  );
 };

@@ -26,20 +26,22 @@ export function whatIsStruck(id) {
   return select("What is struck", known, now, strikeAt, { id });
 }
 
-/** The case with another thing struck; a rod keeps its sections, a new one is as thick as the striking end. */
+/** The case with another thing struck; a rod keeps its sections, else it has those of the machine, else it is as thick
+ * as the striking end. */
 function strikeAt(wish) {
   const { tool, rock, ...tables } = data.tables;
+  const own = data.base?.tool;
   if (wish === "none") return setTables(tables);
   if (wish === "wall") return setTables({ ...tables, tool: { kind: "wall" } });
   if (!tables.bar) return setTables({ ...tables, tool: { impedance: tool?.impedance ?? 1 } });
   const { diameter, area, bore } = tables.bar.sections?.at(-1) ?? tables.bar;
   const size = Object.fromEntries(Object.entries({ diameter, area, bore }).filter(([, value]) => value !== undefined));
-  const kept = tool?.sections ?? [{ length: "1 m", ...size }];
+  const rod = [tool, own].find((one) => one?.sections) ?? { sections: [{ length: "1 m", ...size }] };
   if (wish === "infinite") {
-    const { length, ...last } = kept.at(-1);
-    return setTables({ ...tables, tool: { sections: [...kept.slice(0, -1), last], end: "infinite" } });
+    const { length, ...last } = rod.sections.at(-1);
+    return setTables({ ...tables, tool: { sections: [...rod.sections.slice(0, -1), last], end: "infinite" } });
   }
-  const sections = kept.map((section) => ({ length: "1 m", ...section }));
-  const soil = wish === "rock" && { rock: rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
-  setTables({ ...tables, tool: { ...(tool?.kind === "wall" ? {} : tool), sections, end: wish }, ...soil });
+  const sections = rod.sections.map((section, i) => ({ length: own?.sections?.[i]?.length ?? "1 m", ...section }));
+  const soil = wish === "rock" && { rock: rock ?? data.base?.rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
+  setTables({ ...tables, tool: { ...rod, sections, end: wish }, ...soil });
 }

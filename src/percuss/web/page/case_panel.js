@@ -1,5 +1,6 @@
 // The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
 
+import { post } from "./api.js";
 import { download, h, put, select } from "./dom.js";
 import { number, si, withUnit } from "./format.js";
 import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
@@ -53,10 +54,23 @@ function form() {
   return h("div", { class: "segments", role: "group", "aria-label": "Form of the case" }, parts.si, parts.plain);
 }
 
-function toPlain() {
-  if (!data.tables?.bar || !data.info?.plain) return;
-  data.physical = data.tables;
-  setTables(data.info.plain);
+async function toPlain() {
+  const { tables, changed } = data;
+  if (!tables?.bar) return;
+  const info = await told();
+  if (!info?.plain || data.changed !== changed) return;
+  data.physical = tables;
+  setTables(info.plain);
+}
+
+/** The case as it is now, as the server tells it: `data.info` may be that of a moment ago. Nothing when it is refused. */
+async function told() {
+  try {
+    return await post("case", { case: data.tables });
+  } catch (error) {
+    put(parts.general, h("p", { class: "note bad" }, error.message));
+    return null;
+  }
 }
 
 /** The tables in SI to go back to: those of before, else those of the machine. */
@@ -67,12 +81,16 @@ function toPhysical() {
 }
 
 function tools() {
-  const save = () => download(new Blob([data.info?.toml ?? ""], { type: "application/toml" }), `${fileName()}.toml`);
   return h(
     "div",
     { class: "row" },
     h("button", { type: "button", id: "case-download", onclick: save }, "Download TOML"),
   );
+}
+
+async function save() {
+  const info = await told();
+  if (info) download(new Blob([info.toml], { type: "application/toml" }), `${fileName()}.toml`);
 }
 
 function build() {

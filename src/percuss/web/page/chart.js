@@ -68,6 +68,7 @@ export class Chart {
   /** Draw this: at once, or when the chart comes into sight. */
   draw(spec) {
     this.spec = spec;
+    this.above = null;
     this.larger.disabled = false; // until now there was nothing to enlarge
     if (spec.about) this.canvas.setAttribute("aria-label", spec.about);
     this.legends(spec.items);
@@ -93,11 +94,13 @@ export class Chart {
     this.drawn += 1;
     canvas.dataset.drawn = String(this.drawn);
     this.still = null;
+    if (this.above) this.over(...this.above);
   }
 
   /** Points drawn over the picture as it stands, many times a second. */
   over(points, line = null) {
     const { canvas, frame } = this;
+    this.above = [points, line]; // for a later repaint of the same picture
     if (!frame || !this.box[0] || !this.seen) return;
     const pen = canvas.getContext("2d");
     if (!this.still) {

@@ -36,16 +36,32 @@ export async function* level(map, side, cost, signal) {
   const x = valuesOf(map.x, side);
   const y = valuesOf(map.y, side);
   const found = { nx: x.length, ny: y.length, rows: 0, cost, arrays: {}, quantities: {} };
+  const strips = []; // of each its rows and its milliseconds
   while (found.rows < y.length) {
-    const count = cost ? Math.max(1, Math.floor(STRIP / (found.cost * x.length))) : y.length;
+    const count = cost ? rowsOfNext(strips, cost * x.length) : y.length;
     const part = y.slice(found.rows, found.rows + count);
     const strip = await postBinary("map", { ...map.body, x: asked(map.x, x), y: asked(map.y, part) }, signal);
     join(found, strip, x.length);
     found.rows += part.length;
     found.cost = Math.max(strip.milliseconds, 1) / (part.length * x.length);
+    strips.push([part.length, strip.milliseconds]);
     yield found;
     await quiet(signal);
   }
+}
+
+/** Rows of the next strip, at most twice those of the last: it takes `STRIP`, or twice what a strip takes however few
+ * rows it has. Both are read off a line through the strips so far; before there are any, `row` is what a row takes. */
+export function rowsOfNext(strips, row) {
+  if (!strips.length) return Math.max(1, Math.floor(STRIP / row));
+  const last = strips.at(-1)[0];
+  const mean = (value) => strips.reduce((sum, strip) => sum + value(strip), 0) / strips.length;
+  const [rows, time] = [mean(([n]) => n), mean(([, ms]) => ms)];
+  const spread = mean(([n]) => (n - rows) ** 2);
+  if (!spread) return Math.min(2 * last, Math.max(last + 1, Math.floor((last * STRIP) / time)));
+  const slope = Math.min(Math.max(mean(([n, ms]) => (n - rows) * (ms - time)) / spread, 0), time / rows);
+  const fixed = time - slope * rows;
+  return Math.max(1, Math.min(2 * last, Math.floor((Math.max(STRIP, 2 * fixed) - fixed) / slope)));
 }
 
 /** A strip put onto those below it; words are numbered by every answer anew. */

@@ -1,0 +1,60 @@
+"""The map that a case asks for, over keys of its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.answers.exploration_jobs import stop_when_found
+from percuss.case.case import Case, checked_case
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.explore.axis import Axis
+from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
+from percuss.model.checks import instance, several
+
+if TYPE_CHECKING:
+    from percuss.explore.sweep_job import SweepJob
+
+__all__ = ["sweep_job_of"]
+
+
+def sweep_job_of(
+    case: Case,
+    axes: Sequence[Axis],
+    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    *,
+    periods: int = 1,
+    modes: int | None = None,
+    impacts: int | None = None,
+) -> SweepJob:
+    """The map of a case over keys of its tables or dimensionless parameters, with the start that its tables describe.
+
+    Parameters
+    ----------
+    axes
+        Their units are those of the keys.
+    quantities, periods
+        See `percuss.explore.sweep`.
+    modes
+        Of every quantity. None: the steady motions are those of the continuous bar with multipliers of 32 modes, as
+        `steady_answer` has them, and simulations take the modes of the table [simulation].
+    impacts
+        Instead of those of the table [simulation].
+
+    Raises
+    ------
+    CaseError, ParameterError
+        When the case cannot be used, or the question has no answer.
+    """
+    from percuss.explore.sweep_question import sweep_job
+
+    checked_case(case)
+    axes = several("axes", axes, "a list of Axis")
+    for axis in axes:
+        instance("axes", axis, Axis)
+    family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
+    asked: dict[str, Any] = {"quantities": quantities, "periods": periods, "modes": modes}
+    if needs(checked(quantities)) != {"blow"}:  # else the case need not have a motion
+        simulation = case.simulation()
+        asked |= {"simulated": simulation.modes, "stop": stop_when_found(simulation.stop, impacts)}
+    return sweep_job(family, *axes, **asked)
