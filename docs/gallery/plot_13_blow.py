@@ -8,7 +8,9 @@ many levels as waves return while the faces touch. Time runs upward; the faces m
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
 
+from percuss import palette
 from percuss.blow import Rod, strike
 from percuss.model import Section, SectionedBar
 
@@ -27,7 +29,8 @@ for row, time in zip(force, times, strict=True):
 
 top = 1e-3 * abs(force).max()
 fig, axes = plt.subplots(layout="constrained")
-image = axes.pcolormesh(places, 1e6 * times, 1e-3 * force, cmap="RdBu", vmin=-top, vmax=top, rasterized=True)
+colours = LinearSegmentedColormap.from_list("force", [stop.light for stop in reversed(palette.STRAIN)])
+image = axes.pcolormesh(places, 1e6 * times, 1e-3 * force, cmap=colours, vmin=-top, vmax=top, rasterized=True)
 fig.colorbar(image, label="force [kN], compression positive")
 axes.axvline(0.0, color="k", linewidth=1.5)
 for step in np.cumsum([length for length, _ in sizes])[:-1] - piston.length:
