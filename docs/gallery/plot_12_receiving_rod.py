@@ -24,8 +24,8 @@ for i, ratio in enumerate(ratios):
 
 fig, (above, below) = plt.subplots(2, sharex=True, layout="constrained")
 above.plot(ratios, delivered, color="C0", linewidth=2)
-above.set(ylabel="energy into the rod [J]", title="Sample drifter on rods of other cross-sections")
-above.annotate("no motion", (1.05, 250.0), color="0.4")
+above.set(xlim=(1.0, 2.6), ylabel="energy into the rod [J]", title="Sample drifter on rods of other cross-sections")
+above.annotate("no motion", (1.1, 250.0), color="0.4")
 below.axhspan(0.0, 1.0, color="C2", alpha=0.15, linewidth=0)
 below.plot(ratios, margins, color="C1", linewidth=2)
 below.set(xlabel="cross-section of the rod over that of the piston", ylabel="stability margin", ylim=(-0.2, 1.0))

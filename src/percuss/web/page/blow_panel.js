@@ -41,7 +41,7 @@ function startBlow(panel) {
     panel,
     h("div", { class: "card" }, h("h2", {}, "One blow, resolved by waves"), parts.sentence, parts.notes, parts.problem),
     h("div", { class: "card stage", id: "blow-in-sight" }, canvas),
-    h("div", { class: "card" }, blowPlayer(painted), h("div", { class: "row" }, parts.shown), scale),
+    h("div", { class: "card" }, blowPlayer(painted, parts.shown), scale),
     blowCharts(),
     blowSliders(moved),
     parts.facts,

@@ -6,8 +6,8 @@ import { show, view } from "./state.js";
 
 const parts = { playing: false, held: false };
 
-/** The row below the stage; `painted(frame)` draws a frame. */
-export function blowPlayer(painted) {
+/** The rows below the stage, with a choice of what is shown; `painted(frame)` draws a frame. */
+export function blowPlayer(painted, choice) {
   parts.painted = painted;
   const button = (id, words, label, press) =>
     h("button", { type: "button", id, "aria-label": label, onclick: press }, words);
@@ -43,6 +43,7 @@ export function blowPlayer(painted) {
         button("blow-forth", "Step ▸", "One step on", () => stepBlow(1)),
       ),
       h("label", { class: "pick" }, h("span", {}, "Slow motion: ", parts.slowly), parts.slow),
+      choice,
     ),
   ];
 }
