@@ -18,13 +18,14 @@ from percuss.model.body import (
     UniformBar,
 )
 from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
-from percuss.model.load import Jump, Load
+from percuss.model.load import Chamber, Jump, Load, Port, Valve
 from percuss.model.system import System
 
 __all__ = [
     "UNDAMPED",
     "Bar",
     "Body",
+    "Chamber",
     "Contact",
     "Damping",
     "External",
@@ -33,6 +34,7 @@ __all__ = [
     "Kept",
     "Load",
     "Modes",
+    "Port",
     "Ratio",
     "Result",
     "Reversed",
@@ -45,4 +47,5 @@ __all__ = [
     "Table",
     "Timed",
     "UniformBar",
+    "Valve",
 ]

@@ -10,6 +10,14 @@ from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
 from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
+from percuss.steady.self_excited import (
+    Obstacle,
+    SelfExcited,
+    ValveCycle,
+    ValveMargins,
+    self_excited_motion,
+    valve_margins,
+)
 from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states
 from percuss.steady.timed_orbit import TimedOrbit
@@ -21,20 +29,26 @@ __all__ = [
     "Field",
     "ModalState",
     "Nearest",
+    "Obstacle",
     "Orbit",
     "Reason",
     "Rest",
     "SIReport",
+    "SelfExcited",
     "SteadyStates",
     "TimedOrbit",
     "TimedStates",
+    "ValveCycle",
+    "ValveMargins",
     "Violation",
     "drag_of",
     "greatest_drag",
     "grows",
     "level",
     "rest_on_wall",
+    "self_excited_motion",
     "si_report",
     "steady_states",
     "timed_states",
+    "valve_margins",
 ]

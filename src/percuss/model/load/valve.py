@@ -1,0 +1,255 @@
+"""A load that the piston itself switches: a valve with states, ports, delays, and a gas chamber behind the piston."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from percuss.errors import ParameterError
+from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
+
+__all__ = ["MOST_PORTS", "MOST_STATES", "NO_CHAMBER", "Chamber", "Orders", "Port", "Valve"]
+
+MOST_STATES = 64
+"""The most states a valve may have."""
+
+MOST_PORTS = 64
+"""The most ports a valve may have."""
+
+
+@dataclass(frozen=True)
+class Chamber:
+    """A gas chamber behind the piston, such as the nitrogen of a breaker, by its force at the wall and its stiffness.
+
+    Its force towards the wall is `force` − `stiffness` u, with u = 0 at the wall and negative behind it, in every state
+    of the valve. A polytropic gas is represented by its tangent.
+
+    Parameters
+    ----------
+    force
+        Towards the wall, when the driven end is where it is at the blow; dimensionless, as a load is.
+    stiffness
+        Increase of that force per distance from the wall; dimensionless, 0 or greater.
+
+    Raises
+    ------
+    ParameterError
+        When `force` is not finite, or `stiffness` negative.
+
+    Examples
+    --------
+    >>> Chamber(force=0.4, stiffness=0.9)
+    Chamber(force=0.4, stiffness=0.9)
+    """
+
+    force: float = 0.0
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "force", finite("force", self.force))
+        object.__setattr__(self, "stiffness", non_negative("stiffness", self.stiffness))
+
+
+NO_CHAMBER = Chamber()
+"""No gas behind the piston."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """What demands a state of the valve: a port that the piston uncovers, or the blow.
+
+    A port demands its state when the bar *enters* its region. Without delay the state changes at once.
+
+    Parameters
+    ----------
+    to
+        The state that it demands.
+    behind
+        Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `on="impact"`.
+    side
+        "back" for the region farther from the wall than the edge, "front" for the region nearer to it; None with
+        `on="impact"`.
+    delay
+        From the demand to the change of the state, 0 or greater (dimensionless time).
+    reads
+        Whose distance from the wall it reads: "centre", of the centre of mass, or a place on the bar from 0 (driven
+        end) to 1 (striking end).
+    on
+        "impact": every blow demands the state. "entering", the default, is a port.
+
+    Raises
+    ------
+    ParameterError
+        When an argument is missing, out of range, or does not belong to this form.
+
+    Examples
+    --------
+    >>> Port("power", behind=1.0, side="back", delay=0.1).on
+    'entering'
+    >>> Port("return", on="impact").behind is None
+    True
+    """
+
+    to: str
+    behind: float | None = None
+    side: Literal["back", "front"] | None = None
+    delay: float = 0.0
+    reads: Literal["centre"] | float = "centre"
+    on: Literal["entering", "impact"] = "entering"
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "to", text("to", self.to, "the name of a state"))
+        set_(self, "delay", non_negative("delay", self.delay))
+        choice("on", self.on, "entering", "impact")
+        if not isinstance(self.reads, str):
+            set_(self, "reads", unit_interval("reads", self.reads))
+        elif self.reads != "centre":
+            raise ParameterError("reads", self.reads, "'centre' or a place on the bar from 0 to 1")
+        if self.on == "impact":
+            for name, value, left_out in (
+                ("behind", self.behind, None),
+                ("side", self.side, None),
+                ("reads", self.reads, "centre"),
+            ):
+                if value != left_out:
+                    raise ParameterError(name, value, "nothing beside on='impact'", "leave out one of the two")
+            return
+        if self.behind is None or self.side is None:
+            missing = "behind" if self.behind is None else "side"
+            raise ParameterError(
+                missing, None, "both behind and side of a port", "give both, or on='impact' for a demand at each blow"
+            )
+        set_(self, "behind", positive("behind", self.behind))
+        choice("side", self.side, "back", "front")
+
+
+@dataclass(frozen=True)
+class Valve:
+    """A load that the piston switches: the force is constant in each state, and ports demand the states.
+
+    On the driven end acts p_k − κ u, with p_k the force of the state k plus that of the chamber, and κ the stiffness of
+    the chamber; forces are positive towards the wall.
+
+    - A port demands its state when the bar enters its region; an `on="impact"` port demands it just after each blow. At
+      the start, the ports whose region is occupied demand at once, in their order.
+    - A demand equal to the last one is ignored. Any other drops the orders that would be due when it is due or later,
+      and is carried out after its delay.
+    - Of simultaneous events the blow comes first, then the ports in their order, then the orders that are due.
+
+    Parameters
+    ----------
+    states
+        The force of each state by its name, in order, without that of the chamber (dimensionless, as a load is). Kept
+        as pairs.
+    ports
+        What demands states.
+    start
+        The state at the start, which counts as the last one demanded; the first of `states` by default.
+    chamber
+        A gas chamber behind the piston.
+
+    Raises
+    ------
+    ParameterError
+        When there are no states, two of one name, or a port demands a state that does not exist.
+
+    Examples
+    --------
+    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    >>> valve = Valve({"return": -0.4, "power": 1.8}, ports)
+    >>> valve.start, valve.force("power")
+    ('return', 1.8)
+    """
+
+    states: Mapping[str, float] | tuple[tuple[str, float], ...]
+    ports: tuple[Port, ...]
+    start: str | None = None
+    chamber: Chamber = NO_CHAMBER
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "states", _pairs(self.states))
+        names = [name for name, _ in self.pairs]
+        ports = several("ports", self.ports, "objects of the class Port")
+        if not 1 <= len(ports) <= MOST_PORTS:
+            raise ParameterError("ports", len(ports), f"1 to {MOST_PORTS} ports", "without one nothing ever switches")
+        for i, port in enumerate(ports):
+            instance(f"ports[{i}]", port, Port)
+            if port.to not in names:
+                raise ParameterError(f"ports[{i}].to", port.to, _one_of(names), "demand one of the states")
+        set_(self, "ports", ports)
+        start = names[0] if self.start is None else self.start
+        if not isinstance(start, str) or start not in names:
+            raise ParameterError("start", start, _one_of(names))
+        set_(self, "start", start)
+        instance("chamber", self.chamber, Chamber)
+
+    @property
+    def pairs(self) -> tuple[tuple[str, float], ...]:
+        """The states and their forces, without that of the chamber."""
+        assert isinstance(self.states, tuple)
+        return self.states
+
+    def force(self, state: str) -> float:
+        """The force towards the wall in a state, with that of the chamber at the wall.
+
+        Raises
+        ------
+        ParameterError
+            When there is no such state.
+        """
+        for name, force in self.pairs:
+            if name == state:
+                return force + self.chamber.force
+        raise ParameterError("state", state, _one_of([name for name, _ in self.pairs]))
+
+    @property
+    def orders(self) -> Orders:
+        """The orders at the start: none, and the starting state as the last demand."""
+        assert self.start is not None
+        return Orders(self.start)
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The last demand, and the orders that wait for their time.
+
+    Parameters
+    ----------
+    last
+        The state that was demanded last.
+    pending
+        Time and state of each order, in the order in which they are due.
+    """
+
+    last: str
+    pending: tuple[tuple[float, str], ...] = ()
+
+    def after(self, time: float, port: Port) -> Orders:
+        """The orders after a demand: a later demand replaces what would be carried out after it."""
+        if port.to == self.last:
+            return self
+        due = time + port.delay
+        return Orders(port.to, (*(order for order in self.pending if order[0] < due), (due, port.to)))
+
+
+def _pairs(states: object) -> tuple[tuple[str, float], ...]:
+    accepted = "the force of each state by its name"
+    if isinstance(states, Mapping):
+        states = states.items()
+    try:
+        found = tuple((name, force) for name, force in several("states", states, accepted))  # type: ignore[arg-type,misc]
+    except (TypeError, ValueError):
+        raise ParameterError("states", states, accepted) from None
+    if not 1 <= len(found) <= MOST_STATES:
+        raise ParameterError("states", len(found), f"1 to {MOST_STATES} states")
+    names = [text("states", name, "names of states as keys") for name, _ in found]
+    if len(set(names)) < len(names):
+        raise ParameterError("states", names, "states of different names")
+    return tuple((name, finite(f"states[{name!r:.40}]", force)) for name, force in found)
+
+
+def _one_of(names: list[str]) -> str:
+    return f"one of {', '.join(map(repr, names[:6]))}{', …' if len(names) > 6 else ''}"

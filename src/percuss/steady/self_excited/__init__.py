@@ -1,0 +1,21 @@
+"""The rigid piston that switches its own valve, in closed form: cycles, what prevents them, margins."""
+
+from percuss.steady.self_excited.margins import ValveMargins, valve_margins
+from percuss.steady.self_excited.obstacle import Obstacle
+from percuss.steady.self_excited.piston_records import Leg, Rebound, Segment, Switch, Uncovering
+from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
+from percuss.steady.self_excited.valve_cycle import ValveCycle
+
+__all__ = [
+    "Leg",
+    "Obstacle",
+    "Rebound",
+    "Segment",
+    "SelfExcited",
+    "Switch",
+    "Uncovering",
+    "ValveCycle",
+    "ValveMargins",
+    "self_excited_motion",
+    "valve_margins",
+]

@@ -1,0 +1,165 @@
+"""How far a machine that switches itself is from what would stop it: the return too late, the gas too stiff."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from percuss.errors import ParameterError
+from percuss.model import Chamber, Valve
+from percuss.model.checks import instance
+from percuss.shown import Shown
+from percuss.steady.self_excited.obstacle import Obstacle
+from percuss.steady.self_excited.piston_legs import leg_from
+from percuss.steady.self_excited.piston_records import Piston, Switch
+from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
+from percuss.steady.self_excited.settled_cycle import continued
+from percuss.steady.self_excited.valve_cycle import ValveCycle
+
+__all__ = ["ValveMargins", "valve_margins"]
+
+_STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
+_MOST_STEPS = 256
+_CLOSE = 1e-11  # of a step
+_BEYOND = 1e-6
+
+
+@dataclass(frozen=True)
+class ValveMargins(Shown):
+    """How far a running machine is from what would stop it.
+
+    Parameters
+    ----------
+    return_time
+        When the state changes that sends the piston back: time after the blow, negative before it.
+    latest_return
+        The greatest `return_time` with which the machine still runs, when the delay of the return grows; None when no
+        limit was found within eight periods, as with R = 0, where a late return merely makes the piston rest.
+    beyond
+        What happens beyond it: "double blow", "flip", or another obstacle.
+    chamber_to_run, chamber_to_start
+        The factors by which the force and the stiffness of the chamber may be multiplied until the machine no longer
+        runs, and until it no longer starts from rest on the wall; None without a chamber and where no limit was found.
+    """
+
+    return_time: float
+    latest_return: float | None
+    beyond: Obstacle | None
+    chamber_to_run: float | None
+    chamber_to_start: float | None
+
+
+def valve_margins(motion: SelfExcited) -> ValveMargins:
+    """The margins of a machine that runs.
+
+    Every limit is that of the cycle itself, which is followed while the delay of the return, or the chamber, grows.
+
+    Parameters
+    ----------
+    motion
+        The result of `self_excited_motion` for a machine that runs.
+
+    Raises
+    ------
+    ParameterError
+        When the machine does not run.
+
+    Examples
+    --------
+    >>> from percuss.model import Kept, Port, Valve
+    >>> from percuss.steady import self_excited_motion
+    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    >>> margins = valve_margins(self_excited_motion(Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2)))
+    >>> print(f"{margins.latest_return:.6f}, then {margins.beyond.value}")
+    0.332653, then double blow
+    """
+    instance("motion", motion, SelfExcited)
+    if not motion.runs or motion.cycle is None:
+        why = "" if motion.obstacle is None else motion.obstacle.remedy
+        raise ParameterError("motion", str(motion), "a machine that runs", why)
+    switch = _return_of(motion.valve, motion.cycle)
+
+    def later(extra: float) -> Valve:
+        ports = tuple(
+            replace(port, delay=port.delay + extra) if port.to == switch.to else port for port in motion.valve.ports
+        )
+        return replace(motion.valve, ports=ports)
+
+    latest, last = _limit(motion, later, 0.0, _STEP * motion.cycle.period)
+    return_time, beyond = _after_blow(switch, motion.cycle), None
+    room = motion.room if math.isfinite(motion.room) else None
+    if latest is not None:
+        past = later(latest + _BEYOND * motion.cycle.period)
+        beyond = self_excited_motion(past, motion.contact, motion.drag, room).obstacle
+    longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
+    return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion))
+
+
+def _return_of(valve: Valve, cycle: ValveCycle) -> Switch:
+    """The change to a lower force that is nearest to the wall."""
+    state, falls = cycle.rebound.state, []
+    for switch in cycle.switches:
+        if valve.force(switch.to) < valve.force(state):
+            falls.append(switch)
+        state = switch.to
+    return min(falls, key=lambda switch: switch.behind)
+
+
+def _after_blow(switch: Switch, cycle: ValveCycle) -> float:
+    """The time of a switch after the blow that is nearest in time."""
+    return switch.time if 2.0 * switch.time < cycle.period or cycle.rests else switch.time - cycle.period
+
+
+def _limit(
+    motion: SelfExcited, changed: Callable[[float], Valve], start: float, step: float
+) -> tuple[float | None, ValveCycle]:
+    """The least value from `start` on at which the cycle ends or is no longer stable, and the last cycle before it."""
+    cycle = motion.cycle
+    assert cycle is not None
+    value = start
+    for _ in range(_MOST_STEPS):
+        found = _running(motion, changed(value + step), cycle)
+        if found is None:
+            break
+        value, cycle = value + step, found
+    else:
+        return None, cycle
+    low, high = value, value + step
+    while high - low > _CLOSE * step:
+        middle = 0.5 * (low + high)
+        found = _running(motion, changed(middle), cycle)
+        if found is None:
+            high = middle
+        else:
+            low, cycle = middle, found
+    return low, cycle
+
+
+def _running(motion: SelfExcited, valve: Valve, near: ValveCycle) -> ValveCycle | None:
+    """The stable cycle of another valve, near a cycle."""
+    cycle = continued(Piston(valve, motion.contact, motion.drag), near)
+    return cycle if cycle is not None and cycle.stable and cycle.stroke <= motion.room else None
+
+
+def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
+    chamber = motion.valve.chamber
+    if chamber.force <= 0.0 and chamber.stiffness == 0.0:
+        return None, None
+
+    def filled(factor: float) -> Valve:
+        return replace(motion.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
+
+    def starts(factor: float) -> bool:
+        return leg_from(Piston(filled(factor), motion.contact, motion.drag), 0.0, 0.0).ending == "blow"
+
+    run, _ = _limit(motion, filled, 1.0, _STEP)
+    low, high = 0.0, 1.0 + _STEP * _MOST_STEPS if run is None else run
+    if not starts(low):
+        return run, 0.0
+    if starts(high):
+        return run, None if run is None else high
+    while high - low > _CLOSE:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if starts(middle) else (low, middle)
+    return run, low

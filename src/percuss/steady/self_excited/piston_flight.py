@@ -1,0 +1,175 @@
+"""The flight of a rigid piston under a constant force, a gas chamber and a drag, and where it first passes a place.
+
+The distance x behind the wall obeys x″ + d x′ + κx = a. With s the answer to a unit velocity and q its integral,
+
+    x = x₀ + v₀ s + (a − κx₀) q,   v = v₀ s′ + (a − κx₀) s,
+
+which is a circle for κ > 0 and d = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
+machine that switches itself").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from scipy.optimize import brentq
+
+__all__ = ["Crossing", "Flight", "response"]
+
+_SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
+_TERMS = 18
+_PIECES = 3  # a flight between later turning points stays within the range of the third
+_EPS = 2.0**-52
+
+
+def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float]:
+    """s′, s and q at the time t: velocity and place after a unit velocity, and place under a unit force from rest.
+
+    By their power series, and by doubling the time: smooth in κ and d, down to 0, with no case to distinguish.
+    """
+    if stiffness == 0.0 and drag == 0.0:
+        return 1.0, t, 0.5 * t * t
+    doublings = 0
+    while stiffness * t * t > _SMALL or drag * t > _SMALL:
+        t *= 0.5
+        doublings += 1
+    z, b = stiffness * t * t, drag * t
+    before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
+    ds = s = 1.0
+    q = 0.5
+    for n in range(1, _TERMS):
+        before, now = now, -(b * n * now + z * before) / (n * (n + 1))
+        ds += (n + 1) * now
+        s += now
+        q += now / (n + 2)
+    s, q = s * t, q * t * t
+    for _ in range(doublings):
+        ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
+    return ds, s, q
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The first passage of a place: when, and which of the places that were asked for lie there."""
+
+    time: float
+    which: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight from the distance x behind the wall with the velocity v away from it.
+
+    Parameters
+    ----------
+    push
+        Acceleration away from the wall at the wall, a.
+    stiffness, drag
+        κ and d.
+    x, v
+        At the start of the flight.
+    """
+
+    push: float
+    stiffness: float
+    drag: float
+    x: float
+    v: float
+
+    @property
+    def acceleration(self) -> float:
+        """At the start, without the drag."""
+        return self.push - self.stiffness * self.x
+
+    def at(self, t: float) -> tuple[float, float]:
+        """Distance and velocity at a time."""
+        ds, s, q = response(t, self.stiffness, self.drag)
+        return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
+
+    @property
+    def turning_time(self) -> float:
+        """When the velocity first is 0 after the start; infinite when it never is."""
+        v, f, square = self.v, self.acceleration, self.stiffness - 0.25 * self.drag**2
+        if square > 0.0:
+            rate = math.sqrt(square)
+            if v == 0.0:
+                return math.pi / rate if f != 0.0 else math.inf
+            angle = math.atan2(v * rate, 0.5 * v * self.drag - f)
+            return (angle if angle > 0.0 else angle + math.pi) / rate
+        below = 0.5 * v * self.drag - f
+        if v == 0.0 or below == 0.0 or v / below < 0.0:
+            return math.inf
+        ratio, rate = v / below, math.sqrt(-square)
+        if rate == 0.0:
+            return ratio
+        return math.atanh(rate * ratio) / rate if rate * ratio < 1.0 else math.inf
+
+    @property
+    def last_place(self) -> float:
+        """Where it comes to rest or goes to in the end, when it does not oscillate for ever."""
+        if self.stiffness > 0.0:
+            return self.push / self.stiffness
+        if self.push != 0.0:
+            return math.copysign(math.inf, self.push)
+        if self.drag > 0.0:
+            return self.x + self.v / self.drag
+        return self.x if self.v == 0.0 else math.copysign(math.inf, self.v)
+
+    def turning_places(self, until: float = math.inf) -> list[float]:
+        """Where it turns, up to a time: the first three, within which all others lie."""
+        return [self.at(end)[0] for _, end in self._pieces() if end < until]
+
+    def first_crossing(self, places: Sequence[tuple[float, int]], until: float) -> Crossing | None:
+        """The first of the places that is passed, each in its own direction: +1 away from the wall, −1 towards it.
+
+        A place that is only touched, or at which the flight starts, is not passed.
+        """
+        x = self.x
+        for number, (start, end) in enumerate(self._pieces()):
+            stop = min(end, until)
+            last = self.at(stop)[0] if math.isfinite(stop) else self.last_place
+            way = 1 if last > x else -1
+            passed = [
+                place for place, towards in places if towards == way and 0.0 < way * (place - x) < way * (last - x)
+            ]
+            if passed:
+                place = min(passed) if way > 0 else max(passed)
+                which = tuple(i for i, own in enumerate(places) if own == (place, way))
+                return Crossing(self._time_at(place, way, number, start, stop), which)
+            if end >= until:
+                return None
+            x = last
+        return None
+
+    def _pieces(self) -> Iterator[tuple[float, float]]:
+        """The times between which it does not turn."""
+        start, end = 0.0, self.turning_time
+        square = self.stiffness - 0.25 * self.drag**2
+        step = math.pi / math.sqrt(square) if square > 0.0 else math.inf
+        for _ in range(_PIECES):
+            yield start, end
+            if end == math.inf:
+                return
+            start, end = end, end + step
+
+    def _time_at(self, place: float, way: int, number: int, start: float, stop: float) -> float:
+        """When a place is passed between two turning points."""
+        if self.stiffness == 0.0 and self.drag == 0.0:
+            speed = way * math.sqrt(max(0.0, self.v**2 + 2.0 * self.push * (place - self.x)))
+            return 2.0 * (place - self.x) / (self.v + speed) if number == 0 else (speed - self.v) / self.push
+
+        def beyond(t: float) -> float:
+            return way * (self.at(t)[0] - place)
+
+        if stop == math.inf:
+            far = abs(place - self.x)
+            step = min(far / abs(self.v) if self.v else math.inf, math.sqrt(far / (abs(self.acceleration) or 1.0)))
+            stop = start + step
+            while beyond(stop) <= 0.0:
+                step *= 2.0
+                stop = start + step
+        if beyond(stop) <= 0.0:  # passed within rounding of the end
+            return stop
+        return float(brentq(beyond, start, stop, xtol=_EPS * stop, rtol=4.0 * _EPS))
