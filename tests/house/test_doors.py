@@ -35,8 +35,10 @@ from percuss import case as room_of_cases
 from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
+    Chamber,
     External,
     KelvinVoigt,
+    Port,
     Ratio,
     Reversed,
     Section,
@@ -45,6 +47,7 @@ from percuss.model import (
     Table,
     Timed,
     UniformBar,
+    Valve,
 )
 from percuss.recordings import read_recording
 
@@ -97,10 +100,13 @@ NO_DOORS: dict[str, str] = {
             "steady.Nearest",
             "steady.Orbit",
             "steady.Rest",
+            "steady.SelfExcited",
             "steady.SIReport",
             "steady.SteadyStates",
             "steady.TimedOrbit",
             "steady.TimedStates",
+            "steady.ValveCycle",
+            "steady.ValveMargins",
             "steady.Violation",
             "stability.ExactPlane",
             "stability.LinearMap",
@@ -206,7 +212,7 @@ NO_DOORS: dict[str, str] = {
         ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
         "a contract: the doors are its kinds",
     ),
-    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result", "steady.Reason"], MADE_HERE),
+    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result", "steady.Obstacle", "steady.Reason"], MADE_HERE),
     "errors.PercussError": "what comes out",
 }
 
@@ -223,6 +229,9 @@ SI_LOAD = Load.harmonic(900.0, 1000.0, frequency=50.0)
 SECTIONED = SectionedBar([Section(0.1, 1e-3), Section(0.2, 2e-3)])
 SI_SYSTEM = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Kept(0.5))
 SHORT = Stop(impacts=3)
+VALVE = Valve(
+    {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
+)
 PLAIN = """
 [system]
 s = 20.0
@@ -361,6 +370,17 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
+        "model.Chamber": (Chamber, {"force": 0.4, "stiffness": 0.9}, {"force": REAL}),
+        "model.Port": (
+            Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},
+            {"to": TEXT, "reads": set()},
+        ),
+        "model.Valve": (
+            Valve, {"states": {"return": -0.4, "power": 1.8}, "ports": VALVE.ports, "start": "power"}
+            | {"chamber": Chamber()},
+            {"start": OPTIONAL},
+        ),
+        "model.Valve.force": (VALVE.force, {"state": "power"}, {}),
         "model.Load": (
             Load, {"coefficients": [0.3, 1.0], "frequency": 1.0, "breaks": (), "values": (), "report": None}
             | {"error": 0.1, "at": 0},
@@ -430,6 +450,13 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Orbit.end_point": (orbit.end_point, {"t": 1.0}, {"t": ANY_NUMBERS}),
         "steady.Orbit.impact_field": (orbit.impact_field, {"x": 0.5}, {"x": PLACES}),
         "steady.Orbit.impact_history": (orbit.impact_history, {"impacts": 2}, {}),
+        "steady.self_excited_motion": (
+            steady.self_excited_motion, {"valve": VALVE, "contact": Kept(0.2), "drag": 0.1, "room": 9.0},
+            {"room": OPTIONAL},
+        ),
+        "steady.valve_margins": (
+            steady.valve_margins, {"motion": steady.self_excited_motion(VALVE, Kept(0.2))}, {},
+        ),
         "steady.rest_on_wall": (steady.rest_on_wall, {"system": SYSTEM}, {}),
         "steady.si_report": (steady.si_report, {"orbit": steady_states(SI_SYSTEM).orbits[1]}, {}),
         "steady.drag_of": (steady.drag_of, {"orbit": orbit}, {}),

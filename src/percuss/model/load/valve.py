@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, cast
 
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
@@ -240,9 +240,11 @@ def _pairs(states: object) -> tuple[tuple[str, float], ...]:
     if isinstance(states, Mapping):
         states = states.items()
     try:
-        found = tuple((name, force) for name, force in several("states", states, accepted))  # type: ignore[arg-type,misc]
-    except (TypeError, ValueError):
-        raise ParameterError("states", states, accepted) from None
+        found = [tuple(pair) for pair in several("states", cast("Iterable[Any]", states), accepted)]
+    except TypeError:
+        found = [()]
+    if any(len(pair) != 2 for pair in found):
+        raise ParameterError("states", states, accepted)
     if not 1 <= len(found) <= MOST_STATES:
         raise ParameterError("states", len(found), f"1 to {MOST_STATES} states")
     names = [text("states", name, "names of states as keys") for name, _ in found]

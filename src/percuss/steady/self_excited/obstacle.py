@@ -63,7 +63,7 @@ class Obstacle(Enum):
     )
     NO_BLOW = (
         "cycles without a blow",
-        "the return stops the piston before it strikes",
+        "the valve turns the piston round before it strikes",
         "put the front port nearer to the wall, or give it a longer delay",
     )
     DOUBLE_BLOW = (
@@ -102,15 +102,13 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     if last.ending == "on the wall":
         state = last.switches[-1].to if last.switches else _state_before(legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
-    if last.ending == "nothing follows":
-        reached = last.farthest
-        beyond = [
-            p.behind for p in piston.valve.ports if p.behind is not None and p.side == "back" and p.behind > reached
-        ]
-        return {"obstacle": Obstacle.NO_PORT, "found": reached, "needed": min(beyond, default=None)}
-    if last.ending == "no blow":
+    if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
         nearest = min(min([s.behind, *s.flight.turning_places(s.duration)]) for s in last.segments[1:])
         return {"obstacle": Obstacle.NO_BLOW, "found": nearest, "needed": 0.0}
+    if last.ending == "nothing follows":
+        reached, ports = last.farthest, piston.valve.ports
+        beyond = [p.behind for p in ports if p.behind is not None and p.side == "back" and p.behind > reached]
+        return {"obstacle": Obstacle.NO_PORT, "found": reached, "needed": min(beyond, default=None)}
     again = [leg for leg in legs[-_LATELY:] if not leg.switches]
     return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.IRREGULAR}
 

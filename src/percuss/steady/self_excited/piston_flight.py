@@ -164,8 +164,9 @@ class Flight:
             return way * (self.at(t)[0] - place)
 
         if stop == math.inf:
-            far = abs(place - self.x)
-            step = min(far / abs(self.v) if self.v else math.inf, math.sqrt(far / (abs(self.acceleration) or 1.0)))
+            x, v = self.at(start)
+            far, force = abs(place - x), abs(self.push - self.stiffness * x)
+            step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
             stop = start + step
             while beyond(stop) <= 0.0:
                 step *= 2.0

@@ -1,7 +1,7 @@
 """A rigid piston under its valve from one blow to the next: closed flights, and their derivatives.
 
-A leg carries, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at which
-it began and by the times of the orders that were pending there (theory, "The machine that switches itself").
+A leg carries, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at
+which it began and by the times of the orders that were pending there (theory, "The machine that switches itself").
 """
 
 from __future__ import annotations

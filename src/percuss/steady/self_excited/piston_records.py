@@ -14,6 +14,8 @@ from percuss.steady.self_excited.piston_flight import Flight
 
 __all__ = ["Ending", "Leg", "Piston", "Rebound", "Segment", "Switch", "Uncovering"]
 
+_LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
+
 Ending = Literal["blow", "on the wall", "nothing follows", "no blow"]
 """How a leg ends."""
 
@@ -28,7 +30,7 @@ class Piston:
 
     def flight(self, state: str, x: float, v: float) -> Flight:
         """The flight that begins at the distance x with the velocity v away from the wall."""
-        return Flight(-self.valve.force(state), self.valve.chamber.stiffness, self.drag, x, v)
+        return Flight(-self.valve.force(state), _felt(self.valve.chamber.stiffness), _felt(self.drag), x, v)
 
     @property
     def places(self) -> tuple[list[tuple[float, int]], list[int]]:
@@ -157,3 +159,7 @@ class Leg:
         return max(
             (max([s.flight.x, s.behind, *own]) for s, own in zip(self.segments, turns, strict=True)), default=0.0
         )
+
+
+def _felt(coefficient: float) -> float:
+    return coefficient if coefficient >= _LEAST else 0.0

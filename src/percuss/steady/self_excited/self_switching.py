@@ -74,8 +74,8 @@ def self_excited_motion(valve: Valve, contact: Contact, drag: float = 0.0, room:
     """The cycle of a rigid piston that switches its own valve, in closed form, or what keeps it from running.
 
     The units of length and of time are free; the mass is 1. Every flight is closed (parabola, exponential or circle),
-    and Newton's method with exact derivatives finds the motion that repeats, for any number of ports, states and delays.
-    Ports are read at the centre of mass wherever they are, as the piston is rigid.
+    and Newton's method with exact derivatives finds the motion that repeats, for any number of ports, states and
+    delays. Ports are read at the centre of mass wherever they are, as the piston is rigid.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ class ValveCycle(Shown):
         if not rises:
             return 0.0
         blow = min(time for time in self.blow_times.tolist() if time >= rises[-1])
-        return (blow - rises[-1]) / self.period
+        return float((blow - rises[-1]) / self.period)
 
     @property
     def rests(self) -> bool:
@@ -168,7 +168,7 @@ def cycle_near(piston: Piston, rebound: Rebound, blows: int) -> ValveCycle | Non
         error = _error(now, legs)
         slope: Array = reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size))
         try:
-            step = np.linalg.solve(np.eye(slope.shape[0]) - slope, error)
+            step: Array = np.linalg.solve(np.eye(slope.shape[0]) - slope, error).astype(float)
         except np.linalg.LinAlgError:
             return None
         if not np.all(np.isfinite(step)):
