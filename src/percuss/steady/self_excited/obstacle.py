@@ -7,7 +7,6 @@ from enum import Enum
 from typing import Self, TypedDict
 
 import numpy as np
-from scipy.optimize import brentq
 
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
 from percuss.steady.self_excited.valve_cycle import ValveCycle
@@ -142,6 +141,8 @@ def why_several(piston: Piston, cycle: ValveCycle) -> Reasoned:
 
 def latest_return(piston: Piston, rebound: Rebound, to: str) -> float:
     """How long after a blow a state may come at the latest so that the piston does not fall back to the wall."""
+    from scipy.optimize import brentq  # slow to import
+
     falling = piston.flight(rebound.state, 0.0, rebound.speed)
     back = falling.first_crossing([(0.0, -1)], math.inf)
     if back is None:

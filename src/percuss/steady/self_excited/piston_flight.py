@@ -14,8 +14,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-
 __all__ = ["Crossing", "Flight", "response"]
 
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
@@ -159,6 +157,8 @@ class Flight:
         if self.stiffness == 0.0 and self.drag == 0.0:
             speed = way * math.sqrt(max(0.0, self.v**2 + 2.0 * self.push * (place - self.x)))
             return 2.0 * (place - self.x) / (self.v + speed) if number == 0 else (speed - self.v) / self.push
+
+        from scipy.optimize import brentq  # slow to import
 
         def beyond(t: float) -> float:
             return way * (self.at(t)[0] - place)
