@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,11 +42,12 @@ def waves_warnings(motion: MachineMotion) -> list[str]:
 
 
 def _restitution(motion: MachineMotion) -> list[str]:
-    """That the restitution of the law is not that of the blows."""
-    found, assumed = motion.cycle.restitution, motion.system.restitution
-    found = found[np.isfinite(found)]
+    """That the restitution of the law is not that of the main blows, those of half the greatest impulse or more."""
+    own, assumed = motion.cycle, motion.system.restitution
+    main = (own.impulse >= 0.5 * own.impulse.max(initial=0.0)) & np.isfinite(own.restitution)
+    found = own.restitution[main]
     by_waves = float(np.median(found)) if found.size else assumed
-    if abs(by_waves - assumed) <= _APART or motion.rests:
+    if motion.rests or math.isclose(by_waves, assumed, rel_tol=0.0, abs_tol=_APART):
         return []
     remedy = 'restitution = "from the blow" gives the law that of one blow on the tool'
     return [f"the blows have R = {number(by_waves, 3)} (median), the law beside them {number(assumed, 3)}: {remedy}"]
