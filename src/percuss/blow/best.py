@@ -12,7 +12,7 @@ import numpy as np
 from percuss.blow.figures import FIGURES
 from percuss.blow.parts import Outcome
 from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
-from percuss.model.checks import Array, count, finite, positive
+from percuss.model.checks import Array, callback, choice, count, finite, positive
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
@@ -177,15 +177,15 @@ def best_blow(
     ...     rod = Rod([Section(1.0, area=1e-3)], "rock", rock=Rock(1e8, 0.5))
     ...     return strike(Bar(values[0], 1e-3), rod, 10.0, until=5e-4)
     >>> found = best_blow(struck, [(0.1, 0.4)], "efficiency", most=60)
-    >>> found.allowed and 0.39 < found.value <= 0.5
-    True
+    >>> round(found.values[0], 3), round(found.value, 3)
+    (0.4, 0.322)
     """
-    if objective not in OBJECTIVES:
-        raise ParameterError("objective", objective, f"one of {', '.join(OBJECTIVES)}")
+    choice("objective", objective, *OBJECTIVES)
     limits = np.array([_range(i, one) for i, one in enumerate(ranges)]).reshape(-1, 2)
     if not limits.size:
         raise ParameterError("ranges", ranges, "one range or more")
-    most = count("most", most, 20, 10**7)
+    most, seed = count("most", most, 20, 10**7), count("seed", seed, 0, 2**32 - 1)
+    callback("progress", progress)
     figure, sign = OBJECTIVES[objective]
     search = _Search(made, limits, figure, sign, inf if below is None else positive("below", below), most, progress)
     complete = True

@@ -224,7 +224,8 @@ class Case:
     def notes(self) -> tuple[str, ...]:
         """What was assumed in reading the recording, of the load's clock and of the blow, one sentence each."""
         read = () if self._recording is None else self._recording[1]
-        from_blow = blow_note(blow_of(self.blow_question())) if self.is_from_blow else ""
+        question = self.blow_question() if self.is_from_blow else None
+        from_blow = "" if question is None else blow_note(blow_of(question), question)
         others = (clock_note(self.load()), from_blow, law_note(self._contact_table))
         return (*read, *(note for note in others if note))
 

@@ -16,7 +16,7 @@ from percuss.case.parameters.case_keys import LOAD_SCALE, held, with_generic_pla
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.model.checks import several
+from percuss.model.checks import finite, instance, several, text
 from percuss.shown import Shown
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -52,8 +52,17 @@ class Span:
     high: float
     unit: str = ""
 
+    def __post_init__(self) -> None:
+        texts = {"name": text("name", self.name), "unit": text("unit", self.unit)}
+        ends = {"low": finite("low", self.low), "high": finite("high", self.high)}
+        if not ends["low"] < ends["high"]:
+            accepted = f"a number greater than the least value, {ends['low']:g}"
+            raise ParameterError(self.name, self.high, accepted, "the smaller end of a range comes first")
+        for name, value in (texts | ends).items():
+            object.__setattr__(self, name, value)
+
     @classmethod
-    def parsed(cls, text: str) -> Span:
+    def parsed(cls, words: str) -> Span:
         """From ``NAME=LOW:HIGH``, numbers with or without a unit.
 
         Raises
@@ -66,9 +75,9 @@ class Span:
         >>> Span.parsed("bar.sections[2].length=50:150mm")
         Span(name='bar.sections[2].length', low=50.0, high=150.0, unit='mm')
         """
-        if text.count("=") != 1 or text.count(":") != 1:
-            raise ParameterError("vary", text, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
-        axis = Axis.parsed(f"{text}:2")
+        if text("vary", words).count("=") != 1 or words.count(":") != 1:
+            raise ParameterError("vary", words, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
+        axis = Axis.parsed(f"{words}:2")
         return cls(axis.name, float(axis.values[0]), float(axis.values[1]), axis.unit)
 
 
@@ -175,7 +184,8 @@ def best_answer(
     from percuss.blow.best import best_blow  # loads the compiler
 
     checked_case(case)
-    family = CaseFamily(case, {span.name: span.unit for span in several("spans", spans, "a list of Span")})
+    spans = [instance("spans", span, Span) for span in several("spans", spans, "a list of Span")]
+    family = CaseFamily(case, {span.name: span.unit for span in spans})
     keys = _keys(family, spans)
     own = blow_answer(case)
     _check_figure(own, objective)

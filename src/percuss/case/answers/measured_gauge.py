@@ -9,13 +9,13 @@ import numpy as np
 
 from percuss.case.answers.gauge_record import MeasuredGauge
 from percuss.case.answers.numerals import number, percent
+from percuss.case.answers.told_blow import ToldBlow
 from percuss.errors import HistoryError, ParameterError
-from percuss.model.checks import choice
+from percuss.model.checks import choice, instance
 
 if TYPE_CHECKING:
     from percuss.blow import Waves
     from percuss.blow.record_fit import RecordFit
-    from percuss.case.answers.told_blow import ToldBlow
     from percuss.model.body.sized import Piece
     from percuss.recordings import Recording
 
@@ -74,6 +74,7 @@ def measured_gauge(
     from percuss.blow.record_fit import fitted_record
     from percuss.recordings import read_recording
 
+    instance("answer", answer, ToldBlow)
     choice("sign", sign, *_SIGNS)
     waves = _waves(answer)
     record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isclose
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,7 +46,7 @@ def _restitution(motion: MachineMotion) -> list[str]:
     found, assumed = motion.cycle.restitution, motion.system.restitution
     found = found[np.isfinite(found)]
     by_waves = float(np.median(found)) if found.size else assumed
-    if abs(by_waves - assumed) <= _APART or motion.rests:
+    if isclose(by_waves, assumed, rel_tol=0.0, abs_tol=_APART) or motion.rests:
         return []
     remedy = 'restitution = "from the blow" gives the law that of one blow on the tool'
     return [f"the blows have R = {number(by_waves, 3)} (median), the law beside them {number(assumed, 3)}: {remedy}"]
