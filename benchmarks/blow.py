@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from percuss.blow import Rock, Rod, strike
-from percuss.model import Bar, Section, SectionedBar
+from percuss.blow.machine import Limits, Release, machine_motion
+from percuss.model import Bar, Kept, Load, Ratio, Section, SectionedBar, System
 from simulation import PEERS, ROOT, environment_of_peers
 
 Row = tuple[str, str, str, str]
@@ -29,6 +30,8 @@ PISTONS = {
 SPEED, UNTIL = 11.0, 3e-4
 CELLS = (4, 16, 64)
 SWEPT = 10_000
+TRANSITS = 251.0  # of the bar in a load period: s = 40
+PERIODS = 20
 
 
 def seconds(task: Callable[[], object], runs: int = 9) -> float:
@@ -48,7 +51,7 @@ def piston(sections: tuple[tuple[float, float], ...]) -> SectionedBar:
 
 def blow() -> list[Row]:
     """The rows."""
-    return [*beside_lattice(), *with_rock()]
+    return [*beside_lattice(), *with_rock(), *machines()]
 
 
 def beside_lattice() -> list[Row]:
@@ -118,4 +121,29 @@ def with_rock() -> list[Row]:
     rows.append(
         (f"sweep of {SWEPT} blows: length of a hammer, stiffness of the rock", f"{whole:.1f} s", "60 s", beside)
     )
+    return rows
+
+
+def machines() -> list[Row]:
+    """A load period of a damped machine at s = 40, every contact resolved by waves."""
+    section = Section(0.5, diameter=0.04, youngs_modulus=MODULUS)
+    bars = {"uniform bar": SectionedBar([section], Ratio(2e-3))}
+    name = "drifter piston, three sections"
+    bars[name] = SectionedBar(piston(PISTONS[name][0][0]).sections, Ratio(2e-3))
+    endless = Rod([Section(None, diameter=0.06, youngs_modulus=MODULUS)])
+    drill = [Section(3.0, diameter=0.05), Section(0.12, diameter=0.06)]
+    rods = {"on an endless rod": endless, "on a rod with bit and rock": Rod(drill, "rock", rock=Rock(4e8, 0.3))}
+    rows = []
+    for bar_name, bar in bars.items():
+        for rod_name, rod in rods.items():
+            load = Load.harmonic(900.0, 2000.0, frequency=1.0 / (TRANSITS * bar.transit_time))
+            system, limits = System.from_si(bar, load, Kept(0.3)), Limits(periods=PERIODS, settled=False)
+
+            def motion(system: System = system, rod: Rod = rod, limits: Limits = limits) -> object:
+                return machine_motion(system, rod, Release(), limits, estimate=False)
+
+            cells = machine_motion(system, rod, Release(), limits, estimate=False).lattice.cells
+            period = seconds(motion, 5) / PERIODS
+            beside = f"{sum(cells)} cells of bar and rod"
+            rows.append((f"machine by waves, s = 40, {bar_name} {rod_name}", f"{1e3 * period:.1f} ms", "20 ms", beside))
     return rows

@@ -29,9 +29,9 @@ for row, time in zip(force, times, strict=True):
 
 top = 1e-3 * abs(force).max()
 fig, axes = plt.subplots(layout="constrained")
-colours = LinearSegmentedColormap.from_list("force", [stop.light for stop in reversed(palette.STRAIN)])
-image = axes.pcolormesh(places, 1e6 * times, 1e-3 * force, cmap=colours, vmin=-top, vmax=top, rasterized=True)
-fig.colorbar(image, label="force [kN], compression positive")
+blue_orange = LinearSegmentedColormap.from_list("strain", [stop.light for stop in palette.STRAIN])
+image = axes.pcolormesh(places, 1e6 * times, -1e-3 * force, cmap=blue_orange, vmin=-top, vmax=top, rasterized=True)
+fig.colorbar(image, label=f"force [kN], {palette.SIGN}")
 axes.axvline(0.0, color="k", linewidth=1.5)
 for step in np.cumsum([length for length, _ in sizes])[:-1] - piston.length:
     axes.axvline(step, color="0.5", linewidth=0.8, linestyle=":")

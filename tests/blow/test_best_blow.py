@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from percuss.blow import Rock, Rod, strike
 from percuss.blow.best import OBJECTIVES, best_blow
@@ -82,6 +85,51 @@ def test_the_seed_repeats_a_search_and_the_first_place_is_never_lost():
     assert found.value >= matched((BEST_LENGTH,)).efficiency
 
 
+@settings(max_examples=5)
+@given(low=st.tuples(*[st.floats(0.05, 0.2)] * 2), wide=st.tuples(*[st.floats(0.01, 0.3)] * 2), seed=st.integers(0, 99))
+def test_every_blow_is_inside_the_ranges_and_none_is_better(low, wide, seed):
+    """Of all that were tried, the best one is what is found; it is as good as the best of a coarse grid."""
+    ranges = [(a, a + b) for a, b in zip(low, wide, strict=True)]
+    tried = []
+
+    def struck(values):
+        sections = [Section(values[0], area=AREA), Section(values[1], area=0.6 * AREA)]
+        blow = strike(SectionedBar(sections), rod(), 10.0, until=5.0 / SPEED)
+        tried.append((values, blow.rock_work))
+        return blow
+
+    found = best_blow(struck, ranges, most=150, seed=seed)
+    assert found.complete and found.blows == len(tried)
+    assert (found.values, found.value) in tried and found.value == max(value for _, value in tried)
+    assert all(a <= x <= b for values, _ in tried for x, (a, b) in zip(values, ranges, strict=True))
+    grid = [struck((x, y)).rock_work for x in np.linspace(*ranges[0], 9) for y in np.linspace(*ranges[1], 9)]
+    assert found.value >= max(grid) * (1.0 - 1e-6)
+
+
+@pytest.mark.parametrize("after", [1, 7, 35])
+def test_what_is_ended_keeps_the_best_so_far(after):
+    tried = []
+
+    def struck(values):
+        tried.append(matched(values))
+        return tried[-1]
+
+    found = best_blow(struck, [(0.02, 0.6)], most=40, progress=lambda done, most: done >= after)
+    assert not found.complete and found.blows == after == len(tried)
+    assert found.value == max(blow.rock_work for blow in tried)
+
+
+def test_what_is_ended_before_it_began_is_interrupted():
+    with pytest.raises(Interrupted, match="no blow has been found yet"):
+        best_blow(matched, [(0.1, 0.2)], most=40, progress=lambda done, most: True)
+
+
+def endless(values):
+    """Sections that have no common measure, on rock: ever more pieces, of which few are allowed."""
+    sections = [Section(values[0], area=AREA), Section(0.0877, area=2 * AREA), Section(0.1313, area=0.5 * AREA)]
+    return strike(SectionedBar(sections), rod(), 10.0, until=50.0 / SPEED, most_pieces=1000)
+
+
 def test_refusals_and_the_end():
     for ranges in ([], [(1.0, 1.0)], [(2.0, 1.0)], [(0.1, math.inf)]):
         with pytest.raises(ParameterError):
@@ -90,6 +138,6 @@ def test_refusals_and_the_end():
         best_blow(matched, [(0.1, 0.2)], "beauty")
     with pytest.raises(ParameterError, match="the last refusal"):
         best_blow(lambda values: matched((-values[0],)), [(0.1, 0.2)], most=20)
-    with pytest.raises(Interrupted):
-        best_blow(matched, [(0.1, 0.2)], most=40, progress=lambda done, most: done >= 5)
+    with pytest.raises(ParameterError, match="too many pieces"):
+        best_blow(endless, [(0.1, 0.2)], most=20)
     assert {figure for figure, _ in OBJECTIVES.values()} <= set(FIGURES)

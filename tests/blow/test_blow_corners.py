@@ -63,12 +63,11 @@ def test_rock_from_soft_to_hard_under_bits_from_light_to_heavy(stiffness: float,
         assert window.greatest_penetration == pytest.approx(deepest, rel=1e-9)
 
 
-@pytest.mark.xfail(strict=True, reason="the fast exponentials of a very light bit cut its waves to many short pieces")
 @pytest.mark.parametrize("stiffness", [1.0, 1e2, 1e4])
 def test_a_bit_that_is_next_to_nothing_is_nothing(stiffness: float) -> None:
     """A millionth of the striker's mass: first order in it."""
     case = Collision(((1.0, 1.0),), (1.0,), 8.0, ((1.0, 2.5),), "rock", k1=stiffness, gamma=0.3)
-    light, none = struck(replace(case, bit_mass=1e-6), most_pieces=100_000), struck(case)
+    light, none = struck(replace(case, bit_mass=1e-6), most_pieces=1000), struck(case)
     assert light.outcome is not Outcome.TOO_MANY_PIECES
     assert light.efficiency == pytest.approx(none.efficiency, rel=1e-2)
 

@@ -220,3 +220,22 @@ def test_a_blow_that_is_not_over_has_no_restitution() -> None:
 def test_an_advance_that_the_tool_does_not_have(tool: dict[str, Any], advance: str, part: str) -> None:
     found = refusal(si_case(tool, {"law": "b77-blow", "advance": advance}), "timed_law")
     assert f"contact.advance = '{advance}': expected {part}" in found
+
+
+def test_a_bar_that_goes_on_is_refused_with_its_staircase() -> None:
+    """Two ways to end a blow: no later end helps where the steps never end, one does where the window was cut."""
+    thin = {"sections": [{"area": "2 cm^2"}]}
+    for contact in (FROM_BLOW, {"law": "b77-blow"}):
+        found = refusal(si_case(thin, contact))
+        assert "on this tool R is -" in found and "steps that on an endless tool never end" in found
+        assert "until" not in found
+    cut = refusal(si_case({"sections": [{"area": "20 cm^2"}]}, FROM_BLOW, blow={"until": "20 us"}))
+    assert "give a later end: until in [blow]" in cut
+
+
+def test_a_gap_in_front_of_the_rock_makes_the_blow_one_of_its_speed() -> None:
+    tool = {"sections": [{"length": "1 m", "area": "8 cm^2"}], "end": "rock"}
+    case = si_case(tool, FROM_BLOW, rock={"stiffness": "100 kN/mm", "gap": "0.1 mm"}, blow={"velocity": "5 m/s"})
+    assert any("makes it depend on the speed" in note for note in case.notes)
+    plain = si_case(tool, FROM_BLOW, rock={"stiffness": "100 kN/mm"}, blow={"velocity": "5 m/s"})
+    assert not any("speed" in note for note in plain.notes)

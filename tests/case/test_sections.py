@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from case_texts import HEAD, SHAFT, plain_case, refusal, si_case
-from percuss.case import Case
+from percuss.case import Case, CaseErrors
 from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.file_format.writing import toml_text
@@ -133,6 +133,19 @@ def test_what_is_wrong_with_impedances(system: str, parts: list[str]) -> None:
     found = refusal(plain_case(f"d = 0.0048\n{system}"))
     for part in parts:
         assert part in found
+
+
+def test_a_law_of_damping_is_named_by_its_kind() -> None:
+    """`law` is a key of [contact], too, which is not what is meant here."""
+    with pytest.raises(CaseErrors) as caught:
+        Case.from_text(stepped_case(bar='damping = {law = "ratio", value = 0.1}')).system()
+    assert [problem.key for problem in caught.value.problems] == ["bar.damping.law", "bar.damping.kind"]
+    assert "belongs" not in str(caught.value)
+
+
+def test_two_laws_of_damping() -> None:
+    found = refusal(stepped_case(bar='damping_ratio = 0.1\ndamping = {kind = "ratio", value = 0.1}'))
+    assert "bar.damping: expected either damping_ratio or damping, not both" in found
 
 
 def test_a_load_at_a_step_that_is_not_there() -> None:

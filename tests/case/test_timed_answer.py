@@ -11,6 +11,7 @@ import pytest
 from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.first_lines import summary_of
+from percuss.case.answers.quick_answer import quick_dict
 from percuss.cli import main
 from percuss.cli.steady_report import steady_report
 from percuss.html_report import report_html
@@ -179,3 +180,58 @@ def test_the_energy_that_the_impact_takes_is_divided_between_tool_and_ringing() 
         assert orbit.delivered_energy + orbit.ringing_energy + kept == pytest.approx(orbit.blow_energy, rel=1e-12)
     assert "218.5 J delivered to what is struck; 2.896 J ring on in the bar" in lines(answer)
     assert "ring on" not in lines(steady_answer(Case.from_text(ROD)))
+
+
+BLOW = """
+[system]
+s = 20.0
+d = 0.01
+restitution = "from the blow"
+law = "b77-blow"
+[tool]
+impedance = 4.0
+[load]
+kind = "harmonic"
+mean = {mean}
+amplitude = 1.0
+"""
+
+
+@pytest.mark.parametrize("mean", [0.9, 1.225])
+def test_the_quick_answer_has_the_phase_of_the_force_as_the_whole_one(mean: float) -> None:
+    """With 1.225 the two motions of B77's law have met already, those of the other law exist."""
+    case = Case.from_text(BLOW.format(mean=mean))
+    quick, whole = quick_dict(case)["orbits"], steady_answer(case).to_json_dict()["periods"][0]["orbits"]
+    assert len(quick) == len(whole) == (2 if mean == 0.9 else 0)
+    for one, other in zip(quick, whole, strict=True):
+        for key in ("phase", "phase_b77", "blow_multipliers", "advance_per_blow"):
+            assert one[key] == other[key]
+        assert one["phase"] != one["phase_b77"]
+        assert one["blow"][0].startswith("b77-blow: force centred at")
+    alone = quick_dict(case)["blow_alone"]
+    assert len(alone) == (0 if mean == 0.9 else 2)
+    assert all("no motion of B77's law" in lines[0] for lines in alone)
+    assert "blow" not in quick_dict(Case.from_text(PLAIN.format(s=20.0, law="b77", mean=0.9)))["orbits"][0]
+
+
+def test_each_motion_has_the_advance_of_its_own_period() -> None:
+    told = steady_answer(Case.from_text(BLOW.format(mean=0.3)), [1, 2]).to_json_dict()
+    by_m = [[one["advance_per_blow"] for one in period["orbits"]] for period in told["periods"]]
+    assert by_m[0] and by_m[1]
+    assert by_m[0][0] == pytest.approx(told["blow"]["advance_per_blow"], rel=1e-12)
+    assert by_m[1][0] == pytest.approx(2.0 * by_m[0][0], rel=0.02)  # the drag takes a little
+
+
+def test_the_picture_shows_the_phases_of_both_laws() -> None:
+    from percuss import plot
+
+    figure = plot.steady(steady_answer(Case.from_text(BLOW.format(mean=0.9))))
+    assert "◆ by b77-blow" in figure.axes[0].get_title("left")
+    key = figure.axes[2].get_legend()
+    assert [text.get_text() for text in key.get_texts()] == ["φ = 0.818, ◆ 0.800", "φ = 2.304, ◆ 2.321"]
+    diamonds = [
+        line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "D" and len(line.get_xdata())
+    ]
+    assert diamonds == pytest.approx([0.800243, 2.321351], abs=1e-6)
+    plain = plot.steady(steady_answer(Case.from_text(PLAIN.format(s=20.0, law="b77", mean=0.9))))
+    assert "◆" not in plain.axes[0].get_title("left")

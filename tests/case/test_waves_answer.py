@@ -27,6 +27,22 @@ def case_of(restitution="0.6", system="", more=""):
     return Case.from_text(PLAIN.format(restitution=restitution, system=system, more=more))
 
 
+def case_of_steel(more):
+    return Case.from_text(f"""
+[bar]
+length = "0.3 m"
+area = "16 cm^2"
+[contact]
+restitution = 0.1
+[load]
+kind = "harmonic"
+frequency = "80 Hz"
+mean = "6 kN"
+amplitude = "16 kN"
+{more}
+""")
+
+
 def test_without_a_tool_the_rod_gives_a_uniform_bar_its_restitution():
     target, pushed_back, note = struck_by(case_of())
     assert isinstance(target, Rod)
@@ -52,14 +68,13 @@ def test_the_tool_of_a_case_is_struck_and_pushed_back_as_it_says():
     assert found.note == ""
 
 
-def test_a_tool_on_rock_is_endless_beyond_its_last_section():
+def test_a_tool_on_rock_is_fed_and_one_with_a_free_end_pushed_back():
     case = load_case("hydraulic-drifter")
-    own, (target, _, note) = case.tool(), struck_by(case)
-    assert own.end == "rock"
-    assert target.end == "infinite"
-    assert target.sections[-1].length is None
-    assert [section.diameter for section in target.sections] == [section.diameter for section in own.sections]
-    assert "endless" in note
+    assert struck_by(case) == (case.tool(), False, "")
+    assert case.tool().end == "rock"
+    free = struck_by(case_of_steel('[tool]\nsections = [{length = "1 m", area = "20 cm^2"}]\nend = "free"'))
+    assert free.target.end == "free"
+    assert free.pushed_back
 
 
 def test_starts_become_rigid_ones():

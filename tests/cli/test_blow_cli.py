@@ -190,6 +190,8 @@ def test_waves_are_saved_as_netcdf_table_and_picture(tmp_path: Path, capsys: pyt
         (["--gauge", "nan m"], "--gauge"),
         (["--plot", "blow.gif"], ".png"),
         (["--csv", "blow.txt"], ".csv"),
+        (["-o", "blow.toml"], ".nc"),
+        (["--gauge", "5 m"], "to 2 m"),
         (["--velociti", "3 m/s"], "did you mean '--velocity'"),
     ],
 )
@@ -206,7 +208,7 @@ def test_a_gauge_needs_a_rod(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     file = tmp_path / "case.toml"
     file.write_text(ST_VENANT, encoding="utf-8")
     assert main(["blow", str(file), "--gauge", "0.1 m"]) == 2
-    assert "a place on a rod" in capsys.readouterr().err
+    assert "a place on a rod: the target is a wall" in capsys.readouterr().err
 
 
 def test_a_case_without_speed_and_motion_says_what_it_needs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -268,6 +270,7 @@ def test_a_record_is_laid_over_the_blow(tmp_path: Path, capsys: pytest.CaptureFi
         (["--measured", "gauge.csv", "--unit", "kg"], "a unit of mass"),
         (["--measured", "gauge.csv", "--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
         (["--measured", "gauge.csv", "--unit", "µε", "--column", "pressure"], "no column"),
+        (["--measured", "gauge.csv"], "give --unit"),
         (["--measured", "gauge.csv", "--unit", "µε", "--measured-sign", "up"], "positive"),
         (["--measured", "gauge.csv", "--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
     ],

@@ -21,6 +21,8 @@ COMMANDS = {
     "basins": ["basins", *LONG, "--x", "velocity=-1:1:3000", "--y", "time=0:6:3000"],
     "simulate": ["simulate", "heavy-drifter", "--impacts", "900000000", "--full", "--modes", "0"],
     "claims": ["paper", "claims", "--full", "-o", "audit"],
+    "best": ["blow", "stepped-drifter", "--best", "efficiency", "--vary", "bar.sections[2].length=50:150mm",
+             "--blows", "90000"],
     "sweep in an archive": ["sweep", *LONG, *PLANE, "-o", "a.zarr"],
 }  # fmt: skip
 

@@ -63,10 +63,17 @@ def test_a_machine_in_si_has_its_figures(capsys):
     assert found["impacts"] == []
 
 
-def test_a_tool_on_rock_is_said_to_be_taken_as_endless(capsys):
-    found = answer(capsys, "mini-breaker", "--cells", "32", "--impacts", "5", "--full")
-    assert any("taken as endless" in note for note in found["notes"])
+def test_a_tool_on_rock_is_fed_and_the_rock_keeps_a_part(capsys):
+    found = answer(capsys, "mini-breaker", "--cells", "32", "--impacts", "60", "--full")
     assert found["outcome"] == "impacts"
+    si = found["settled"]["si"]
+    assert 0.0 < si["rock_work_J"][0] < si["given_J"][0]
+    assert 0.0 < found["settled"]["rock_power"] < found["settled"]["delivered_power"]
+    assert 1e-5 < si["fed_m"][0] < 1e-2
+    assert main(["simulate", "mini-breaker", "--contact", "waves", "--cells", "32", "--impacts", "5", "--full"]) == 0
+    text = capsys.readouterr().out
+    assert "a rod on rock, which is fed by what each blow leaves of the penetration" in text
+    assert "the rock keeps" in text
 
 
 def test_the_tool_of_the_case_and_the_law_that_knows_the_blow(tmp_path, capsys):

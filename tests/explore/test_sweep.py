@@ -378,6 +378,17 @@ def test_some_cells_without_a_system_are_no_reason_to_refuse():
     assert (found["outcome"][1:4] <= 1).all()
 
 
+@pytest.mark.parametrize(
+    ("key", "unit", "values"),
+    [("bar.damping_ratio", "", [0.0, 1.0, 2.0]), ("bar.sections[0].length", "mm", [-50.0, 50.0, 150.0])],
+)
+def test_a_key_that_makes_no_case_makes_no_system(key, unit, values):
+    family = CaseFamily(load_case("stepped-drifter"), {key: unit} if unit else {})
+    found = sweep(family, Axis(key, values, unit), quantities=["exists"], workers=1)
+    words = [found.words["outcome"][code] for code in found["outcome"]]
+    assert sorted(words) == ["no system", "ok", "ok"] and words[1] == "ok"
+
+
 def test_whole_numbers_of_harmonics():
     text = "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.6\n[load]\nkind = 'square'\namplitude = 1.0\nkappa = 1.3\n"
     family = CaseFamily(Case.from_text(text), {})

@@ -99,7 +99,7 @@ def test_the_algebra_is_seen(text: str) -> None:
     [
         "speed = contact.velocity_factor * before",
         "beta = contact.velocity_factors(restitution)\nspeed = 1.0 + beta",
-        "def f(system):\n    r = system.restitution\n    return level_at(mean, d, r, period) / 2.0",
+        "def f(system):\n    r = system.restitution\n    return curve_at(mean, d, r, period) / 2.0",
         "def f(r):\n    return 1.0 + r",
         "system = system.with_restitution(0.5)",
     ],

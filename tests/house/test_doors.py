@@ -32,6 +32,7 @@ from percuss import (
     units,
 )
 from percuss import case as room_of_cases
+from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     External,
@@ -47,7 +48,10 @@ from percuss.model import (
 )
 from percuss.recordings import read_recording
 
-ROOMS = ("recordings", "model", "steady", "stability", "simulate", "blow", "explore", "case", "plot", "units")
+ROOMS = (
+    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.machine", "explore", "case", "plot",
+    "units",
+)  # fmt: skip
 
 
 class Anything:
@@ -119,13 +123,22 @@ NO_DOORS: dict[str, str] = {
             "blow.AlongBody",
             "blow.Blow",
             "blow.EffectiveBlow",
+            "blow.Energy",
+            "blow.Impacts",
+            "blow.Impacts.part",
+            "blow.Lattice",
+            "blow.MachineMotion",
+            "blow.MachineProgress",
             "blow.Peak",
             "blow.Pulse",
+            "blow.Settled",
             "blow.Spell",
             "blow.StringState",
             "blow.Trace",
+            "blow.Trace.around",
             "blow.Trace.product_integral",
             "blow.Trace.scaled",
+            "blow.Uncertainty",
             "blow.Waves",
             "explore.Archive",
             "explore.Basins",
@@ -137,7 +150,9 @@ NO_DOORS: dict[str, str] = {
             "explore.Sweep",
             "case.CaseErrors",
             "case.Machine",
+            "case.BestAnswer",
             "case.BlowAnswer",
+            "case.MeasuredGauge",
             "case.OrbitAnswer",
             "case.PeriodAnswer",
             "case.Simulation",
@@ -179,7 +194,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    "blow.Outcome": "a word, made from its sentence",
+    **dict.fromkeys(["blow.Outcome", "blow.Ending"], "a word, made from its sentence"),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -231,6 +246,9 @@ RUNNING_TAKES = {
 """A class is a callable: here one whose objects are true, which ends a computation."""
 
 
+RANGE: dict[str, Any] = {"name": "bar.length", "low": 100.0, "high": 300.0, "unit": "mm"}
+
+
 class Two:
     """A job of two items."""
 
@@ -263,6 +281,7 @@ def table(folder: Path) -> dict[str, Entry]:
     by_waves = room_of_cases.waves_answer(case, cells=16)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
+    by_key = room_of_cases.CaseFamily(hammer, {"bar.length": "mm"})
     clock = np.arange(0.0, one_blow.blow.until, 1e-6)
     pushed = one_blow.waves.incident.at(clock) + one_blow.waves.reflected.at(clock)
     seen = folder / "gauge.csv"
@@ -279,6 +298,7 @@ def table(folder: Path) -> dict[str, Entry]:
     t, side = {"t": PLACES}, {"side": "right"}
     plane = {"restitution": PLACES, "load_factor": ANY_NUMBERS}
     sums = {"modes": OPTIONAL, "impacts": OPTIONAL}
+    searched = room_of_cases.best_answer(hammer, [room_of_cases.Span(**RANGE)], "efficiency", most=20)
     return {
         # -- model --
         "recordings.read_recording": (
@@ -533,6 +553,18 @@ def table(folder: Path) -> dict[str, Entry]:
             {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0, "until": None},
             {"until": OPTIONAL},
         ),
+        "blow.Release": (machine.Release, {"gap": 1.0, "velocity": 0.5, "time": 0.0}, {"velocity": REAL, "time": REAL}),
+        "blow.Limits": (
+            machine.Limits, {"periods": 2, "impacts": 3, "settled": False, "tolerance": 1e-6},
+            {"settled": {"bool"}},
+        ),
+        "blow.machine_motion": (
+            machine.machine_motion,
+            {"system": SYSTEM, "target": blow.Wall(), "release": machine.Release(), "limits": machine.Limits(periods=1)}
+            | {"pushed_back": False, "quiet": False, "cells": 16, "estimate": False, "progress": None},
+            {"release": OPTIONAL, "limits": OPTIONAL, "progress": OPTIONAL | {"class"}}
+            | {"pushed_back": {"bool"}, "quiet": {"bool"}, "estimate": {"bool"}},
+        ),
         "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),
         "blow.Blow.waves_at": (struck.waves_at, {"x": 0.1}, {}),
         "blow.Trace.at": (struck.face_force.at, {"time": 0.0}, {"time": ANY_NUMBERS}),
@@ -647,13 +679,23 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.blow_answer": (
             room_of_cases.blow_answer,
-            {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False},
-            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL},
+            {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False, "most_pieces": None},
+            {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "most_pieces": OPTIONAL},
         ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
             {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
-            {"column": OPTIONAL, "unit": OPTIONAL, "sample_rate": OPTIONAL},
+            {"column": OPTIONAL, "unit": OPTIONAL | {"number in quotes"}, "sample_rate": OPTIONAL},
+        ),
+        "case.Span": (room_of_cases.Span, RANGE, {"name": TEXT, "low": REAL, "unit": TEXT}),
+        "case.Span.parsed": (room_of_cases.Span.parsed, {"words": "bar.length=100:300mm"}, {}),
+        "case.CaseFamily.varied": (by_key.varied, {"values": {"bar.length": 200.0}}, {"values": NO_KEYS}),
+        "case.CaseFamily.blow": (by_key.blow, {"values": {"bar.length": 200.0}}, {"values": NO_KEYS}),
+        "case.best_answer": (
+            room_of_cases.best_answer,
+            {"case": hammer, "spans": [room_of_cases.Span(**RANGE)], "objective": "efficiency", "below": None}
+            | {"seed": 0, "most": 20, "progress": None},
+            {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
@@ -682,6 +724,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
         ),
+        "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from percuss import Stop, run
-from percuss.case import Case
+from percuss.case import Case, blow_answer, load_case
 from percuss.case.file_format import schema
 from percuss.cli import main
 from percuss.errors import CaseError
@@ -282,7 +282,8 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
 
 ANSWERS = {
     "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
-    "blow": ("blow stepped-drifter", "blow struck.toml"),
+    "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
+    "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
     "simulate --contact waves": (
         "simulate hydraulic-drifter --contact waves --cells 16 --impacts 3 --full",
@@ -297,7 +298,7 @@ ANSWERS = {
 }
 """For each command that prints JSON questions whose answers have every key that there can be."""
 
-FREE = {"at", "sessions[].versions", "ask"}
+FREE = {"at", "sessions[].versions", "ask", "best_case"}
 """Objects whose keys are names of axes, packages and whatever the question holds."""
 
 SQUARE = """
@@ -343,7 +344,7 @@ def documented() -> dict[str, dict[str, set[str]]]:
     text = (DOCS / "json.md").read_text(encoding="utf-8")
     found: dict[str, dict[str, set[str]]] = {}
     for title, body in re.findall(
-        r"^## `percuss (\w+(?: --contact waves)?)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL
+        r"^## `percuss (\w+(?: --contact waves| --best)?)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL
     ):
         tables = re.findall(r"^(?:`([^`\n]+)`\n\n)?\| key \|.*\n.*\n((?:\|.*\n)+)", body, re.MULTILINE)
         found[title] = {
@@ -361,7 +362,7 @@ def objects(value: object, path: str = "") -> list[tuple[str, set[str]]]:
         return [found for item in value for found in objects(item, f"{path}[]")]
     if not isinstance(value, dict) or path in FREE:
         return []
-    named = path in ("quantities", "columns")
+    named = path in ("quantities", "columns", "figures")
     inner = [objects(item, f"{path}.{'NAME' if named else key}".lstrip(".")) for key, item in value.items()]
     return [*([] if named else [(path, set(value))]), *(found for part in inner for found in part)]
 
@@ -372,6 +373,11 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
     (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
     (tmp_path / "struck.toml").write_text(STRUCK_ROD, encoding="utf-8")
+    waves = blow_answer(load_case("laboratory-striker"), gauge=0.6).waves
+    assert waves is not None
+    record = [(k * 1e-6, waves.incident.at(k * 1e-6) + waves.reflected.at(k * 1e-6)) for k in range(500)]
+    lines = "".join(f"{time},{force}\n" for time, force in record)
+    (tmp_path / "gauge.csv").write_text(f"time [s],force [N]\n{lines}", encoding="utf-8")
     described = documented()
     assert described.keys() == ANSWERS.keys()
     for command, questions in ANSWERS.items():

@@ -35,14 +35,14 @@ def transfer(bar: SteppedBar, z: mpc, start: mpf, end: mpf):
 
 
 def wave_time(bar: SteppedBar, x: float) -> mpf:
-    """Time of a wave from the driven end to x."""
+    """Time of a wave from the driven end to x, a point between two of the bar's places."""
     _, times = sections(bar)
-    lengths = [mpf(v) for v in (bar.lengths or bar.transit_times)]
-    lengths = [v / sum(lengths) for v in lengths]
-    here, time = mpf(0), mpf(0)
-    for length, own in zip(lengths, times, strict=True):
-        share = min(mpf(1), max(mpf(0), (mpf(x) - here) / length))
-        here, time = here + length, time + share * own
+    edges, time = [mpf(place) for place in (*bar.places, 1.0)], mpf(0)
+    for start, end, own in zip(edges[:-1], edges[1:], times, strict=True):
+        if x >= end:
+            time += own
+        elif x > start:
+            time += (mpf(x) - start) / (end - start) * own
     return time
 
 

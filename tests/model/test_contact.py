@@ -81,8 +81,10 @@ def test_what_depends_on_the_restitution(r: float) -> None:
         assert law.keeps_strain == isinstance(law, Kept)
         # B77 (10): the impulse and the ratio say how a wave meets the rod of that ratio
         assert law.impulse * (1.0 + law.impedance_ratio) == pytest.approx(2.0)
+        assert float(law.restitutions_of(law.impedance_ratio)) == pytest.approx(r, abs=1e-15)
         many = np.array([[r, 0.5], [0.0, r]])
         for i, one in np.ndenumerate(many):
+            assert law.impedance_ratios(many)[i] == law.with_restitution(float(one)).impedance_ratio
             assert law.velocity_factors(many)[i] == law.with_restitution(float(one)).velocity_factor
             assert law.strain_factors(many)[i] == law.with_restitution(float(one)).strain_factor
 

@@ -232,9 +232,8 @@ class Squared(Kept):
 
     kind: ClassVar[str] = "squared"
 
-    @property
-    def velocity_factor(self) -> float:
-        return -(self.restitution**2)
+    def velocity_factors(self, restitution):
+        return -(np.asarray(restitution) ** 2)
 
 
 def test_the_law_says_what_the_velocity_turns_to() -> None:

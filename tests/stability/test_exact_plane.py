@@ -15,7 +15,7 @@ from percuss.errors import ConvergenceError, ParameterError, ResonanceError
 from percuss.stability import exact_plane, floquet_multipliers, linear_map, stability_of, stability_plane
 from percuss.stability.exact_plane import KINDS, OUTCOMES
 from percuss.steady import Orbit, steady_states
-from percuss.steady.level import level_factor
+from percuss.steady.level import level
 from percuss.steady.phases import forced_response
 
 PNEUMATIC = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
@@ -171,7 +171,7 @@ def test_the_worse_side_of_a_jump_decides():
         velocity = float(response.knot_velocity[i])
         if velocity <= 0.0:
             continue
-        factor = velocity / (period * float(level_factor(system.d * period, 0.4))) / unit
+        factor = velocity / float(level(1.0, system.d, 0.4, period)) / unit
         found = exact_plane(system, 0.4, factor, modes=6)
         for place, orbit in orbits(found, system, np.array(0.4), np.array(factor)):
             verdict = stability_of(orbit, modes=6)

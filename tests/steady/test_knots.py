@@ -9,7 +9,7 @@ import pytest
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import exact_plane, stability_plane
-from percuss.steady.level import level_factor
+from percuss.steady.level import level
 from percuss.steady.phases import Arcs, forced_response
 
 TURN = 2.0 * math.pi
@@ -21,7 +21,7 @@ def touching(load: Load, knot: int, d: float = 0.0, r: float = 0.5, s: float = 2
     """The load with the mean at which the level is v_f of one of its knots."""
     system = System(s, d, r, load.with_mean(0.0))
     height = float(Arcs.of(forced_response(system)).velocities[knot])
-    return System(s, d, r, load.with_mean(height / (TURN * float(level_factor(TURN * d, r)))))
+    return System(s, d, r, load.with_mean(height / float(level(1.0, d, r, TURN))))
 
 
 @pytest.mark.parametrize("d", [0.0, 0.02, 0.2])

@@ -23,17 +23,16 @@ def is_over(course: Course) -> bool:
     """
     if not _unloaded(course) or course.in_contact:
         return False
-    distance, speed, reach = gap(course), 0.0, 0.0
-    own = _free_body(course, 0, course.striker, True)
-    distance, speed, reach = distance + own[0], speed - own[1], reach + own[2]
-    if course.has_rod:
-        problem = course.held.problem
-        rest = course.size - course.striker
-        if problem.end == FREE and not problem.joint_mass.any():
-            other = _free_body(course, course.striker, course.size, False)
-            distance, speed, reach = distance - other[0], speed + other[1], reach + other[2]
-        elif problem.end != ENDLESS or rest > 1:
-            return False
+    problem = course.held.problem
+    free = course.has_rod and problem.end == FREE and not problem.joint_mass.any()
+    stays = not course.has_rod or (problem.end == ENDLESS and course.size - course.striker == 1)
+    if not (free or stays):
+        return False
+    reached, speed, reach = _free_body(course, 0, course.striker, True)
+    distance, speed = gap(course) + reached, -speed
+    if free:
+        other = _free_body(course, course.striker, course.size, False)
+        distance, speed, reach = distance - other[0], speed + other[1], reach + other[2]
     return speed >= 0.0 and distance > reach
 
 

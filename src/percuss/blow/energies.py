@@ -124,20 +124,26 @@ def rock_state(course: Course) -> RockState | None:
     problem = course.held.problem
     if problem.end != ROCK:
         return None
-    trace = course.trace(2 * course.size + 1)
-    ends = trace.before(trace.times[1:])
-    greatest = max(0.0, float(ends.max()))
+    greatest = _greatest_penetration(course)
     force = course.value(2 * course.size + 2, course.end)
     dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * greatest**2
     stored = 0.5 * force**2 / problem.unloading
     return RockState(
         greatest=greatest,
         residual=(1.0 - problem.ratio) * greatest,
-        after=float(ends[-1]),
+        after=course.value(2 * course.size + 1, course.end),
         force=force,
         work=dissipated + stored,
         dissipated=dissipated,
     )
+
+
+def _greatest_penetration(course: Course) -> float:
+    """So far, at least 0; from its pieces where the bit has been followed beyond the window."""
+    if course.held.state.time[course.size] == course.end:
+        return float(course.held.state.now[0].greatest)
+    trace = course.trace(2 * course.size + 1)
+    return max(0.0, float(trace.before(trace.times[1:]).max()))
 
 
 def has_moving_end(course: Course) -> bool:

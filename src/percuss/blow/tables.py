@@ -18,6 +18,7 @@ from percuss.blow.kernels.layout import (
     OFF,
     ROCK,
     ROWS,
+    TRACED,
     WALL,
     WIDTH,
     Problem,
@@ -34,6 +35,7 @@ _ENDS = {"infinite": ENDLESS, "free": FREE, "fixed": FIXED, "rock": ROCK}
 _TICKS = 60  # of the window's length, as a power of 2: whole numbers go to 2^63
 _COINCIDENT = 1e-13  # of the shortest transit time: two arrivals that are one
 _ROUNDING = 4e-15  # of the window: what sums of rounded transit times can differ by
+_GROWTH = 4  # by how much rows that are full get longer
 _FIRST = 512  # pieces of a row to begin with
 
 
@@ -136,7 +138,7 @@ def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float,
 def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np.ndarray) -> Waves:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
-    size = 2 * sections + 3
+    size = 2 * sections + TRACED
     most = max(_FIRST, 2 * max(map(len, rows)))
     waves = Waves(
         start=np.zeros((size, most), dtype=np.int64),
@@ -148,6 +150,7 @@ def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np
         known=np.zeros(size, dtype=np.int64),
         cursor=np.zeros(size, dtype=np.int64),
         used=np.zeros(1, dtype=np.int64),
+        spent=np.zeros(size),
     )
     for row in range(2 * sections):
         transit = int(problem.transit[row >> 1])
@@ -186,13 +189,18 @@ def _state(question: Question, scales: Scales, problem: Problem) -> State:
 
 
 def enlarged(held: Tables) -> Tables:
-    """The same with room for twice as much."""
+    """The same with four times the room. What is not used yet is not touched, so that it takes no memory."""
     waves, state = held.waves, held.state
+    size, used = int(waves.pieces.max()), int(waves.used[0])
 
-    def twice(array: np.ndarray) -> np.ndarray:
-        return np.concatenate([array, np.zeros_like(array)], axis=-1)
+    def wider(array: np.ndarray, filled: int) -> np.ndarray:
+        found = np.zeros((*array.shape[:-1], _GROWTH * array.shape[-1]), dtype=array.dtype)
+        found[..., :filled] = array[..., :filled]
+        return found
 
     more = waves._replace(
-        **{name: twice(getattr(waves, name)) for name in ("start", "degree", "first", "rest", "pool")}
+        **{name: wider(getattr(waves, name), size) for name in ("start", "degree", "first", "rest")},
+        pool=wider(waves.pool, used),
     )
-    return Tables(held.scales, held.problem, more, state._replace(contact=twice(state.contact)))
+    contact = wider(state.contact, int(state.now[0].noted))
+    return Tables(held.scales, held.problem, more, state._replace(contact=contact))

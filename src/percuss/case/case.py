@@ -12,11 +12,18 @@ from pydantic import ValidationError
 
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.file_format.building import Parts, Recording, check_motion, recording_of, system_of
-from percuss.case.file_format.contact_from_blow import blow_note, blow_of
+from percuss.case.file_format.contact_from_blow import blow_note, blow_of, law_note
 from percuss.case.file_format.dotted_keys import with_value
 from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.reading import parsed, text_of
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables, table_fields
+from percuss.case.file_format.schema import (
+    ContactTable,
+    PhysicalCase,
+    PlainCase,
+    SystemTable,
+    missing_tables,
+    table_fields,
+)
 from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.case.file_format.writing import toml_text
@@ -134,8 +141,11 @@ class Case:
     @property
     def is_from_blow(self) -> bool:
         """Whether the restitution is that of the blow on the tool, which is resolved by waves."""
-        contact = self.tables.contact if isinstance(self.tables, PhysicalCase) else self.tables.system
-        return contact is not None and self._parts.contact is None
+        return self._contact_table is not None and self._parts.contact is None
+
+    @property
+    def _contact_table(self) -> ContactTable | SystemTable | None:
+        return self.tables.contact if isinstance(self.tables, PhysicalCase) else self.tables.system
 
     @cached_property
     def _parts(self) -> Parts:
@@ -214,7 +224,9 @@ class Case:
     def notes(self) -> tuple[str, ...]:
         """What was assumed in reading the recording, of the load's clock and of the blow, one sentence each."""
         read = () if self._recording is None else self._recording[1]
-        others = (clock_note(self.load()), blow_note(blow_of(self.blow_question())) if self.is_from_blow else "")
+        question = self.blow_question() if self.is_from_blow else None
+        from_blow = "" if question is None else blow_note(blow_of(question), question)
+        others = (clock_note(self.load()), from_blow, law_note(self._contact_table))
         return (*read, *(note for note in others if note))
 
     # -- simulation --

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-import os
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from percuss.cli.blow_best import add_best, check_best, run_best
-from percuss.cli.files import PICTURES, check_picture, check_table, check_target, named_case, need, tell_made
+from percuss.cli.files import (
+    PICTURES,
+    check_not_the_case,
+    check_picture,
+    check_table,
+    check_target,
+    named_case,
+    need,
+    tell_made,
+)
 from percuss.cli.parser import Parser
 from percuss.errors import CaseError, ParameterError, PercussError
 
@@ -96,10 +105,10 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
             if getattr(options, name) is not None:
                 parser.error(f"argument --{name.replace('_', '-')}: only with --measured, whose record it describes")
     if options.output is not None:
+        if options.output.lower().endswith((".toml", ".csv", ".json", *PICTURES)):
+            parser.error(f"argument -o: '{options.output}': waves are saved as NetCDF, in a file that ends in .nc")
         check_target(parser, "-o", options.output)
-        there = os.path.exists(options.case) and os.path.exists(options.output)
-        if there and os.path.samefile(options.case, options.output):
-            parser.error(f"argument -o: '{options.output}' is the case itself")
+        check_not_the_case(parser, options.output, options.case)
         for package in ("xarray", "h5netcdf"):
             need(package, "io")
     if options.csv is not None:
@@ -120,9 +129,12 @@ def _answer(parser: Parser, options: argparse.Namespace) -> BlowAnswer:
     except CaseError:
         raise
     except ParameterError as error:
-        option = {"x": ("--gauge", options.gauge), "until": ("--until", options.until)}.get(error.name)
-        if option is not None and option[1] is not None:
-            parser.error(f"argument {option[0]}: '{option[1]}': {error.accepted}")
+        option, text = {"x": ("--gauge", options.gauge), "until": ("--until", options.until)}.get(
+            error.name, ("", None)
+        )
+        if text is not None:
+            unit = " m" if case.is_si and error.accepted[-1].isdigit() else ""
+            parser.error(f"argument {option}: '{text}': {error.accepted}{unit}{error.remedy and ': ' + error.remedy}")
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
     except PercussError as error:  # the floors below do not know the file
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
@@ -133,7 +145,7 @@ def _with_record(parser: Parser, answer: BlowAnswer, options: argparse.Namespace
     from dataclasses import replace
 
     from percuss.case import measured_gauge
-    from percuss.errors import UnitError
+    from percuss.errors import HistoryError, UnitError
 
     try:
         found = measured_gauge(
@@ -148,7 +160,14 @@ def _with_record(parser: Parser, answer: BlowAnswer, options: argparse.Namespace
         parser.error(f"argument --{error.name.replace('_', '-')}: {error}")
     except ParameterError as error:
         raise PercussError(f"--measured: {error.accepted}", error.remedy) from error
+    except HistoryError as error:  # its remedies name the keys of a case file
+        remedy = error.remedy.replace('give time_column = "…", or ', "")
+        raise PercussError(error.message, re.sub(r"\b(column|unit|sample_rate) = ", _as_option, remedy)) from error
     return replace(answer, measured=found)
+
+
+def _as_option(key: re.Match[str]) -> str:
+    return f"--{key[1].replace('_', '-')} "
 
 
 _PLAIN = {"velocity": "lengths per radian", "time": "radians", "length": "a time of a wave in radians"}
@@ -171,8 +190,9 @@ def _value(parser: Parser, case: Case, option: str, text: str | None, dimension:
             value = float(text)
         except ValueError:
             parser.error(f"argument {option}: '{text}': the case is dimensionless, give {_PLAIN[dimension]}")
-    if not (0.0 < value < float("inf") or (dimension == "length" and value == 0.0)):
-        parser.error(f"argument {option}: '{text}': give a number greater than 0")
+    least = "0 or a number greater than 0" if dimension == "length" else "a number greater than 0"
+    if not 0.0 <= value < float("inf") or (value == 0.0 and dimension != "length"):
+        parser.error(f"argument {option}: '{text}': give {least}")
     return value
 
 

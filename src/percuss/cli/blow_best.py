@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.numerals import number, percent
-from percuss.cli.files import check_picture, check_target, named_case, need, tell_made
-from percuss.cli.report_parts import BAD, GOOD, Grid, Report, Section
+from percuss.cli.files import check_not_the_case, check_picture, check_target, named_case, need, tell_made
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.simulate_arguments import whole
 from percuss.errors import PercussError
 
@@ -23,11 +24,13 @@ __all__ = ["add_best", "check_best", "run_best"]
 
 _BLOWS = 1500
 
+_PATIENCE = 60.0
+"""Seconds that one blow may take, compilation included, before Ctrl-C loses the best one so far."""
+
 
 def add_best(parser: Parser) -> None:
     """The options of the search."""
-    best = parser.add_argument_group("the best blow")
-    add = best.add_argument
+    add = parser.add_argument
     add("--best", metavar="WHAT", help="search for the best sizes: rock-energy, efficiency, incident-energy, or the "
         "least peak-stress")  # fmt: skip
     add("--vary", metavar="RANGE", action="append", help="with --best: a number of the case and its limits, such as "
@@ -61,6 +64,7 @@ def check_best(parser: Parser, options: argparse.Namespace) -> bool:
         if not options.output.lower().endswith(".toml"):
             parser.error(f"argument -o: '{options.output}': with --best the name of a case: it must end in .toml")
         check_target(parser, "-o", options.output)
+        check_not_the_case(parser, options.output, options.case)
     if options.plot is not None:
         check_picture(parser, options.plot)
     need("scipy", "io")
@@ -68,7 +72,7 @@ def check_best(parser: Parser, options: argparse.Namespace) -> bool:
 
 
 def run_best(parser: Parser, options: argparse.Namespace) -> int:
-    """Search; returns the exit code."""
+    """Search; returns the exit code, 130 when the search was interrupted."""
     case = named_case(options.case)
     answer = _searched(parser, options, case)
     if options.output is not None:
@@ -88,6 +92,9 @@ def run_best(parser: Parser, options: argparse.Namespace) -> int:
 
         show(best_report(answer))
     tell_made(options.json, case=options.output, picture=options.plot)
+    if not answer.complete:
+        print(f"percuss: interrupted: the best of {answer.blows} blows so far", file=sys.stderr)
+        return 130
     return 0
 
 
@@ -98,7 +105,7 @@ def _searched(parser: Parser, options: argparse.Namespace, case: Case) -> BestAn
     most, seed = options.blows or _BLOWS, options.seed or 0
     spans = [Span.parsed(text) for text in options.vary]
     below = _stress(parser, options.below, case)
-    with watching(parser) as watch:
+    with watching(parser, _PATIENCE) as watch:
         told = _told(watch)
         return best_answer(case, spans, options.best, below=below, seed=seed, most=most, progress=told)
 
@@ -141,18 +148,18 @@ def _told(watch: Watch) -> Callable[[int, int], bool]:
 def best_report(answer: BestAnswer) -> Report:
     """The best sizes and what they change, against the case as it is."""
     from percuss.blow.best import OBJECTIVES
+    from percuss.blow.figures import FIGURES
 
     name = OBJECTIVES[answer.objective][0]
-    own, best = answer.figures[name]
-    limit = "" if answer.below is None else f" with stresses below {answer.own.units.stress(answer.below)}"
-    if not answer.allowed:
-        summary = (
-            f"No blow within these ranges keeps its stresses below {answer.own.units.stress(answer.below or 0.0)}; "
-        )
-        summary += "this one has the least."
+    own, best = (f"{_value(answer, name, value)}" for value in answer.figures[name])
+    limit = "" if answer.below is None else answer.own.units.stress(answer.below)
+    if answer.allowed:
+        summary = f"The best blow found: {FIGURES[name].label} {best}; the case as it is: {own}."
+        summary += f" No stress is above {limit}." if limit else ""
     else:
-        summary = f"The best {answer.objective}{limit}: {_value(answer, name, best)}, where the case has "
-        summary += f"{_value(answer, name, own)}."
+        summary = f"No blow within these ranges keeps its stresses below {limit}; this one has the least."
+    if not answer.complete:
+        summary += " The search was interrupted: this is the best so far."
     searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
     searched += [
         ("range", f"{s.name} from {number(s.low)} to {number(s.high)} {s.unit}".rstrip()) for s in answer.spans
@@ -162,7 +169,7 @@ def best_report(answer: BestAnswer) -> Report:
     return Report(
         answer.own.title,
         summary,
-        GOOD if answer.allowed else BAD,
+        BAD if not answer.allowed else GOOD if answer.complete else PLAIN,
         (
             Section("The search", tuple(searched)),
             Grid("Sizes", ("key", "the case", "best", "change"), sizes),

@@ -144,6 +144,8 @@ def _rock(answer: BlowAnswer) -> Section:
         ("penetration", f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"),
         ("peak force", answer.units.force(blow.bit_force.peak)),
     ]
+    if answer.beta is not None:
+        rows.append(("β", f"{number(answer.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"))
     if blow.efficiency is not None:
         rows.append(("efficiency", f"{percent(blow.efficiency)} of the energy before the blow"))
     if blow.efficiency_with_rebound is not None:

@@ -13,7 +13,17 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.parser import Parser
 
-__all__ = ["PICTURES", "as_typed", "check_picture", "check_table", "check_target", "named_case", "need", "tell_made"]
+__all__ = [
+    "PICTURES",
+    "as_typed",
+    "check_not_the_case",
+    "check_picture",
+    "check_table",
+    "check_target",
+    "named_case",
+    "need",
+    "tell_made",
+]
 
 PICTURES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
@@ -48,6 +58,12 @@ def check_target(parser: Parser, option: str, path: str) -> None:
     place = os.path.dirname(os.path.realpath(path))  # a file is written beside its place, and then takes it
     if not os.access(place, os.W_OK) or (os.path.exists(path) and not os.access(path, os.W_OK)):
         parser.error(f"argument {option}: '{path}' cannot be written")
+
+
+def check_not_the_case(parser: Parser, path: str, case: str) -> None:
+    """Refuse to write over the case that is asked."""
+    if os.path.exists(case) and os.path.exists(path) and os.path.samefile(case, path):
+        parser.error(f"argument -o: '{path}' is the case itself")
 
 
 def need(package: str, extra: str) -> None:

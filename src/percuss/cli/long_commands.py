@@ -37,6 +37,9 @@ MOST_SECONDS = 3600.0
 MOST_BYTES = 10 * 10**9
 """What needs no ``--yes``."""
 
+UNHEARD = 0.5
+"""Seconds without a report of progress after which Ctrl-C no longer waits for the next one."""
+
 PREPARING = 2.0
 """Seconds after which a person is told why nothing is to be seen yet."""
 
@@ -113,9 +116,9 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
 
 
 @contextmanager
-def watching(parser: Parser) -> Iterator[Watch]:
-    """A progress bar, and an end by Ctrl-C, for what is computed after a map and kept nowhere."""
-    with _listening(Watch(parser.prog.rpartition(" ")[2], True)) as watch:
+def watching(parser: Parser, patience: float = UNHEARD) -> Iterator[Watch]:
+    """A progress bar, and an end by Ctrl-C, for what is kept nowhere; see `Watch` for the patience."""
+    with _listening(Watch(parser.prog.rpartition(" ")[2], True, patience)) as watch:
         yield watch
 
 
@@ -128,10 +131,13 @@ class Watch:
         The command.
     agreed
         Whether whatever it takes is fine.
+    patience
+        Seconds without a report of progress after which Ctrl-C no longer waits for the next one.
     """
 
-    def __init__(self, what: str, agreed: bool) -> None:
+    def __init__(self, what: str, agreed: bool, patience: float = UNHEARD) -> None:
         self.interrupted = False
+        self._patience = patience
         self._what, self._agreed = what, agreed
         self._seen = sys.stderr is not None and sys.stderr.isatty()
         self._since = self._heard = time.monotonic()
@@ -161,7 +167,7 @@ class Watch:
 
     def interrupt(self, *_: object) -> None:
         """The handler of Ctrl-C: an end in order, or at once when nobody asks, or when it is said twice."""
-        if self.interrupted or time.monotonic() - self._heard > 0.5:
+        if self.interrupted or time.monotonic() - self._heard > self._patience:
             raise KeyboardInterrupt
         self.interrupted = True
 

@@ -29,11 +29,13 @@ def sweep_report(
     found: Sweep,
     curves: Boundaries | None = None,
     ranges: Mapping[str, Sequence[Range]] | None = None,
+    notes: Sequence[str] = (),
 ) -> Report:
     """What a map holds, quantity by quantity; along one axis where it is stable, and its values as a table."""
     cells = int(np.prod([len(axis) for axis in found.axes]))
     over = " and ".join(axis.name for axis in found.axes)
-    sections: list[Section | Grid] = [Section("Map", _map_rows(found, cells))]
+    of_case = tuple(("note", note) for note in notes)
+    sections: list[Section | Grid] = [Section("Map", (*_map_rows(found, cells), *of_case))]
     sections.append(Section("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
     if ranges:
         (axis,) = found.axes

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
-from percuss.cli.files import PICTURES, check_picture, check_target, named_case, need, tell_made
+from percuss.cli.files import PICTURES, check_not_the_case, check_picture, check_target, named_case, need, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import events, start_keys, time_or_text, up_to, whole
 from percuss.errors import CaseError, PercussError
@@ -137,8 +137,8 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
         parser.error("the following arguments are required: CASE (or --resume FILE)")
     if options.output is not None:
         check_target(parser, "-o", options.output)
-        if options.case is not None and os.path.exists(options.output) and _same(options.case, options.output):
-            parser.error(f"argument -o: '{options.output}' is the case itself")
+        if options.case is not None:
+            check_not_the_case(parser, options.output, options.case)
         _need_netcdf()
     if options.plot is not None:
         check_picture(parser, options.plot)
@@ -149,10 +149,6 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
 def _need_netcdf() -> None:
     for package in ("xarray", "h5netcdf"):
         need(package, "io")
-
-
-def _same(case: str, output: str) -> bool:
-    return os.path.exists(case) and os.path.samefile(case, output)
 
 
 def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:

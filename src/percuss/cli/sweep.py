@@ -122,7 +122,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.map_report import sweep_report
         from percuss.cli.report_printing import show
 
-        show(sweep_report(case.title, found, curves, _ranges(job, found)))
+        show(sweep_report(case.title, found, curves, _ranges(job, found), case.notes))
     tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)
     return 0
 

@@ -66,7 +66,7 @@ def _motion_section(answer: WavesAnswer) -> Section:
         rows.append(("ringing", f"{percent(float(own.ringing_share.max()))} of the energy before the impact, at most"))
         rows.append(("blow rate", _rate(motion)))
     if answer.system.is_si:
-        rows.append(("given", f"{quantity(motion.delivered_power * answer.system.power_scale, 'W')} to what is struck"))
+        rows.append(("given", _given(motion)))
     rows.append(("lattice", _lattice(motion)))
     rows += [("warning", warning) for warning in answer.warnings]
     return Section("Motion by waves", tuple(rows))
@@ -77,9 +77,28 @@ def _struck(motion: MachineMotion) -> str:
 
     if isinstance(motion.target, Wall):
         return "a rigid wall"
-    how = "pushed back after each blow" if motion.pushed_back else "stays where a blow has put it"
+    end = motion.target.end
+    stays = "is fed by what each blow leaves of the penetration" if end == "rock" else "stays where a blow has put it"
+    how = "is pushed back after each blow" if motion.pushed_back else stays
     ringing = "; all ringing is made to end between blows" if motion.quiet else ""
-    return f"a rod with {'an endless' if motion.target.end == 'infinite' else 'a fixed'} end, which {how}{ringing}"
+    return f"{_RODS[end]}, which {how}{ringing}"
+
+
+_RODS = {
+    "infinite": "a rod with an endless end",
+    "fixed": "a rod with a fixed end",
+    "free": "a rod with a free end",
+    "rock": "a rod on rock",
+}
+
+
+def _given(motion: MachineMotion) -> str:
+    system, own = motion.system, motion.cycle
+    text = f"{quantity(motion.delivered_power * system.power_scale, 'W')} to what is struck"
+    if motion.rock_power:
+        text += f"; the rock keeps {quantity(motion.rock_power * system.power_scale, 'W')} of it"
+    deepest = float(own.fed.max()) if own.size else 0.0
+    return f"{text}; fed by {quantity(deepest * system.length_scale, 'm', 3)} after a blow" if deepest else text
 
 
 def _contact(motion: MachineMotion) -> str:

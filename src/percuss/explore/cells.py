@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.errors import ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
+from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.jobs.job import Columns
 from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, columns_of, needs
 from percuss.model import System
@@ -63,6 +63,7 @@ def failure(error: Exception) -> int:
         (ResonanceError, RESONANCE),
         (ConvergenceError, INACCURATE),
         (ParameterError, NO_SYSTEM),
+        (CaseError, NO_SYSTEM),
     ):
         if isinstance(error, kind):
             return code

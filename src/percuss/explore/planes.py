@@ -47,8 +47,8 @@ def plane_columns(asked: Asked, system: System, values: Mapping[str, Array], per
     factor = values.get("load_factor", np.full(periods.size, system.load.load_factor))
     bad = ~((restitution >= 0.0) & (restitution <= 1.0))
     out["outcome"][:] = np.where(bad, 4, np.where(factor > 0.0, 0, 1))
-    lossless = (restitution == 1.0) & ~bad if system.d == 0.0 else np.zeros_like(bad)
-    _one_by_one(out, np.flatnonzero(lossless), asked, system, factor, periods)
+    lossless = (system.contact.velocity_factors(restitution) == -1.0) & ~bad & (system.d == 0.0)
+    _one_by_one(out, np.flatnonzero(lossless), asked, system, restitution, factor, periods)
     for m in np.unique(periods[~lossless]):
         rows = np.flatnonzero((periods == m) & ~bad & ~lossless)
         try:
@@ -65,14 +65,15 @@ def _one_by_one(
     rows: npt.NDArray[np.intp],
     asked: Asked,
     system: System,
+    restitution: Array,
     factor: Array,
     periods: npt.NDArray[np.int64],
 ) -> None:
     """The cells with R = 1 and d = 0, where only `steady_states` knows whether the bar's ringing grows for ever."""
     if not rows.size:
         return
-    full = system.with_restitution(1.0)
-    systems = [full.with_load_factor(value) for value in factor[rows].tolist()]
+    pairs = zip(restitution[rows].tolist(), factor[rows].tolist(), strict=True)
+    systems = [system.with_restitution(r).with_load_factor(value) for r, value in pairs]
     n = rows.size
     found = cell_columns(asked, systems, [0] * n, periods[rows].tolist(), [None] * n, lambda: False)
     for name, values in found.items():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, new_figure, style, titled
+from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,12 +63,12 @@ def _forces(axes: Any, both: Any, name: str, title: str) -> None:
     axes.set_xlabel("time [µs]" if both[0][0].is_si else "time [rad]")
     axes.set_ylabel("force [kN]" if both[0][0].is_si else "force")
     axes.set_title(title)
-    axes.legend(loc="upper right")
+    legend_above(axes)
 
 
 def _shapes(axes: Any, both: Any) -> None:
     """Areas along bar and tool, the case as it is above."""
-    axes.set_title("(c) area along bar and tool; the faces meet at 0")
+    axes.set_title("(c) area along bar and tool")
     if not both[0][0].is_si:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "a dimensionless bar has no areas", ha="center", transform=axes.transAxes)
@@ -83,7 +83,7 @@ def _shapes(axes: Any, both: Any) -> None:
     axes.axvline(0.0, color=INK, linewidth=0.6)
     axes.set_xlabel("place from the struck face [m]")
     axes.set_ylabel("area [mm²]")
-    axes.legend(loc="upper right")
+    legend_above(axes)
 
 
 def _stresses(axes: Any, both: Any, title: str) -> None:
@@ -96,4 +96,4 @@ def _stresses(axes: Any, both: Any, title: str) -> None:
     axes.set_xticks(np.arange(len(names)), names, rotation=30)
     axes.set_ylabel("stress [MPa]" if both[0][0].is_si else "force")
     axes.set_title(title)
-    axes.legend(loc="upper right")
+    legend_above(axes)

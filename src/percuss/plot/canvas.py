@@ -18,12 +18,13 @@ from percuss.neutral import one_line
 from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
     from percuss.palette import Colour
 
-__all__ = ["COLOURS", "INK", "SUFFIXES", "new_figure", "ramp", "save", "style", "titled"]
+__all__ = ["COLOURS", "INK", "SUFFIXES", "legend_above", "new_figure", "ramp", "save", "style", "titled"]
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
@@ -75,6 +76,12 @@ def titled(figure: Figure, title: str) -> None:
     """The title of a case above a figure, as one line of plain text; nothing for an empty one."""
     if title:
         figure.suptitle(one_line(title), x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+
+
+def legend_above(axes: Axes, columns: int = 3) -> None:
+    """The legend at the right of the title, where it covers nothing."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2, frameon=False,
+                columnspacing=1.2)  # fmt: skip
 
 
 def ramp(stops: Sequence[str | Colour]) -> LinearSegmentedColormap:

@@ -11,10 +11,10 @@ from percuss.steady import si_report
 
 if TYPE_CHECKING:
     from percuss.model import System
-    from percuss.stability import Stability
-    from percuss.steady import Orbit, SIReport, SteadyStates
+    from percuss.stability import Stability, TimedStability
+    from percuss.steady import Orbit, SIReport, SteadyStates, TimedOrbit, TimedStates
 
-__all__ = ["JudgedMotions", "JudgedOrbit", "JudgedPeriod", "judged_states"]
+__all__ = ["JudgedMotions", "JudgedOrbit", "JudgedPeriod", "JudgedTimed", "JudgedTimedOrbit", "judged_states"]
 
 
 class JudgedOrbit(Protocol):
@@ -30,13 +30,33 @@ class JudgedOrbit(Protocol):
     def runs(self) -> bool: ...
 
 
+class JudgedTimedOrbit(Protocol):
+    """A motion under a law of blows that take time, and its verdict."""
+
+    @property
+    def orbit(self) -> TimedOrbit: ...
+    @property
+    def stability(self) -> TimedStability: ...
+
+
+class JudgedTimed(Protocol):
+    """All motions under such a law."""
+
+    @property
+    def states(self) -> TimedStates: ...
+    @property
+    def orbits(self) -> Sequence[JudgedTimedOrbit]: ...
+
+
 class JudgedPeriod(Protocol):
-    """All motions with one impact in so many load periods."""
+    """All motions with one impact in so many load periods; those of a law of blows that take time, if there is one."""
 
     @property
     def states(self) -> SteadyStates: ...
     @property
     def orbits(self) -> Sequence[JudgedOrbit]: ...
+    @property
+    def timed(self) -> JudgedTimed | None: ...
 
 
 class JudgedMotions(Protocol):
@@ -67,6 +87,7 @@ class _Orbit:
 class _Period:
     states: SteadyStates
     orbits: tuple[_Orbit, ...]
+    timed: None = None
 
 
 @dataclass(frozen=True)

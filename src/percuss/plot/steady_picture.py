@@ -12,6 +12,7 @@ from percuss.model.checks import having
 from percuss.plot.axes import Units, stress_of, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
 from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, judged_states
+from percuss.plot.timed_marks import timed_marks, timed_phase
 from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
@@ -32,7 +33,9 @@ def steady(answer: JudgedMotions | SteadyStates) -> Figure:
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
     over one period with the moments of impact and the band of the waveform criterion; (c) the striking end's gap
-    between two impacts; (d) the multipliers on the unit circle; (e) the stress along the bar over time.
+    between two impacts; (d) the multipliers on the unit circle; (e) the stress along the bar over time. Under a law of
+    blows that take time (a) also shows its curve and its levels, with the phases of the force's centroid; all other
+    panels are those of B77's law, and (c) names both phases.
 
     Raises
     ------
@@ -115,7 +118,8 @@ def _phases(axes: Any, answer: JudgedMotions) -> None:
             axes.plot([found.orbit.phase], [level], clip_on=False, zorder=3, **_marker(found, colour))
     if beyond:
         axes.plot([], [], " ", label=f"m = {', '.join(beyond[:6])}{', …' * (len(beyond) > 6)}: far above")
-    axes.set_title("(a) impact phases: where $v_f$ meets the level")
+    other = timed_marks(axes, answer, phases)
+    axes.set_title(other or "(a) impact phases: where $v_f$ meets the level")
     axes.set_ylabel("$v_f$ [dimensionless]")
     _phase_axis(axes)
     for text, key in (("stable", {"markerfacecolor": INK}), ("unstable", {"markerfacecolor": "white"})):
@@ -178,7 +182,7 @@ def _gap(axes: Any, answer: JudgedMotions, units: Units) -> None:
     for colour, found in shown:
         t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
         line = "-" if found.runs else (0, (4, 2)) if found.orbit.admissible else ":"
-        label = f"φ = {found.orbit.phase:.3f}" if len(shown) <= 8 else None
+        label = f"φ = {found.orbit.phase:.3f}{timed_phase(answer, found.orbit)}" if len(shown) <= 8 else None
         axes.plot(t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label)
     if not shown:
         _nothing(axes)

@@ -117,7 +117,7 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     curves = list(phase_curves(system, m, flat_r))
     branches = max((curve.arcs.ends.size - 1 for curve in curves), default=0)
     out = np.full((8, branches, r.size), np.nan)
-    target = np.asarray(level_at(mean, system.d, flat_r, 2.0 * math.pi * m))
+    target = level_at(mean, system.d, system.contact.impedance_ratios(flat_r), 2.0 * math.pi * m)
     for curve in curves:
         _fill(out, system, m, curve, target, flat_r, mean)
     shape = (branches, *r.shape)

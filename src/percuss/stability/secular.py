@@ -117,11 +117,14 @@ def _iterate(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
 
 
 def _first_guess(poles: Array, residues: Array) -> ComplexArray:
-    """Beside each pole, where it would stand alone, off the real axis so that pairs can part."""
+    """Beside each pole, where it would stand alone but nearer than the next pole, off the axis so that pairs can part.
+
+    Among poles that crowd, strong residues nearly cancel: most of their roots stay in the crowd, and would come back to
+    it slowly from where each residue alone would send them. The few that lie far away are soon there.
+    """
     shift = -residues
     room = np.minimum(np.diff(poles, prepend=poles[0] - 1.0), np.diff(poles, append=poles[-1] + 1.0))
-    bounded = np.sign(shift) * np.minimum(np.abs(shift), 0.6 * room)
-    lone = np.where(np.abs(shift) > 0.5, shift, bounded)  # a strong residue moves its root far away
+    lone = np.sign(shift) * np.minimum(np.abs(shift), 0.6 * room)
     tilt = np.where(np.arange(poles.size) % 2 == 0, 1.0, -1.0)
     return np.asarray(poles + lone + 0.3j * tilt * np.minimum(np.abs(lone) + 1e-16, room))
 

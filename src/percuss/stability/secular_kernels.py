@@ -181,9 +181,9 @@ def beside_poles(live, work, state):
         else:
             state[STRONG, strong] = j
             strong += 1
-            # where it would stand alone, off the real axis so that pairs can part
+            # where it would stand alone but in the crowd, as in percuss.stability.secular
             shift = -residue
-            if abs(shift) <= 0.5 and abs(shift) > 0.6 * room:
+            if abs(shift) > 0.6 * room:
                 shift = math.copysign(0.6 * room, shift)
             tilt = 0.3 * min(abs(shift) + 1e-16, room)
             work[RE, j], work[IM, j] = pole + shift, tilt if j % 2 == 0 else -tilt

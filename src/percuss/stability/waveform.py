@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from percuss.model.checks import instance
-from percuss.model.contact import Contact, Result, restitution_of_ratio
+from percuss.model.contact import Contact, Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
 
@@ -26,12 +27,15 @@ class Waveform(Shown):
         1, where two motions meet in a fold.
     mean
         p_0, dimensionless.
+    restitution_needed
+        The restitution below which this force at the impact would be stable; None when none would do.
     """
 
     ratio: float
     lower: float
     upper: float
     mean: float
+    restitution_needed: float | None
 
     @property
     def stable(self) -> bool:
@@ -52,14 +56,6 @@ class Waveform(Shown):
     def force_upper(self) -> float:
         """Greatest force at the impact for a stable blow, dimensionless."""
         return self.upper * self.mean
-
-    @property
-    def restitution_needed(self) -> float | None:
-        """The restitution below which this force at the impact would be stable; None when none would do."""
-        if self.ratio >= self.upper:
-            return None
-        root = (-self.ratio) ** 0.5 if self.ratio < 0.0 else 0.0
-        return restitution_of_ratio(root) if root < 1.0 else None
 
 
 def waveform_bounds(contact: Contact) -> tuple[float, float]:
@@ -83,8 +79,15 @@ def waveform_criterion(orbit: Orbit) -> Waveform:
         For a contact law that it does not hold for.
     """
     instance("orbit", orbit, Orbit)
-    load = orbit.system.load
-    lower, upper = waveform_bounds(orbit.system.contact)
+    load, contact = orbit.system.load, orbit.system.contact
+    lower, upper = waveform_bounds(contact)
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
     middle = 0.5 * (lower + upper)
-    return Waveform(max(sides, key=lambda ratio: abs(ratio - middle)), lower, upper, load.mean)
+    ratio = max(sides, key=lambda side: abs(side - middle))
+    return Waveform(ratio, lower, upper, load.mean, _needed(contact, ratio, upper))
+
+
+def _needed(contact: Contact, ratio: float, upper: float) -> float | None:
+    """The restitution below which a force is stable."""
+    root = math.sqrt(max(-ratio, 0.0))
+    return float(contact.restitutions_of(root)) if ratio < upper and root < 1.0 else None

@@ -71,13 +71,13 @@ def grows(
     phase = numbers("phases", phases, "phases in rad, or NaN", nan=True)
     r = restitutions(system.restitution if restitution is None else restitution)
     try:
-        full = np.broadcast_to(r, phase.shape) == 1.0
+        contact, r = system.contact, np.broadcast_to(r, phase.shape)
     except ValueError:
         raise ParameterError("restitution", f"shape {r.shape}", f"numbers in a shape that fits {phase.shape}") from None
-    keeps = system.d == 0.0 and system.contact.with_restitution(1.0).keeps_strain
+    lossless = (contact.velocity_factors(r) == -1.0) & (contact.strain_factors(r) == 1.0) & (system.d == 0.0)
     found = np.zeros(phase.shape, dtype=bool)
-    asked = full & ~np.isnan(phase)
-    if keeps and n != 0 and asked.any():
+    asked = lossless & ~np.isnan(phase)
+    if n != 0 and asked.any():
         here = phase[asked]
         found[asked] = _unsymmetric(system, here, m) if n is None else _driven(system, here, m, n)
     return found

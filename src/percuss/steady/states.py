@@ -13,7 +13,7 @@ from percuss.model import System
 from percuss.model.checks import Array, count, instance, numbers, positive
 from percuss.shown import Shown
 from percuss.steady.full_rebound import grows
-from percuss.steady.level import level_factor, restitution_at
+from percuss.steady.level import level_factor, ratio_at
 from percuss.steady.orbit import Orbit
 from percuss.steady.phase_condition import phase_condition
 
@@ -192,7 +192,8 @@ def check_pushes(system: System) -> None:
 
 def _nearest(system: System, period: float, highest: float) -> Nearest:
     """B77 (14) solved for the mean load, and for R, at the fold c = max v_f."""
-    mean = highest / (period * float(level_factor(system.d * period, system.restitution)))
+    mean = highest / (period * float(level_factor(system.d * period, system.contact.impedance_ratio)))
     load_factor = system.load.load_factor * mean / system.load.mean
-    restitution = float(restitution_at(system.load.mean, system.d, np.array(highest), period))
+    ratio = ratio_at(system.load.mean, system.d, np.array(highest), period)
+    restitution = float(system.contact.restitutions_of(ratio))
     return Nearest(load_factor, mean, restitution if restitution <= 1.0 else None)

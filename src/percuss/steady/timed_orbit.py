@@ -188,7 +188,7 @@ class TimedOrbit(Shown):
         if self.law.contacts > 1:
             texts.append(
                 f"the blow has {self.law.contacts} contacts and the law holds for one: take its figures for a first "
-                "guess, and resolve the contacts by waves"
+                "guess, and resolve the contacts by waves ('percuss simulate CASE --contact waves')"
             )
         if self.ringing_left > _STRONG_RINGING:
             texts.append(

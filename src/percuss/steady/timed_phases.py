@@ -21,6 +21,7 @@ import numpy as np
 
 from percuss.model import System, Timed
 from percuss.model.checks import Array
+from percuss.model.contact import impedance_ratio
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.level import level_at
 from percuss.steady.oscillator import phi1
@@ -136,7 +137,7 @@ def timed_condition(system: System, law: Timed, periods: int) -> TimedCondition:
     weight = math.exp(-d * period) / (period * float(phi1(d * period)))
     slower = law.velocity(mean * period, 0.0) - law.velocity(impulse, 0.0, d)  # by the drag; 0 without it
     lowered = law.advance_per_impulse * impulse * weight + slower
-    return TimedCondition(system, law, float(level_at(mean, d, law.restitution, period)) - lowered)
+    return TimedCondition(system, law, float(level_at(mean, d, impedance_ratio(law.restitution), period)) - lowered)
 
 
 def matched_roots(phases: Array, phases_b77: Array, curve: Array, curve_b77: Array) -> list[int | None]:

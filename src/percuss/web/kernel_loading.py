@@ -104,10 +104,12 @@ def _use_motions() -> None:
 
 
 def _use_blows() -> None:
-    from percuss.case import load_case
+    from percuss.case import load_case, waves_answer
     from percuss.case.answers.blow_frames import blow_frames
 
-    blow_frames(load_case("laboratory-striker"), frames=2, cells=2)
+    case = load_case("laboratory-striker")
+    blow_frames(case, frames=2, cells=2)
+    waves_answer(case.changed(simulation={"impacts": 2, "modes": 0, "time": 1.0}), cells=16)
 
 
 _USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions, "blows": _use_blows}

@@ -116,17 +116,17 @@ def _leave(problem, waves, state, start, stop, f, n, g, m, d, k):
     za = problem.impedance[here - 1]
     if problem.end == WALL:
         sign = -1.0 if now.closed == 1 else 1.0
-        write(waves, row, start, stop, out, combined(sign, f, n, 0.0, f, 0, out))
-        write(waves, trace, start, stop, out, combined(2.0 * za * now.closed, f, n, 0.0, f, 0, out))
+        write(waves, row, start, stop, out, combined(sign, f, n, 0.0, f, 0, out), state.work)
+        write(waves, trace, start, stop, out, combined(2.0 * za * now.closed, f, n, 0.0, f, 0, out), state.work)
         return
     zb = problem.impedance[here]
     if now.closed == 1:
         r = (za - zb) / (za + zb)
-        write(waves, row, start, stop, out, combined(1.0, g, m, r, d, k, out))
-        write(waves, row + 1, start, stop, out, combined(1.0, f, n, r, d, k, out))
-        write(waves, trace, start, stop, out, combined(2.0 * za * zb / (za + zb), d, k, 0.0, d, 0, out))
+        write(waves, row, start, stop, out, combined(1.0, g, m, r, d, k, out), state.work)
+        write(waves, row + 1, start, stop, out, combined(1.0, f, n, r, d, k, out), state.work)
+        write(waves, trace, start, stop, out, combined(2.0 * za * zb / (za + zb), d, k, 0.0, d, 0, out), state.work)
     else:
-        write(waves, row, start, stop, f, n)
-        write(waves, row + 1, start, stop, g, m)
+        write(waves, row, start, stop, f, n, state.work)
+        write(waves, row + 1, start, stop, g, m, state.work)
         out[0] = 0.0
-        write(waves, trace, start, stop, out, 0)
+        write(waves, trace, start, stop, out, 0, state.work)

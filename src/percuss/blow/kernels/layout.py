@@ -16,6 +16,10 @@ MOST_DEGREE = 24
 WIDTH = MOST_DEGREE + 8  # numbers in a row of work
 ROWS = 16
 JOINED = 1e-15  # neighbouring constants that differ by less, in units of the striker's speed, are one piece
+APART = 1e-14  # likewise, how far a piece may be from those that it was joined of; see `joining`
+MOST_JOINED = 14  # the degree of such a piece
+NOTHING = 2e-15  # likewise, a part of a fast motion that need not be followed
+TRACED = 3  # rows that are no waves
 CHOPPED = 2e-17  # coefficients below it, in the same unit, are dropped at the end of a polynomial
 TOUCH = 1e-14  # a speed that is no speed
 FAR = 1 << 61  # a tick that never comes
@@ -57,7 +61,8 @@ class Waves(NamedTuple):
 
     The last three: the force at the struck face, the penetration, the force on the rock. Piece k of row c leaves its
     end from the tick start[c, k] on. Its Chebyshev coefficients are first[c, k] and `degree` more in `pool` from `rest`
-    on. `known`: until when a row goes; `cursor`: the piece that is being read.
+    on. `known`: until when a row goes; `cursor`: the piece that is being read; `spent`: how far the
+    last piece may be from what it was joined of.
     """
 
     start: Wholes
@@ -69,6 +74,7 @@ class Waves(NamedTuple):
     known: Wholes
     cursor: Wholes
     used: Wholes
+    spent: Floats
 
 
 NOW = np.dtype(

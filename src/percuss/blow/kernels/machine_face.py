@@ -24,7 +24,7 @@ def broken(before, here, after):
 def open_contact(now, count, contacts, time, momentum, step):
     """Begin the record of a contact, or go on with the last one after less than a cell without contact."""
     last = count.contacts - 1
-    count.touching = 1
+    count.touching = count.struck = 1
     if last >= 0 and time - contacts[last].end < _SAME_CONTACT * step:
         return
     count.contacts += 1
@@ -34,6 +34,7 @@ def open_contact(now, count, contacts, time, momentum, step):
     one.momentum_before, one.energy_before = momentum, now.energy
     one.momentum_after, one.energy_after = momentum, now.energy
     one.averaged_before = one.averaged_after = now.averaged
+    one.rock_before, one.advanced_before, one.blow = now.rock_work, now.advanced, count.blow
 
 
 @inlined

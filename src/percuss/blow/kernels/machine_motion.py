@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+from percuss.blow.kernels.machine_bit import bit_moved, fed
 from percuss.blow.kernels.machine_drag import slowed
 from percuss.blow.kernels.machine_face import meeting
+from percuss.blow.kernels.machine_records import REBOUNDED
 from percuss.compiled import entry, inlined
 
 
@@ -38,6 +40,15 @@ def turned(chain):
         chain.slot[i] += 1
         if chain.slot[i] == chain.cells[i]:
             chain.slot[i] = 0
+
+
+@inlined
+def from_the_end(machine, now, count, out):
+    """The wave that comes back from the far end of the rod."""
+    if machine.bit.fed:
+        return bit_moved(machine.bit, now, count, out, machine.step) / machine.step - out
+    z, behind = machine.rod.impedance[machine.rod.cells.size - 1], machine.face.behind
+    return -out if math.isinf(behind) else out * (z - behind) / (z + behind)
 
 
 @inlined
@@ -76,8 +87,7 @@ def stepped(machine, now, count, contacts):
         end = rod.first[rod.cells.size - 1] + rod.slot[rod.cells.size - 1]
         out = rod.right[end]
         through(rod, ahead, 0.0, 0)
-        z = rod.impedance[rod.cells.size - 1]
-        rod.left[end] = -out if math.isinf(face.behind) else out * (z - face.behind) / (z + face.behind)
+        rod.left[end] = from_the_end(machine, now, count, out)
         turned(rod)
     turned(bar)
     lost = bar.impedance[last] * step * (f * f - back * back)
@@ -87,6 +97,11 @@ def stepped(machine, now, count, contacts):
     if touched:
         contacts[count.contacts - 1].energy_after = now.energy
         contacts[count.contacts - 1].averaged_after = now.averaged
+    elif machine.bit.fed and count.struck and not count.touching:
+        if now.momentum < 0.0:
+            count.struck = REBOUNDED
+        elif count.struck == REBOUNDED:
+            fed(machine, now, count, time + step - contacts[count.contacts - 1].end)
     count.step += 1
 
 

@@ -65,6 +65,29 @@ class Drag(NamedTuple):
     change: Floats
 
 
+class Bit(NamedTuple):
+    """The far end of a tool that is fed between blows: a bit on rock, or a free end, before which `stiffness` is 0.
+
+    `fed` is false of a rod that needs none of this. `impedance` is that of the last section, `ratio` the share of the
+    penetration that springs back, `gap` the distance from bit to rock before a blow. `kept`: whether the tool is fed by
+    what the bit has gone deeper; else it comes back to its place. `wait`: the time without contact before it is fed.
+    """
+
+    fed: bool
+    impedance: float
+    mass: float
+    stiffness: float
+    ratio: float
+    gap: float
+    kept: bool
+    wait: float
+
+
+LOAD, UNLOAD, OFF = range(3)
+"""How bit and rock meet: deeper than ever, back and again forward, apart."""
+
+REBOUNDED = 2
+
 NOW = np.dtype(
     [
         ("gap", "f8"),  # between the faces; exactly 0 in contact
@@ -80,6 +103,11 @@ NOW = np.dtype(
         ("impulse", "f8"),
         ("time", "f8"),  # of the beginning of the load's present period
         ("next_drag", "f8"),  # the step of this period at which velocity is taken next
+        ("penetration", "f8"),  # of the bit into the rock; below 0 before it
+        ("greatest", "f8"),  # penetration in this blow
+        ("bit_velocity", "f8"),
+        ("rock_work", "f8"),  # that the rock keeps, of the blows before this one
+        ("advanced", "f8"),  # by which the tool has been fed
     ]
 )
 
@@ -88,6 +116,9 @@ COUNT = np.dtype(
         ("step", "i8"),  # in the load's present period
         ("touching", "i8"),
         ("contacts", "i8"),  # in the log
+        ("branch", "i8"),  # of the rock's force
+        ("blow", "i8"),  # how many times the tool has been fed
+        ("struck", "i8"),  # since it was: 0 for no contact, 1 for one, REBOUNDED where the striker has gone back since
     ]
 )
 
@@ -105,16 +136,20 @@ CONTACT = np.dtype(
         ("averaged_before", "f8"),
         ("averaged_after", "f8"),
         ("given", "f8"),  # ∫ N v dt at the rod's face
+        ("rock_before", "f8"),
+        ("advanced_before", "f8"),
+        ("blow", "i8"),
     ]
 )
 
 
 class Machine(NamedTuple):
-    """All that a stretch of motion needs: the chains, the face, the load of every step of a period, the damping."""
+    """All that a stretch of motion needs: chains, face and far end, the load of every step of a period, the damping."""
 
     striker: Chain
     rod: Chain
     face: Face
+    bit: Bit
     load: Floats
     load_at: int
     step: float

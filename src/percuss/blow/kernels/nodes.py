@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import combined, restricted, right
 from percuss.blow.kernels.face import at_face
-from percuss.blow.kernels.layout import ENDLESS, FAR, FREE, ROCK
+from percuss.blow.kernels.layout import ENDLESS, FAR, FREE, NOTHING, ROCK
 from percuss.blow.kernels.relaxation import relaxed
 from percuss.blow.kernels.rock import at_rock
 from percuss.blow.kernels.rows import arriving_until, has_room, read, write
@@ -52,7 +52,7 @@ def carried_on(problem, waves, state, node, whole):
         out = state.work[6]
         n = read(problem, waves, from_left, time, end, out, state.work)
         sign = 1.0 if problem.end == FREE else -1.0
-        write(waves, from_left + 1, time, end, out, combined(sign, out, n, 0.0, out, 0, out))
+        write(waves, from_left + 1, time, end, out, combined(sign, out, n, 0.0, out, 0, out), state.work)
         stop = end
     state.time[node] = stop
     return MOVES
@@ -107,7 +107,7 @@ def _at_driven_end(problem, waves, state, start, end, force):
     out = state.work[6]
     n = read(problem, waves, 1, start, end, out, state.work)
     out[0] += force / problem.impedance[0]
-    write(waves, 0, start, end, out, n)
+    write(waves, 0, start, end, out, n, state.work)
     return end
 
 
@@ -122,10 +122,10 @@ def _at_step(problem, waves, state, node, start, end, force):
     r, push = (za - zb) / (za + zb), force / (za + zb)
     k_out = combined(1.0, g, m, r, d, k, out)
     out[0] += push
-    write(waves, 2 * node - 1, start, end, out, k_out)
+    write(waves, 2 * node - 1, start, end, out, k_out, state.work)
     k_out = combined(1.0, f, n, r, d, k, out)
     out[0] += push
-    write(waves, 2 * node, start, end, out, k_out)
+    write(waves, 2 * node, start, end, out, k_out, state.work)
     return end
 
 
@@ -142,7 +142,7 @@ def _at_joint(problem, waves, state, node, start, end, force):
         k = combined(2.0 * za / mass, f, n, 2.0 * zb / mass, g, m, q)
         q[0] += force / mass
         rate = (za + zb) / mass
-        k, enough = relaxed(rate, half, q, k, state.velocity[node], v, work)
+        k, enough = relaxed(rate, half, q, k, state.velocity[node], v, NOTHING, work)
         if enough or end - start <= 16 * problem.near:
             break
         share = min(0.5, 4.0 / (rate * half)) if rate * half > 8.0 else 0.5
@@ -151,7 +151,7 @@ def _at_joint(problem, waves, state, node, start, end, force):
         restricted(f, n, -1.0, high, f, work)
         restricted(g, m, -1.0, high, g, work)
         end = after
-    write(waves, 2 * node - 1, start, end, out, combined(1.0, v, k, -1.0, f, n, out))
-    write(waves, 2 * node, start, end, out, combined(1.0, v, k, -1.0, g, m, out))
+    write(waves, 2 * node - 1, start, end, out, combined(1.0, v, k, -1.0, f, n, out), state.work)
+    write(waves, 2 * node, start, end, out, combined(1.0, v, k, -1.0, g, m, out), state.work)
     state.velocity[node] = right(v, k)
     return end

@@ -8,15 +8,16 @@ decay; the value at the start then gives w_0.
 from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import chopped, greatest
-from percuss.blow.kernels.layout import MOST_DEGREE
+from percuss.blow.kernels.layout import MOST_DEGREE, NOTHING
 from percuss.compiled import inner
 
 
 @inner
-def relaxed(rate, half, q, n, start, w, work):
+def relaxed(rate, half, q, n, start, w, least, work):
     """w' = −rate w + q on an interval of length 2·half, w(−1) = start. The degree, and whether that is enough.
 
-    `work` has two rows.
+    It is where what is left out is rounding of w, or `least`: a start that differs by rounding from where a fast motion
+    is at rest is no motion. `work` has two rows.
     """
     top = MOST_DEGREE
     alpha, beta = work[0], work[1]
@@ -25,45 +26,47 @@ def relaxed(rate, half, q, n, start, w, work):
     for k in range(top, 0, -1):
         share = a / (2.0 * k)
         before = q[k - 1] if k - 1 <= n else 0.0
-        if k == 1:
-            before *= 2.0
+        if k == 1:  # of w − start, so that a motion at rest has no coefficients
+            before = 2.0 * (before - rate * start)
         after = q[k + 1] if k + 1 <= n else 0.0
         below = 1.0 / (1.0 - share * one)
         two = (half * (before - after) / (2.0 * k) + share * two) * below
         one = -share * (2.0 if k == 1 else 1.0) * below
         alpha[k], beta[k] = one, two
-    # Σ(−1)^k (A_k w_0 + B_k) = start; the A_k alternate, so that nothing cancels
+    # Σ(−1)^k (A_k w_0 + B_k) = 0; the A_k alternate, so that nothing cancels
     factor, rest, a_sum, b_sum, sign = 1.0, 0.0, 1.0, 0.0, -1.0
     for k in range(1, top + 1):
         factor, rest = alpha[k] * factor, alpha[k] * rest + beta[k]
         a_sum += sign * factor
         b_sum += sign * rest
         sign = -sign
-    w[0] = (start - b_sum) / a_sum
+    w[0] = -b_sum / a_sum
     for k in range(1, top + 1):
         w[k] = alpha[k] * w[k - 1] + beta[k]
+    w[0] += start
     size = greatest(w, top) + greatest(q, n) * half / (1.0 + a)
-    enough = abs(w[top]) + abs(w[top - 1]) <= 2e-16 * size
+    enough = abs(w[top]) + abs(w[top - 1]) <= max(2e-16 * size, least)
     return chopped(w, top, 1e-17 * size), enough
 
 
 @inner
 def crept(stiffness, drag, half, q, n, place, speed, u, v, work):
-    """u' = v, v' = −stiffness u − drag v + q with two real rates that differ, likewise; `work` has three rows.
+    """u' = v, v' = −stiffness u − drag v + q with two real rates that differ, likewise; the degree, and the rate that
+    it is not enough for, or 0.
 
     v less a rate times u decays with the other rate, by itself. The matrix of `oscillated` would lose the slow one
-    beside the fast one.
+    beside the fast one. `work` has three rows.
     """
     fast = -0.5 * drag - (0.25 * drag * drag - stiffness) ** 0.5
     slow = stiffness / fast
-    k, enough = relaxed(-fast, half, q, n, speed - slow * place, v, work)
-    m, enough_too = relaxed(-slow, half, q, n, speed - fast * place, u, work)
+    k, enough = relaxed(-fast, half, q, n, speed - slow * place, v, NOTHING, work)
+    m, enough_too = relaxed(-slow, half, q, n, speed - fast * place, u, NOTHING, work)
     most, share = max(k, m), 1.0 / (slow - fast)
     for j in range(most + 1):
         one, other = v[j] if j <= k else 0.0, u[j] if j <= m else 0.0
         u[j] = share * (other - one)
         v[j] = share * (slow * other - fast * one)
-    return most, enough and enough_too
+    return most, -fast if not enough else -slow if not enough_too else 0.0
 
 
 @inner
@@ -116,5 +119,7 @@ def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
     push = greatest(q, n) * half
     size_v = greatest(v, top) + push / (1.0 + drag * half)
     size_u = greatest(u, top) + half * push / (1.0 + half * (drag + half * stiffness))
-    enough = abs(v[top]) + abs(v[top - 1]) <= 2e-16 * size_v and abs(u[top]) + abs(u[top - 1]) <= 2e-16 * size_u
+    rate = max(drag, stiffness**0.5)
+    enough = abs(v[top]) + abs(v[top - 1]) <= max(2e-16 * size_v, NOTHING)
+    enough = enough and abs(u[top]) + abs(u[top - 1]) <= max(2e-16 * size_u, NOTHING / rate)
     return max(chopped(u, top, 1e-17 * size_u), chopped(v, top, 1e-17 * size_v)), enough

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import antiderivative, combined, greatest, restricted, right
 from percuss.blow.kernels.crossing import NEVER, first_above
-from percuss.blow.kernels.layout import FREE, LOAD, OFF, TOUCH, UNLOAD
+from percuss.blow.kernels.layout import FREE, LOAD, NOTHING, OFF, TOUCH, UNLOAD
 from percuss.blow.kernels.relaxation import crept, oscillated, relaxed
 from percuss.blow.kernels.rows import read, write
 from percuss.compiled import inner
@@ -50,7 +50,7 @@ def at_rock(problem, waves, state, start, end):
         restricted(u, k, -1.0, high, u, work)
         restricted(v, k, -1.0, high, v, work)
         stop = when
-    _leave(problem, waves, now, start, stop, f, n, u, v, k, p)
+    _leave(problem, waves, state, now, start, stop, f, n, u, v, k, p)
     now.bit_velocity = right(v, k)
     now.penetration = right(u, k) + _relaxed_at(problem, now)
     if place != NEVER:
@@ -86,13 +86,14 @@ def _moved(problem, now, start, stop, f, n, u, v, work):
         if m > 0.0:
             combined(2.0 * z / m, f, n, 0.0, f, 0, q)
             if 0.21 * (z / m) ** 2 > stiff / m:
-                k, enough = crept(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
+                k, rate = crept(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
+                enough = rate == 0.0
             else:
                 k, enough = oscillated(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
-            rate = max(z / m, (stiff / m) ** 0.5)
+                rate = max(z / m, (stiff / m) ** 0.5)
         elif stiff > 0.0:
             combined(2.0, f, n, 0.0, f, 0, q)
-            k, enough = relaxed(stiff / z, half, q, n, place, u, work)
+            k, enough = relaxed(stiff / z, half, q, n, place, u, NOTHING * z / stiff, work)
             k = combined(1.0, q, n, -stiff / z, u, k, v)
             rate = stiff / z
         else:
@@ -148,12 +149,12 @@ def _changed(problem, now, later, penetration):
 
 
 @inner
-def _leave(problem, waves, now, start, stop, f, n, u, v, k, p):
+def _leave(problem, waves, state, now, start, stop, f, n, u, v, k, p):
     """Write the wave that goes back, the penetration and the force."""
     row, trace = 2 * problem.impedance.size - 1, 2 * problem.impedance.size
-    write(waves, row, start, stop, p, combined(1.0, v, k, -1.0, f, n, p))
+    write(waves, row, start, stop, p, combined(1.0, v, k, -1.0, f, n, p), state.work)
     m = combined(_stiffness(problem, now), u, k, 0.0, u, 0, p)
-    write(waves, trace + 2, start, stop, p, m if _stiffness(problem, now) > 0.0 else 0)
+    write(waves, trace + 2, start, stop, p, m if _stiffness(problem, now) > 0.0 else 0, state.work)
     u[0] += _relaxed_at(problem, now)
-    write(waves, trace + 1, start, stop, u, k)
+    write(waves, trace + 1, start, stop, u, k, state.work)
     u[0] -= _relaxed_at(problem, now)

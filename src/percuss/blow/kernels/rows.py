@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import chopped, restricted
-from percuss.blow.kernels.layout import CHOPPED, JOINED, MOST_DEGREE
+from percuss.blow.kernels.joining import joined
+from percuss.blow.kernels.layout import CHOPPED, JOINED, MOST_DEGREE, TRACED
 from percuss.compiled import inner
 
 
@@ -49,16 +50,47 @@ def read(problem, waves, row, start, end, out, work):
 
 
 @inner
-def write(waves, row, start, end, c, n):
-    """What leaves from start to end."""
+def write(waves, row, start, end, c, n, work):
+    """What leaves from start to end: a piece more, or a longer one. `work` has six rows."""
     n = chopped(c, n, CHOPPED)
     k = waves.pieces[row]
     waves.known[row] = end
-    if n == 0 and k > 0 and waves.degree[row, k - 1] == 0 and abs(waves.first[row, k - 1] - c[0]) <= JOINED:
-        return
-    waves.start[row, k], waves.degree[row, k], waves.first[row, k] = start, n, c[0]
-    waves.rest[row, k] = waves.used[0]
-    for j in range(n):
-        waves.pool[waves.used[0] + j] = c[j + 1]
+    if k > 0:
+        bent = waves.degree[row, k - 1] > 0
+        if n == 0 and not bent and abs(waves.first[row, k - 1] - c[0]) <= JOINED:
+            return
+        # of what is traced besides the waves, the breaks are where something happens
+        is_wave = row < waves.start.shape[0] - TRACED
+        if n > 0 and bent and is_wave and _lengthened(waves, row, k - 1, start, end, c, n, work):
+            return
+    waves.start[row, k], waves.spent[row], waves.pieces[row] = start, 0.0, k + 1
+    _keep(waves, row, k, waves.used[0], c, n)
     waves.used[0] += n
-    waves.pieces[row] = k + 1
+
+
+@inner
+def _lengthened(waves, row, k, start, end, c, n, work):
+    """Join what leaves to the last piece of the row, where the two are one polynomial; whether they are."""
+    p, out, m = work[3], work[4], waves.degree[row, k]
+    p[0] = waves.first[row, k]
+    for j in range(m):
+        p[j + 1] = waves.pool[waves.rest[row, k] + j]
+    before, after = float(start - waves.start[row, k]), float(end - start)
+    degree, error = joined(p, m, before, c, n, after, waves.spent[row], out, work)
+    if degree < 0:
+        return False
+    waves.spent[row] += error
+    if degree <= m:
+        _keep(waves, row, k, waves.rest[row, k], out, degree)
+    else:
+        _keep(waves, row, k, waves.used[0], out, degree)
+        waves.used[0] += degree
+    return True
+
+
+@inner
+def _keep(waves, row, k, rest, c, n):
+    """Put the polynomial of a piece into the pool, from `rest` on."""
+    waves.degree[row, k], waves.first[row, k], waves.rest[row, k] = n, c[0], rest
+    for j in range(n):
+        waves.pool[rest + j] = c[j + 1]

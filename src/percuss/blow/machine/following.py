@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.kernels.machine_motion import follow
-from percuss.blow.kernels.machine_records import CONTACT, COUNT, NOW, Chain, Machine
+from percuss.blow.kernels.machine_records import CONTACT, COUNT, LOAD, NOW, OFF, Chain, Machine
 from percuss.blow.machine.options import Release
 from percuss.model.checks import Array
 
@@ -33,11 +33,13 @@ class Course:
         steps, size = round(release.time / machine.step), machine.load.size
         self.periods = 0
         self.count["step"] = steps % size
+        self.count["branch"] = OFF if machine.bit.gap > 0.0 else LOAD
         state = {
             "gap": release.gap,
             "momentum": release.velocity,
             "energy": 0.5 * release.velocity**2,
             "arrived": wave,
+            "penetration": -machine.bit.gap,
             "time": (steps // size) * _TURN,
             "next_drag": steps % size + 0.5 * machine.drag.interval,
         }
@@ -80,6 +82,22 @@ class Course:
         return self._gone + int(self.count["contacts"][0])
 
     @property
+    def blow_over(self) -> bool:
+        """Whether the tool has been fed since the last contact."""
+        return not self.count["struck"][0]
+
+    @property
+    def rock_work(self) -> float:
+        """That the rock keeps of all blows; of the one under way as far as it has come."""
+        now, bit = self.now[0], self.machine.bit
+        return float(now["rock_work"]) + 0.5 * bit.stiffness * (1.0 - bit.ratio) * float(now["greatest"]) ** 2
+
+    @property
+    def advanced(self) -> float:
+        """By which the tool has been fed since the start."""
+        return float(self.now["advanced"][0])
+
+    @property
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts from the start, the one under way included."""
         return np.concatenate([*self._done, self._log[: int(self.count["contacts"][0])]])
@@ -96,10 +114,17 @@ class Course:
 
     @property
     def waves(self) -> Array:
-        """f and g of all cells, in order of space, each times √(2 Z Δt): the sum of squares is twice the energy."""
-        return np.concatenate(
-            [_ordered(chain, self.machine.step) for chain in (self.machine.striker, self.machine.rod)]
-        )
+        """f and g of all cells, in order of space, each times √(2 Z Δt), and the motion and the force of the bit.
+
+        The sum of squares is twice the energy.
+        """
+        machine, now, bit = self.machine, self.now[0], self.machine.bit
+        force = float(now["penetration"]) - (1.0 - bit.ratio) * float(now["greatest"])
+        ends = [
+            math.sqrt(bit.mass) * float(now["bit_velocity"]),
+            math.sqrt(bit.stiffness / bit.ratio) * max(force, 0.0),
+        ]
+        return np.concatenate([*(_ordered(chain, machine.step) for chain in (machine.striker, machine.rod)), ends])
 
     @property
     def energy(self) -> float:

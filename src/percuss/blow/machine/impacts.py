@@ -25,7 +25,8 @@ _GRAZE = 1e-9  # of the greatest impulse
 class Impacts(Shown):
     """The impacts of a machine, one after another; every array of shape (impacts,), dimensionless.
 
-    Contacts that are less than a wave's way there and back apart are one impact.
+    Contacts that are less than a wave's way there and back apart are one impact; on a tool that is fed between blows,
+    all contacts from one time that it is fed to the next.
 
     Attributes
     ----------
@@ -48,6 +49,10 @@ class Impacts(Shown):
         Elastic energy when the contact has ended, over the striker's energy when it started.
     given
         ∫ N v dt at the struck face: the work done on what is struck.
+    rock_work
+        Work that the rock has kept by the next impact, ½ (1 − γ) K u_m²; 0 without rock.
+    fed
+        By how much the tool is fed after the impact; 0 of one that comes back to its place or is not fed.
     """
 
     start: Array
@@ -61,6 +66,8 @@ class Impacts(Shown):
     peak_force: Array
     ringing_share: Array
     given: Array
+    rock_work: Array
+    fed: Array
 
     @property
     def size(self) -> int:
@@ -88,13 +95,21 @@ class Impacts(Shown):
         return Impacts(*(getattr(self, one.name)[which] for one in fields(self)))
 
 
-def impacts_of(contacts: npt.NDArray[np.void], load: Load, transit: float) -> tuple[Impacts, int]:
-    """The impacts that contacts make, and how many grazing contacts were left out."""
+def impacts_of(
+    contacts: npt.NDArray[np.void], load: Load, transit: float, tool: tuple[float, float] | None = None
+) -> tuple[Impacts, int]:
+    """The impacts that contacts make, and how many grazing contacts were left out.
+
+    `tool`: of one that is fed, the work that the rock has kept at the end and by how much it has been fed by then.
+    """
     impulses = contacts["impulse"]
     real = impulses > _GRAZE * impulses.max(initial=0.0)
     kept = contacts[real]
     first = np.ones(kept.size, dtype=bool)
-    first[1:] = kept["start"][1:] - kept["end"][:-1] >= ROUND_TRIP * transit
+    if tool is None:
+        first[1:] = kept["start"][1:] - kept["end"][:-1] >= ROUND_TRIP * transit
+    else:
+        first[1:] = np.diff(kept["blow"]) > 0
     at = np.flatnonzero(first)
     last = np.append(at[1:], kept.size) - 1 if at.size else at
     summed = {name: _sums(values, at) for name, values in _summands(kept).items()}
@@ -117,6 +132,8 @@ def impacts_of(contacts: npt.NDArray[np.void], load: Load, transit: float) -> tu
         peak_force=np.maximum.reduceat(kept["peak"], at) if at.size else np.zeros(0),
         ringing_share=np.maximum(elastic, 0.0) / np.where(energy > 0.0, energy, math.inf),
         given=summed["given"],
+        rock_work=_between(kept["rock_before"], at, tool and tool[0]),
+        fed=_between(kept["advanced_before"], at, tool and tool[1]),
     )
     return found, int(np.count_nonzero(~real))
 
@@ -127,6 +144,11 @@ def _summands(contacts: npt.NDArray[np.void]) -> dict[str, Array]:
         "moment": contacts["moment"] + contacts["impulse"] * contacts["start"],
         "given": contacts["given"],
     }
+
+
+def _between(before: Array, at: npt.NDArray[np.intp], last: float | None) -> Array:
+    """By how much a sum grows from each impact to the next, and from the last to the end."""
+    return np.diff(before[at], append=last) if last is not None and at.size else np.zeros(at.size)
 
 
 def _sums(values: Array, at: npt.NDArray[np.intp]) -> Array:

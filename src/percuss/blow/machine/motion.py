@@ -183,6 +183,12 @@ class MachineMotion(Shown):
             return 0.0
         return float(np.mean(own.given)) * self.blow_rate / _TURN
 
+    @property
+    def rock_power(self) -> float:
+        """Work that the rock keeps, per radian of the load; 0 without rock."""
+        own = self.cycle
+        return float(np.mean(own.rock_work)) * self.blow_rate / _TURN if own.size else 0.0
+
     def __str__(self) -> str:
         phases = ", ".join(f"{phase:.6g}" for phase in self.phases[:4]) if self.settled is not None else ""
         where = f", phase {phases}{' …' if self.cycle.size > 4 else ''}" if phases else ""

@@ -67,14 +67,18 @@ def machine_motion(
     system
         Striker, load and damping. The damping acts on the striker alone, in contact too.
     target
-        A rigid wall, an endless rod, or a rod with a fixed end. Its own gap is not used: the start has one.
+        A rigid wall, or a rod with any end. Its own gap is not used: the start has one. A rod on rock or with a free
+        end is fed between blows: when the striker that has gone back turns forward again, and the rod has been without
+        contact for four ways of a wave through it and half a swing of its mass on the rock, it is laid at rest against
+        fresh rock.
     release
         The start; one length of the striker off, at rest, by default.
     limits
         When to end: by default after 400 load periods, 2000 impacts, or when a periodic motion is found.
     pushed_back
         Whether the rod is pushed back to its place as soon as the striker has left it the room; else it stays where the
-        blow put it, and the machine follows.
+        blow put it, and the machine follows. A rod on rock is fed by what the bit has gone deeper, or pushed back to
+        where it was, with the rock as it was; one with a free end can only be pushed back.
     quiet
         Whether all ringing of the striker is made to end between blows, as the laws b77 and b77-blow assume.
     cells
@@ -87,7 +91,7 @@ def machine_motion(
     Raises
     ------
     ParameterError
-        For a rod that nothing would hold between blows, and numbers out of range.
+        For a rod with a free end that is not pushed back, masses between sections, and numbers out of range.
     Interrupted
         When a block of `percuss.halting` was told to stop.
 
@@ -178,7 +182,7 @@ def _judged(
     speed = float(np.abs(recent["momentum_before"]).max(initial=0.0))
     periods, off = recurrence.after(float(course.now["gap"][0]), course.waves, speed)
     if limits.settled and periods:
-        impacts = impacts_of(recent, system.load, system.body.transit_time)[0]
+        impacts = impacts_of(recent, system.load, system.body.transit_time, _tool(course))[0]
         number = int(np.count_nonzero(impacts.start >= course.time - periods * _TURN))
         return Ending.SETTLED, Settled(number, periods, off)
     if course.periods >= limits.periods:
@@ -189,11 +193,22 @@ def _judged(
 
 
 def _finished(course: Course, system: System) -> tuple[Impacts, int]:
-    """The impacts that have ended: after the last contact waves have gone there and back without another one."""
-    transit = system.body.transit_time
-    found, grazes = impacts_of(course.contacts, system.load, transit)
-    open_ = found.size > 0 and (course.touching or course.time - found.end[-1] < ROUND_TRIP * transit)
-    return found.part(slice(0, found.size - open_)), grazes
+    """The impacts that have ended: after the last contact waves have gone there and back without another one.
+
+    Those on a tool that is fed have ended when it is.
+    """
+    transit, tool = system.body.transit_time, _tool(course)
+    found, grazes = impacts_of(course.contacts, system.load, transit, tool)
+    if tool is not None:
+        open_ = not course.blow_over
+    else:
+        open_ = course.touching or (found.size > 0 and course.time - found.end[-1] < ROUND_TRIP * transit)
+    return found.part(slice(0, max(0, found.size - open_))), grazes
+
+
+def _tool(course: Course) -> tuple[float, float] | None:
+    """What `impacts_of` is to know of a tool that is fed."""
+    return (course.rock_work, course.advanced) if course.machine.bit.fed else None
 
 
 def _progress(course: Course, limits: Limits, begun: float) -> MachineProgress:

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.kernels.machine_records import Chain, Face, Machine
+from percuss.blow.kernels.machine_records import Bit, Chain, Face, Machine
 from percuss.blow.machine.cell_damping import drag_of, quiet_drag
 from percuss.blow.machine.lattice import Lattice, lattice_of
-from percuss.blow.target import Target, Wall
+from percuss.blow.target import Rod, Target, Wall
 from percuss.errors import ParameterError
 from percuss.model import Load, System
 from percuss.model.body import SteppedBar, UniformBar
@@ -19,6 +19,7 @@ from percuss.model.checks import Array
 __all__ = ["machine_record", "rod_sections"]
 
 _TURN = 2.0 * math.pi
+_WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its mass on the rock: then it may be fed
 
 
 def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
@@ -27,15 +28,11 @@ def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
     Raises
     ------
     ParameterError
-        For a rod that nothing would hold between blows, or one in SI before a striker that is not.
+        For masses between the sections, or a rod in SI before a striker that is not.
     """
     none = np.zeros(0)
     if isinstance(target, Wall):
         return none, none, math.inf
-    if target.end in ("free", "rock"):
-        accepted = "an endless rod, or one with a fixed end"
-        remedy = "between blows nothing would hold it; `percuss.blow` resolves one blow on it"
-        raise ParameterError("end", target.end, accepted, remedy)
     if any(mass > 0.0 for _, mass in target.joint_masses):
         raise ParameterError("joint_masses", target.joint_masses, "none", "give a short section instead")
     if target.impedance is not None:
@@ -44,9 +41,35 @@ def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
     if not system.is_si:
         raise ParameterError("target", "a rod in SI", "an impedance", "use Rod.of_impedance before a dimensionless bar")
     impedances = np.array([piece.impedance for piece in pieces]) / _impedance_scale(system)
-    own = pieces if target.end == "fixed" else pieces[:-1]
+    own = pieces[:-1] if target.end == "infinite" else pieces
     times = np.array([piece.transit_time for piece in own]) * system.angular_frequency
-    return impedances[: len(own)], times, math.inf if target.end == "fixed" else float(impedances[-1])
+    return impedances[: len(own)], times, float(impedances[-1]) if target.end == "infinite" else math.inf
+
+
+def _is_fed(target: Target) -> bool:
+    """Whether the rod is fed between blows: it has an end that nothing holds, or only rock does."""
+    return isinstance(target, Rod) and target.end in ("free", "rock")
+
+
+_NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
+
+
+def _bit(system: System, target: Target, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
+    """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
+    if not (isinstance(target, Rod) and _is_fed(target)):
+        return _NO_BIT
+    bar, rate, rock = system.bar, system.angular_frequency, target.rock
+    assert bar is not None  # a rod that is not endless is one in SI
+    if rock is None and not pushed_back:
+        raise ParameterError("pushed_back", False, "True for a rod with a free end, which nothing else brings back")
+    stiffness = 0.0 if rock is None else rock.stiffness / (bar.mass * rate**2)
+    ratio, gap = (1.0, 0.0) if rock is None else (rock.unloading_ratio, rock.gap / bar.length)
+    mass = target.bit_mass / bar.mass * scale
+    wait = _WAYS * transit
+    if stiffness:
+        whole = sum(piece.mass for piece in target.pieces) + target.bit_mass
+        wait += math.pi * math.sqrt(whole / bar.mass / stiffness)
+    return Bit(True, impedance, mass, stiffness * scale, ratio, gap, not pushed_back, wait)
 
 
 def _impedance_scale(system: System) -> float:
@@ -64,12 +87,17 @@ def machine_record(
     scaled, k = np.asarray(lattice.impedances), own_z.size
     bar = _chain(scaled[:k], lattice.cells[:k])
     rod = _chain(scaled[k:], lattice.cells[k:])
-    behind *= scaled[0] / own_z[0]
+    scale = scaled[0] / own_z[0]
+    behind *= scale
     struck = float(scaled[k]) if z.size else behind
     striker = float(scaled[k - 1])
-    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, pushed_back)
+    moves = not _is_fed(target)
+    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, moves and pushed_back)
+    ends = {"impedance": float(scaled[-1]), "transit": sum(lattice.cells[k:]) * lattice.step}
+    bit = _bit(system, target, scale, pushed_back=pushed_back, **ends)
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
-    return lattice, Machine(bar, rod, face, load_means(system.load, lattice.steps), system.load.at, lattice.step, drag)
+    load = load_means(system.load, lattice.steps)
+    return lattice, Machine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
 
 
 def _striker_sections(system: System) -> tuple[Array, Array]:

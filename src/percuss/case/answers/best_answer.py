@@ -12,11 +12,11 @@ from percuss.case.case import checked_case
 from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import held
+from percuss.case.parameters.case_keys import LOAD_SCALE, held, with_generic_places
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.model.checks import several
+from percuss.model.checks import finite, instance, several, text
 from percuss.shown import Shown
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
 
 __all__ = ["BestAnswer", "Span", "best_answer"]
+
+_STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
+"""How the keys begin that a blow of given speed does not depend on."""
 
 _DIGITS = 6
 """Of the sizes that are tried: no workshop needs more."""
@@ -49,8 +52,17 @@ class Span:
     high: float
     unit: str = ""
 
+    def __post_init__(self) -> None:
+        texts = {"name": text("name", self.name), "unit": text("unit", self.unit)}
+        ends = {"low": finite("low", self.low), "high": finite("high", self.high)}
+        if not ends["low"] < ends["high"]:
+            accepted = f"a number greater than the least value, {ends['low']:g}"
+            raise ParameterError(self.name, self.high, accepted, "the smaller end of a range comes first")
+        for name, value in (texts | ends).items():
+            object.__setattr__(self, name, value)
+
     @classmethod
-    def parsed(cls, text: str) -> Span:
+    def parsed(cls, words: str) -> Span:
         """From ``NAME=LOW:HIGH``, numbers with or without a unit.
 
         Raises
@@ -63,9 +75,9 @@ class Span:
         >>> Span.parsed("bar.sections[2].length=50:150mm")
         Span(name='bar.sections[2].length', low=50.0, high=150.0, unit='mm')
         """
-        if text.count("=") != 1 or text.count(":") != 1:
-            raise ParameterError("vary", text, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
-        axis = Axis.parsed(f"{text}:2")
+        if text("vary", words).count("=") != 1 or words.count(":") != 1:
+            raise ParameterError("vary", words, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
+        axis = Axis.parsed(f"{words}:2")
         return cls(axis.name, float(axis.values[0]), float(axis.values[1]), axis.unit)
 
 
@@ -89,6 +101,8 @@ class BestAnswer(Shown):
         Whether any blow was below the limit.
     blows, seed
         How many were computed, and with which random numbers.
+    complete
+        Whether the search came to its end; false where `progress` ended it.
     """
 
     objective: str
@@ -102,6 +116,7 @@ class BestAnswer(Shown):
     allowed: bool
     blows: int
     seed: int
+    complete: bool = True
 
     @property
     def figures(self) -> dict[str, tuple[float | None, float | None]]:
@@ -119,6 +134,7 @@ class BestAnswer(Shown):
             "allowed": self.allowed,
             "blows": self.blows,
             "seed": self.seed,
+            "complete": self.complete,
             "varied": [
                 {"name": s.name, "unit": s.unit, "low": s.low, "high": s.high, "own": own, "best": best}
                 for s, own, best in together
@@ -155,7 +171,7 @@ def best_answer(
     CaseError, ParameterError
         When the case cannot be used, or has no such keys.
     Interrupted
-        When `progress` ended the search.
+        When `progress` ended the search before there was any blow.
 
     Examples
     --------
@@ -168,11 +184,11 @@ def best_answer(
     from percuss.blow.best import best_blow  # loads the compiler
 
     checked_case(case)
-    family = CaseFamily(case, {span.name: span.unit for span in several("spans", spans, "a list of Span")})
-    keys = [family.key(span.name) for span in spans]
-    if len(set(keys)) < len(keys):
-        raise ParameterError("vary", next(key for key in keys if keys.count(key) > 1), "each key once")
+    spans = [instance("spans", span, Span) for span in several("spans", spans, "a list of Span")]
+    family = CaseFamily(case, {span.name: span.unit for span in spans})
+    keys = _keys(family, spans)
     own = blow_answer(case)
+    _check_figure(own, objective)
     own_values = tuple(_own(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
 
     def varied(values: Sequence[float]) -> Case:
@@ -191,8 +207,52 @@ def best_answer(
     rounded = tuple(map(_rounded, found.values))
     return BestAnswer(
         objective, below, tuple(spans), rounded, own_values, best, own, blow_answer(best), found.allowed,
-        found.blows, seed,
+        found.blows, seed, found.complete,
     )  # fmt: skip
+
+
+def _keys(family: CaseFamily, spans: Sequence[Span]) -> list[str]:
+    """The keys that vary; ParameterError for one that the case has not, and for one that says nothing of the blow."""
+    case = family.case
+    speed = case.blow_question().velocity
+    steady = _STEADY if speed is not None else ()
+    known = [key for key in family.keys if key != LOAD_SCALE and not key.startswith(steady)]
+    found: list[str] = []
+    for span in spans:
+        try:
+            key = family.key(span.name)
+        except ParameterError as error:
+            raise _unknown(span.name, known, error.remedy) from None
+        if not key or key == LOAD_SCALE:
+            raise _unknown(span.name, known)
+        if key not in known:
+            remedy = "without a velocity in [blow], that of the steady motion is taken"
+            raise ParameterError("vary", span.name, "a key that a blow of the given speed depends on", remedy)
+        if key in found:
+            raise ParameterError("vary", key, "each key once")
+        unit = parsed_quantity(held(value_at(json_tables(case), key)))[1]
+        if unit and not span.unit:
+            told = f"{span.name}={span.low:g}:{span.high:g}{unit}"
+            raise ParameterError(
+                "vary", f"{span.name}={span.low:g}:{span.high:g}", "limits with a unit", f"such as {told}"
+            )
+        found.append(key)
+    return found
+
+
+def _unknown(name: str, known: Sequence[str], remedy: str = "") -> ParameterError:
+    return ParameterError("vary", name, f"a key of the case: {', '.join(with_generic_places(known))}", remedy)
+
+
+def _check_figure(own: BlowAnswer, objective: str) -> None:
+    """Refuse to look for what no blow on such a target has."""
+    if objective in ("rock-energy", "efficiency") and own.blow.bit_force is None:
+        needed, remedy = "a tool that ends in rock", 'give the case [tool] with end = "rock", and [rock]'
+    elif objective == "incident-energy" and own.rod is None:
+        needed, remedy = "a tool that is struck", "give the case [tool]"
+    else:
+        return
+    raise ParameterError("best", objective, f"a case with {needed}", remedy)
 
 
 def _rounded(value: float) -> float:

@@ -22,7 +22,7 @@ def blow_in_words(answer: ToldBlow) -> str:
     --------
     >>> from percuss.case import blow_answer, load_case
     >>> blow_in_words(blow_answer(load_case("laboratory-striker"))).split(" puts ")[0]
-    'A blow of 6.37 J at 3 m/s'
+    'A blow of 29.8 J at 10 m/s'
     """
     blow = answer.blow
     before = blow.energy_before

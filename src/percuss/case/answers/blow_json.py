@@ -70,6 +70,7 @@ def blow_dict(answer: ToldBlow) -> dict[str, Any]:
     if blow.penetration is not None and blow.bit_force is not None:
         told |= {name: getattr(blow, source) for name, source in _OF_ROCK.items()}
         told["greatest_rock_force"] = blow.bit_force.peak
+        told["beta"] = answer.beta
     if answer.measured is not None:
         told["measured"] = answer.measured.to_json_dict()
     told |= _stress_dict(answer)

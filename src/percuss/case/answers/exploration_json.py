@@ -37,6 +37,7 @@ def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> di
     answer: dict[str, Any] = {
         "case": case.file,
         "title": case.title,
+        "notes": list(case.notes),
         "axes": [axis.to_json_dict() for axis in found.axes],
         "periods": found.ask["periods"],
         "modes": found.ask["modes"],

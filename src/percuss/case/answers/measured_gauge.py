@@ -9,13 +9,13 @@ import numpy as np
 
 from percuss.case.answers.gauge_record import MeasuredGauge
 from percuss.case.answers.numerals import number, percent
+from percuss.case.answers.told_blow import ToldBlow
 from percuss.errors import HistoryError, ParameterError
-from percuss.model.checks import choice
+from percuss.model.checks import choice, instance
 
 if TYPE_CHECKING:
     from percuss.blow import Waves
     from percuss.blow.record_fit import RecordFit
-    from percuss.case.answers.told_blow import ToldBlow
     from percuss.model.body.sized import Piece
     from percuss.recordings import Recording
 
@@ -25,6 +25,8 @@ _SIGNS = {"auto": None, "positive": 1, "negative": -1}
 _FEW = 10
 """Samples while a wave runs through the striker and back, below which the record says little of its shape."""
 _PARTLY = 0.5
+_UNLIKE = 0.15
+"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
 
 
 def measured_gauge(
@@ -72,6 +74,7 @@ def measured_gauge(
     from percuss.blow.record_fit import fitted_record
     from percuss.recordings import read_recording
 
+    instance("answer", answer, ToldBlow)
     choice("sign", sign, *_SIGNS)
     waves = _waves(answer)
     record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")
@@ -79,7 +82,7 @@ def measured_gauge(
     try:
         fit = fitted_record(waves, answer.blow.until, record.time, force, sign=_SIGNS[sign])
     except ParameterError as error:
-        raise HistoryError(f"not {error.accepted}", error.remedy, str(record.path)) from None
+        raise HistoryError(f"expected {error.accepted}", error.remedy, str(record.path)) from None
     kind: Any = "stress" if record.quantity == "pressure" else record.quantity
     return MeasuredGauge(
         str(record.path),
@@ -137,4 +140,6 @@ def _notes(answer: ToldBlow, record: Recording, fit: RecordFit, chosen: bool) ->
         found.append(f"only {number(seen, 2)} samples while a wave runs through the striker and back: sample faster")
     if fit.overlap < _PARTLY:
         found.append(f"the record covers only {percent(fit.overlap)} of the window: compare with a shorter --until")
+    if fit.residual_scaled > _UNLIKE:
+        found.append("the shapes differ: check the place of the gauge, the sections and the window")
     return found

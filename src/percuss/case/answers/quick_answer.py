@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.json_values import number, numbers, plain
-from percuss.case.answers.steady_json import reduced_dict, waveform_dict
+from percuss.case.answers.steady_json import reduced_dict, waveform_dict, with_blow
+from percuss.case.answers.timed_answer import timed_period
+from percuss.case.answers.timed_in_words import ENDED, timed_in_words
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
 from percuss.steady import steady_states
 from percuss.steady.figures import FIGURES
 from percuss.steady.si import figures_in_si
 
 if TYPE_CHECKING:
+    from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod
     from percuss.case.case import Case
     from percuss.stability import ExactPlane
     from percuss.steady import Orbit, SteadyStates
@@ -35,7 +38,8 @@ def quick_dict(
     """All steady motions of a case with one impact in `periods` load periods, as far as a few milliseconds go.
 
     What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
-    the rest agrees with it, to rounding.
+    the rest agrees with it, to rounding. Under a law of blows that take time `phase` is that of the force's centroid,
+    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has.
 
     Parameters
     ----------
@@ -57,8 +61,9 @@ def quick_dict(
     >>> [orbit["stable"] for orbit in quick_dict(load_case("laboratory-striker"))["orbits"]]
     [False, True]
     """
-    system = case.system()
-    states = steady_states(system, periods)
+    system, law = case.system(), case.timed_law()
+    timed = None if law is None else timed_period(system, law, periods, None)
+    states = steady_states(system, periods) if timed is None else timed.states.b77
     nearest = states.nearest
     judged = _judged(states, modes, multipliers)
     return {
@@ -72,8 +77,11 @@ def quick_dict(
         "note": states.note,
         "load_factor": number(system.load.load_factor),
         "restitution": number(system.restitution),
-        "orbits": [_orbit(orbit, found) for orbit, found in zip(states.orbits, judged, strict=True)],
+        "orbits": [
+            _timed(_orbit(orbit, found), orbit, timed) for orbit, found in zip(states.orbits, judged, strict=True)
+        ],
         "curve": _curve(states, curve) if curve else None,
+        **({} if timed is None else {"blow_alone": [_told(timed, one) for one in timed.alone]}),
     }
 
 
@@ -156,6 +164,20 @@ def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
         **judged,
         "si": plain(figures_in_si(orbit, _IN_SI)) if orbit.system.is_si else None,
     }
+
+
+def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dict[str, Any]:
+    """The motion with what becomes of it when its blows take time."""
+    if timed is None:
+        return told
+    found = timed.continuing(orbit)
+    return {**with_blow(told, found), "blow": _told(timed, found)}
+
+
+def _told(timed: TimedPeriod, found: TimedAnswer | None) -> list[str]:
+    """What the law makes of a motion, in lines."""
+    lines = [ENDED] if found is None else [*timed_in_words(found), *found.orbit.warnings]
+    return [f"{timed.states.law.law}: {lines[0]}", *lines[1:]]
 
 
 def _curve(states: SteadyStates, points: int) -> dict[str, Any]:

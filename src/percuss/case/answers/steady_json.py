@@ -113,8 +113,8 @@ def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None)
 def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]:
     """A motion of B77's law with the phase of the motion that continues it when its blows take time; None for none."""
     phase = told["phase"] if timed is None else number(timed.orbit.phase)
-    multipliers = None if timed is None else timed.multipliers
-    return {**told, "phase": phase, "phase_b77": told["phase"], "blow_multipliers": multipliers}
+    blow = {"blow_multipliers": None, "advance_per_blow": None} if timed is None else timed.in_orbit
+    return {**told, "phase": phase, "phase_b77": told["phase"], **blow}
 
 
 _WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")

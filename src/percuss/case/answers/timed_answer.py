@@ -65,6 +65,13 @@ class TimedAnswer(Shown):
         )
 
     @property
+    def in_orbit(self) -> dict[str, Any]:
+        """What stands in the motion of B77's law: both multipliers, and the advance in m or lengths of the bar."""
+        orbit = self.orbit
+        length = orbit.system.length_scale if orbit.system.is_si else 1.0
+        return {"blow_multipliers": self.multipliers, "advance_per_blow": number(orbit.advance * length)}
+
+    @property
     def multipliers(self) -> list[list[float]]:
         """Both multipliers as pairs [re, im]."""
         return [[value.real, value.imag] for value in self.stability.multipliers]

@@ -99,6 +99,18 @@ class ToldBlow(Shown):
         return self.blow.target if isinstance(self.blow.target, Rod) else None
 
     @property
+    def beta(self) -> float | None:
+        """β = K₁T/Z of the first pulse, T long, in the longest section of the rod (Lundberg 1973).
+
+        None without rock, pulse or energy, and on elastic rock, which keeps nothing.
+        """
+        rod, pulse, before = self.rod, self.blow.first_pulse, self.blow.energy_before
+        if rod is None or rod.rock is None or pulse is None or not before > 0.0 or rod.rock.unloading_ratio == 1.0:
+            return None
+        longest = max(rod.pieces, key=lambda piece: piece.end - piece.start)
+        return rod.rock.stiffness * pulse.length / longest.impedance
+
+    @property
     def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:
         """Sections of the striker and of the rod with their sizes; empty where these are not known."""
         rod = self.rod

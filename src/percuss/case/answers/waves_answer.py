@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.json_values import heading_dict, plain
-from percuss.case.answers.numerals import percent
 from percuss.case.answers.waves_json import waves_dict
 from percuss.case.answers.waves_question import limits_of, release_of, struck_by
+from percuss.case.answers.waves_warnings import waves_warnings
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
 from percuss.model.checks import callback, count, flag
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit, TimedOrbit
 
 __all__ = ["Beside", "WavesAnswer", "waves_answer"]
-
-_RINGING = 0.05  # of a blow's energy: beyond, the next blow is not that of a bar at rest in itself
-_UNSURE = 1e-3  # radians of phase between two lattices
 
 
 @dataclass(frozen=True)
@@ -92,7 +89,7 @@ class WavesAnswer(Shown):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the figures should know, one sentence each."""
-        return tuple(_warnings(self.motion))
+        return tuple(waves_warnings(self.motion))
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
         """The answer in plain values, as `percuss simulate --contact waves --json` prints it."""
@@ -226,26 +223,3 @@ def _simulated(motion: MachineMotion, law: Trajectory) -> Beside:
 def _apart(one: float, other: float) -> float:
     """The first phase less the second, from −π to π."""
     return math.remainder(one - other, 2.0 * math.pi)
-
-
-# -- warnings -------------------------------------------------------------------------------------------------------
-
-
-def _warnings(motion: MachineMotion) -> list[str]:
-    from percuss.blow.machine import Ending
-
-    found = []
-    if motion.ending is Ending.CANCELLED:
-        found.append("ended early: interrupted; the figures are those of the part that was computed")
-    elif motion.settled is None and motion.limits.settled:
-        found.append("no periodic motion found: simulate for longer, or look at the ringing that blows leave behind")
-    own = motion.cycle
-    left = float(np.median(own.ringing_share)) if own.size else 0.0
-    if left > _RINGING and motion.settled is None and not motion.quiet:
-        found.append(f"a blow leaves {percent(left)} of its energy as ringing (median), which damping must end in time")
-    unsure = motion.uncertainty
-    if unsure is not None and unsure.phase is None:
-        found.append(f"a lattice with half the cells settles on {unsure.label}: give more cells")
-    elif unsure is not None and unsure.phase is not None and unsure.phase > _UNSURE:
-        found.append(f"a lattice with half the cells has phases {unsure.phase:.2g} rad from these: give more cells")
-    return found

@@ -61,6 +61,7 @@ def _settled(motion: MachineMotion) -> dict[str, Any]:
         "blow_rate": number(motion.blow_rate),
         "impulse_per_period": number(motion.impulse_per_period),
         "delivered_power": number(motion.delivered_power),
+        "rock_power": number(motion.rock_power),
         "si": None,
     }
     if system.is_si and system.frequency is not None:
@@ -69,6 +70,8 @@ def _settled(motion: MachineMotion) -> dict[str, Any]:
             "durations_s": numbers(own.duration * system.time_scale),
             "peak_forces_N": numbers(own.peak_force * system.force_scale),
             "given_J": numbers(own.given * system.energy_scale),
+            "rock_work_J": numbers(own.rock_work * system.energy_scale),
+            "fed_m": numbers(own.fed * system.length_scale),
             "blow_rate_Hz": number(motion.blow_rate * system.frequency),
             "delivered_power_kW": number(1e-3 * motion.delivered_power * system.power_scale),
         }
@@ -94,6 +97,8 @@ def _impacts(motion: MachineMotion, last: int | None) -> list[dict[str, Any]]:
             "peak_force": number(part.peak_force[i]),
             "ringing_share": number(part.ringing_share[i]),
             "given": number(part.given[i]),
+            "rock_work": number(part.rock_work[i]),
+            "fed": number(part.fed[i]),
         }
         for i in range(part.size)
     ]

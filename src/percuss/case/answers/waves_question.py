@@ -43,19 +43,11 @@ def struck_by(case: Case) -> Struck:
 
     tables, system = case.tables, case.system()
     contact = getattr(tables, "contact", None) or getattr(tables, "system", None)
-    pushed_back = getattr(contact, "advance", None) == "pushed back"
     tool = case.tool()
+    pushed_back = getattr(contact, "advance", None) == "pushed back" or getattr(tool, "end", None) == "free"
     if isinstance(tool, Wall) and tables.tool is None and not system.contact.is_lossless:
         return Struck(_rod_of(system), pushed_back, _note_of(system.contact))
-    if not isinstance(tool, Wall) and tool.end in ("free", "rock"):
-        return Struck(_endless(tool), pushed_back, _ENDLESS)
     return Struck(tool, pushed_back, "")
-
-
-_ENDLESS = (
-    "the tool is taken as endless beyond its last section: what is at its end is left out, and so are the waves that "
-    "come back from there"
-)
 
 
 def _note_of(contact: Contact) -> str:
@@ -73,15 +65,6 @@ def _rod_of(system: System) -> Rod:
     own = float(body.sections.impedance[-1]) if isinstance(body, SteppedBar) else body.s
     scale = 1.0 if system.bar is None else system.bar.mass * system.angular_frequency
     return Rod.of_impedance(own * scale / system.contact.impedance_ratio)
-
-
-def _endless(tool: Rod) -> Rod:
-    from dataclasses import replace
-
-    from percuss.blow import Rod
-
-    last = replace(tool.sections[-1], length=None)
-    return Rod((*tool.sections[:-1], last), "infinite")
 
 
 def release_of(start: Start, system: System) -> Release:

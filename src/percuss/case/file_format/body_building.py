@@ -71,7 +71,8 @@ def _damping(table: BarTable) -> dict[str, Any]:
     """What a body in SI is told of its damping."""
     given = [name for name in ("damping_ratio", "damping", "drag") if getattr(table, name) is not None]
     if len(given) > 1:
-        raise ParameterError(given[1], getattr(table, given[1]), f"either {given[0]} or {given[1]}, not both")
+        value = None if given[1] == "damping" else getattr(table, given[1])  # a table is not shown
+        raise ParameterError(given[1], value, f"either {given[0]} or {given[1]}, not both")
     if table.drag is not None:
         return {"drag": non_negative("drag", si(table.drag, "damping", "drag"))}
     if table.damping is not None:

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from percuss.case.file_format.body_building import plain_body, sized_body
 from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
-from percuss.case.file_format.contact_from_blow import blow_of, restitution_of, timed_law
+from percuss.case.file_format.contact_from_blow import restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
@@ -136,7 +136,7 @@ class Parts:
         law, question = self._law(tables), self.blow
         assert law is not None and question is not None
         name, table = _contact_table(tables)
-        found: Contact | None = self._try(name, table, lambda _: law(restitution_of(blow_of(question))))
+        found: Contact | None = self._try(name, table, lambda _: law(restitution_of(question)))
         if found is None:
             raise_all(self._problems)
         return found

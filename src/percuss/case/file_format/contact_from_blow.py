@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from percuss.blow import EffectiveBlow, Rod, Wall
     from percuss.model import System
 
-__all__ = ["blow_note", "blow_of", "restitution_of", "timed_law"]
+__all__ = ["blow_note", "blow_of", "law_note", "restitution_of", "timed_law"]
 
 _SPENT = 1e-9
 """A restitution that is as good as 0: the bar has given its momentum away."""
 
 _FORWARD = (
-    "a bar of greater impedance than the tool's goes on after the blow and strikes again and again: make the tool "
+    "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
+    "steps that on an endless tool never end: make the tool "
     "thicker or the bar thinner, or give a number from 0 to 1"
 )
 
@@ -51,7 +52,7 @@ def blow_of(question: BlowQuestion) -> EffectiveBlow:
     return found
 
 
-def restitution_of(blow: EffectiveBlow) -> float:
+def restitution_of(question: BlowQuestion) -> float:
     """The restitution of a blow as B77's law takes it.
 
     Raises
@@ -61,22 +62,40 @@ def restitution_of(blow: EffectiveBlow) -> float:
     """
     from percuss.blow import Outcome
 
+    blow = blow_of(question)
+    if abs(blow.restitution) <= _SPENT:
+        return 0.0
+    if blow.restitution < 0.0 and blow.outcome is Outcome.STILL_IN_CONTACT and question.until is None:
+        accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
+        raise ParameterError("restitution", None, accepted, _FORWARD)
     if blow.outcome in (Outcome.STILL_IN_CONTACT, Outcome.GAP_CLOSING):
         accepted = f"a blow that is over; {blow.outcome.value}"
         raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
-    if abs(blow.restitution) <= _SPENT:
-        return 0.0
     if not 0.0 <= blow.restitution <= 1.0:
         accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
         raise ParameterError("restitution", None, accepted, _FORWARD)
     return blow.restitution
 
 
-def blow_note(blow: EffectiveBlow) -> str:
+def blow_note(blow: EffectiveBlow, question: BlowQuestion) -> str:
     """What is to be known of a restitution that is that of a blow, one sentence."""
     several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
     share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
-    return f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
+    text = f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
+    rock = getattr(question.target, "rock", None)
+    if rock is None or rock.gap == 0.0:
+        return text
+    return f"{text}; it is that of the velocity in [blow], as the gap in front of the rock makes it depend on the speed"
+
+
+def law_note(table: ContactTable | SystemTable | None) -> str:
+    """Where a law of blows that take time counts and where it does not, one sentence; "" without one."""
+    if table is None or table.law in (None, "b77"):
+        return ""
+    return (
+        f"law {table.law}: steady motions have its phases and multipliers beside those of B77's impact; simulations, "
+        "maps and boundaries have B77's impact with the same restitution"
+    )
 
 
 def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
@@ -100,7 +119,7 @@ def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system:
         raise ParameterError("law", table.law, accepted, _FORWARD)
     time = 1.0 if system.bar is None else system.time_scale
     law = Timed(
-        restitution_of(blow),
+        restitution_of(question),
         blow.duration / time,
         min(blow.centroid, blow.duration) / time,
         ringing_share=min(blow.ringing, 1.0),

@@ -79,7 +79,7 @@ def from_validation(
     for key, item in extra.items():
         table, _, name = key.rpartition(".")
         known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
-        hint = _MEANT.get(key) or did_you_mean(name, known) or _belongs(name, fields)
+        hint = _MEANT.get(key) or did_you_mean(name, known) or ("" if "." in table else _belongs(name, fields))
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
         hint = hint or _ONLY_IN_SI.get(key, "")
         what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")

@@ -115,7 +115,7 @@ def _without_tool(contact: ContactTable | None, bar: SizedBody) -> Rod | Wall:
 
 def _end(tool: ToolTable, sections: tuple[Section, ...], rock: Rock | None) -> End:
     """What is at the end of the rod: as the table says, or as the rest of the case leaves no doubt."""
-    if tool.end is None and rock is None and sections[-1].length is not None:
+    if tool.end is None and rock is None and all(section.length is not None for section in sections):
         remedy = 'a last section without a length is endless; a table [rock] describes the rock: end = "rock"'
         raise ParameterError("end", None, '"free", "fixed", "rock" or "infinite"', remedy)
     end: End = tool.end or ("infinite" if rock is None else "rock")

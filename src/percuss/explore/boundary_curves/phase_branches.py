@@ -12,7 +12,7 @@ from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
 from percuss.model.contact import Result
 from percuss.stability.reduced import quadratic_coefficients
-from percuss.steady.level import level_at, restitution_at
+from percuss.steady.level import level_at, ratio_at
 from percuss.steady.phases import Arcs, forced_response
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 
@@ -45,7 +45,7 @@ def heights_of(line: Line) -> Heights | None:
     ):
         return None
     system, period = line.middle, line.period
-    r, d, mean = system.restitution, system.d, system.load.mean
+    contact, r, d, mean = system.contact, system.restitution, system.d, system.load.mean
     unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
     factor = _factor(line)
 
@@ -54,8 +54,8 @@ def heights_of(line: Line) -> Heights | None:
 
     if line.name == "restitution":
         return Heights(
-            lambda y: level_at(mean, d, y, period),
-            lambda height: restitution_at(mean, d, height, period),
+            lambda y: level_at(mean, d, contact.impedance_ratios(y), period),
+            lambda height: contact.restitutions_of(ratio_at(mean, d, height, period)),
             constant(mean),
             lambda y: y,
             constant(1.0),

@@ -77,7 +77,8 @@ class Chain:
     def locate(self, x: Array) -> tuple[Numbers, Array]:
         """The section of each point, the later one at a step, and the time of a wave from its start to the point."""
         section = np.searchsorted(self.start[1:], x, side="right")
-        share = np.clip((x - self.start[section]) / self.width[section], 0.0, 1.0)
+        begin, end = self.start[section], np.append(self.start[1:], 1.0)[section]  # a step is nowhere else
+        share = np.clip((x - begin) / np.where(end > begin, end - begin, 1.0), 0.0, 1.0)
         return section, share * self.transit[section]
 
     def masses(self, section: Numbers, time: Array) -> tuple[Array, Array]:

@@ -56,7 +56,11 @@ class Piece(NamedTuple):
 
 
 class SizedBody(ABC):
-    """A body in SI units. To write one, write `length`, `damping`, `pieces` and `body`; everything else follows."""
+    """A body in SI units. To write one, write `length`, `damping`, `pieces` and `body`; everything else follows.
+
+    A body with a mass that none of its pieces has, such as a point mass at an end, writes `mass`, too. Its blows cannot
+    be resolved by waves (`percuss.blow`), which run through the pieces alone.
+    """
 
     kind: ClassVar[str]
     """Its word in JSON, the same as its dimensionless body's."""

@@ -84,7 +84,7 @@ class SteppedBar(Body):
                 continue
             found = _sections(name, values)
             if len(found) != count:
-                raise ParameterError(name, len(found), f"as many as there are impedances, {count}")
+                raise ParameterError(name, f"{len(found)} of them", f"as many as there are impedances, {count}")
             object.__setattr__(self, name, found)
         self._check_jumps()
 
@@ -182,7 +182,7 @@ def _sections(name: str, values: object) -> tuple[float, ...]:
         i = int(np.argmin(found > 0.0))
         raise ParameterError(f"{name}[{i}]", float(found[i]), "a number greater than 0")
     if not 1 <= found.size <= MOST_SECTIONS:
-        raise ParameterError(name, f"{found.size} sections", accepted)
+        raise ParameterError(name, f"{found.size} of them", accepted)
     if not found.max() <= _MOST_RATIO * found.min():
         raise ParameterError(name, values, f"numbers that differ by at most a factor {_MOST_RATIO:g}")
     return tuple(found.tolist())

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model.body.body import Body
 from percuss.model.checks import Array, positive, unit_interval
-from percuss.model.contact.restitution import impedance_ratio
+from percuss.model.contact.restitution import impedance_ratio, restitution_of_ratio
 
 __all__ = ["Contact", "Result"]
 
@@ -36,9 +36,10 @@ class Contact(ABC):
     (u_n, u_n') → D (u_n, u_n') with D = diag(α, −R) for the elastic modes; the velocity of the rigid motion turns to
     −R times itself, and its position is such that the striking end stays where it touches. To write a law, write a
     frozen dataclass with `strain_factor`, the words `kind` and `sentence`, what of the theory holds for it
-    (`results`), and `check` when it does not fit every body. Everything else follows: steady motions, multipliers,
-    simulations and their energy ask for no more. What depends on R is asked of the law, by `velocity_factor`,
-    `impulse` and the others below; nothing but the laws knows how it does.
+    (`results`), and `check` when it does not fit every body. A law that turns velocities to another multiple of
+    themselves than −R writes `velocity_factors`, too, and `restitutions_of`, the same backwards. Everything else
+    follows: steady motions, multipliers, simulations and their energy ask for no more. What depends on R is asked of
+    the law, by `velocity_factor`, `impulse` and the others below; nothing but the laws knows how it does.
 
     Parameters
     ----------
@@ -110,8 +111,8 @@ class Contact(ABC):
 
     @property
     def velocity_factor(self) -> float:
-        """β = −R: what the velocity of every mode is multiplied by."""
-        return -self.restitution
+        """β, −R for B77's law: what the velocity of every mode is multiplied by."""
+        return float(self.velocity_factors(self.restitution))
 
     @property
     def keeps_strain(self) -> bool:
@@ -125,22 +126,30 @@ class Contact(ABC):
 
     @property
     def is_lossless(self) -> bool:
-        """Whether an impact takes no energy: R = 1."""
+        """Whether an impact takes no energy, as with R = 1."""
         return self.energy_taken(1.0, 0.0) == 0.0 and self.energy_taken(0.0, 1.0) == 0.0
 
     @property
     def impulse(self) -> float:
-        """1 + R: the impulse of the wall on a body over the momentum with which the body strikes."""
+        """1 − β, 1 + R for B77's law: the impulse of the wall over the momentum with which the body strikes."""
         return 1.0 - self.velocity_factor
 
     @property
     def impedance_ratio(self) -> float:
-        """(1 − R)/(1 + R): the impedance of the body over that of a receiving rod that R stands for (B77 10)."""
-        return impedance_ratio(self.restitution)
+        """(1 + β)/(1 − β): the impedance of a body over that of a receiving rod from which it rebounds so (B77 10)."""
+        return float(self.impedance_ratios(self.restitution))
 
     def velocity_factors(self, restitution: npt.ArrayLike) -> Array:
         """`velocity_factor` of laws of this kind with other restitutions, of any shape."""
         return -np.asarray(restitution, dtype=float)
+
+    def impedance_ratios(self, restitution: npt.ArrayLike) -> Array:
+        """`impedance_ratio` of laws of this kind with other restitutions, of any shape."""
+        return np.asarray(impedance_ratio(-self.velocity_factors(restitution)))
+
+    def restitutions_of(self, impedance_ratios: npt.ArrayLike) -> Array:
+        """`impedance_ratios` backwards; less than 0, more than 1 or NaN where no restitution gives such a ratio."""
+        return np.asarray(restitution_of_ratio(np.asarray(impedance_ratios, dtype=float)))
 
     def strain_factors(self, restitution: npt.ArrayLike) -> Array:
         """`strain_factor` of laws of this kind with other restitutions, of any shape."""

@@ -91,7 +91,7 @@ export function drawBranches() {
       ...orbitPoints(
         data.quick,
         () => now,
-        (o) => o.phase,
+        (o) => o.phase_b77 ?? o.phase,
       ).map((item) => ({ ...item, name: "" })),
     );
   const values = factor.filter((v) => v !== null);

@@ -38,6 +38,9 @@ export function fullOf(index) {
   return full.length === data.quick?.orbits.length ? full[index] : null;
 }
 
+/** Where the motion is on the curves of B77's law, also when its blows take time by another law. */
+const onTheCurve = (orbit) => orbit.phase_b77 ?? orbit.phase;
+
 /** The orbits as points: a disc is stable, a ring unstable, a cross cannot happen; the one looked at is larger. */
 function points(quick, x, y) {
   const { kinds } = theme();
@@ -71,7 +74,7 @@ function phases(quick) {
     { type: "label", x: 2 * Math.PI, y: level, align: "right", text: `c = ${number(level)}`, colour: kinds[0] },
     ...points(
       quick,
-      (o) => o.phase,
+      onTheCurve,
       () => level,
     ),
   ];
@@ -111,7 +114,7 @@ function loads(quick) {
     { type: "line", x: phase, y: values, colour: ink, width: 2.4, name: "load" },
     ...points(
       quick,
-      (o) => o.phase,
+      onTheCurve,
       (o) => o.waveform.force * k,
     ),
   ].filter(Boolean);

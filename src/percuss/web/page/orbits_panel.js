@@ -52,7 +52,7 @@ function table() {
         { type: "button", "aria-pressed": String(now === i + 1), onclick: () => show({ orbit: i + 1 }) },
         `${i + 1}`,
       ),
-      angle(orbit.phase),
+      phases(orbit),
       full ? (full.admissible ? "yes" : `no: ${obstacleOf({ quick: orbit, full })}`) : "…",
       reasonOf({ quick: orbit, full }),
       margin(full, orbit, "margin_rhythm"),
@@ -95,7 +95,13 @@ function table() {
           h("tbody", {}, rows),
         )
       : h("p", {}, `There is none: ${data.about.reasons["no motion"]}.`),
+    (quick.blow_alone ?? []).map((lines) => h("p", {}, `Besides, ${lines.join("; ")}.`)),
   );
+}
+
+/** The impact phase, or that of the force of a blow that takes time with B77's beside it. */
+function phases({ phase, phase_b77: b77 }) {
+  return b77 === undefined ? angle(phase) : `${angle(phase)} (B77 ${angle(b77)})`;
 }
 
 /** One of the two margins, which come with the full answer; a rigid bar has no ringing. */
@@ -123,13 +129,14 @@ function about() {
       "dl",
       { class: "facts" },
       [
-        ["impact phase", angle(found.quick.phase)],
+        ["impact phase", phases(found.quick)],
         ["largest multiplier, reduced criterion", number(Math.max(...reduced.moduli))],
         ["largest multiplier, with elastic modes", number(found.quick.multipliers?.largest)],
         ["σ, the bar's elasticity in the criterion", number(reduced.sigma)],
         ["proved", full ? (full.proven ? "yes, with all modes" : "not proved: the omitted modes leave it open") : "…"],
       ].map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
     ),
+    (found.quick.blow ?? []).map((text) => h("p", {}, text)),
     notes.map((text) => h("p", { class: "note warn" }, text)),
   );
 }
