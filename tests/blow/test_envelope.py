@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 
 from blow_strategies import collisions, exact_collisions, struck
 from collisions import Collision
@@ -15,15 +15,21 @@ from percuss.errors import ParameterError
 from percuss.model import Bar, Section
 
 CELLS = 24
+TWO_PEAKS = Collision(
+    striker=((1.1547819846894583, 1.0), (7.498942093324558, 1.0)), velocity=(1.0, 1.0), until=8.0,
+    rod=((10.0, 1.0), (8.659643233600654, 1.0)), end="free", bit_mass=10.0, joint_masses=((1, 10.0),),
+)  # fmt: skip
+"""In the last section the greatest force is where a wave has a maximum that is not its greatest within the piece."""
 GOLDEN = 0.3819660112501051
 """No instant that is a golden part of a step is one at which breaks of waves in whole numbers meet."""
 
 
 @settings(max_examples=40)
 @given(case=collisions())
+@example(case=TWO_PEAKS)
 def test_no_place_has_more_than_its_section(case: Collision) -> None:
     blow = struck(case)
-    own = len(case.striker)
+    own, speed = len(case.striker), (2.0 * blow.energy_before / blow.striker_mass) ** 0.5
     known = (blow.peaks[:own], case.striker), (blow.peaks[own:], case.rod or ())
     for body, (peaks, chain) in zip(force_envelope(blow, CELLS, 2.0), known, strict=True):
         if body is None:
@@ -33,7 +39,8 @@ def test_no_place_has_more_than_its_section(case: Collision) -> None:
         for name in ("compression", "tension"):
             most = (np.array([getattr(peak, name) for peak in peaks]) * area)[body.section]
             values = getattr(body, name)
-            assert (values >= 0.0).all() and (values <= most + 1e-9 * float(most.max(initial=0.0))).all()
+            rounding = 1e-9 * float(most.max(initial=0.0)) + 1e-13 * speed * float(area.max())
+            assert (values >= 0.0).all() and (values <= most + rounding).all()
 
 
 @settings(max_examples=40)

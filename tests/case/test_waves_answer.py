@@ -133,3 +133,12 @@ modes = 0
     answer = waves_answer(case, cells=50)
     assert answer.motion.label == "irregular"
     assert any("ringing" in warning for warning in answer.warnings)
+
+
+def test_an_answer_says_when_the_blows_have_another_restitution_than_the_law():
+    """On a rod of three times the impedance (3 − 1)/(3 + 1), less 0.01 as the load pushes meanwhile."""
+    told = "the blows have R = 0.49 (median), the law beside them 0.6"
+    answer = waves_answer(case_of(more="[tool]\nimpedance = 3.0\n[start]\nposition = -3.0"), cells=30)
+    assert any(told in warning for warning in answer.warnings)
+    answer = waves_answer(case_of(more="[tool]\nimpedance = 4.0\n[start]\nposition = -3.0"), cells=30)
+    assert not any("the blows have R" in warning for warning in answer.warnings)

@@ -103,6 +103,16 @@ def test_the_case_itself_is_not_written_over(percuss):
     assert code == 2 and "is the case itself" in err and Path("wall.toml").read_text(encoding="utf-8") == WALL
 
 
+def test_a_recording_is_found_from_another_folder(percuss):
+    assert percuss("new", "hydraulic-drifter", "-o", "drifter.toml")[0] == 0
+    Path("found").mkdir()
+    search = ("--best", "efficiency", "--vary", "bar.length=300:400mm", "--blows", "20")
+    assert percuss("blow", "drifter.toml", *search, "-o", "found/best.toml")[0] == 0
+    own, best = Case.read("drifter.toml"), Case.read("found/best.toml")
+    assert best.tables.load.file == "../drifter_pressure.csv"
+    assert best.load().coefficients == pytest.approx(own.load().coefficients)
+
+
 def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
     heard = []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -78,7 +79,7 @@ def run_best(parser: Parser, options: argparse.Namespace) -> int:
     if options.output is not None:
         from percuss.whole_file import write_whole
 
-        write_whole(options.output, answer.case.to_toml())
+        write_whole(options.output, _text(answer.case, options.output))
     if options.plot is not None:
         from percuss import plot
 
@@ -96,6 +97,15 @@ def run_best(parser: Parser, options: argparse.Namespace) -> int:
         print(f"percuss: interrupted: the best of {answer.blows} blows so far", file=sys.stderr)
         return 130
     return 0
+
+
+def _text(case: Case, path: str) -> str:
+    """The case as a file at a path; a recording is named from the folder of the file."""
+    name = getattr(case.tables.load, "file", None)
+    if name is None or os.path.isabs(name):
+        return case.to_toml()
+    there = os.path.relpath(case.folder / name, os.path.dirname(path) or ".")
+    return case.varied({"load.file": there.replace(os.sep, "/")}).to_toml()
 
 
 def _searched(parser: Parser, options: argparse.Namespace, case: Case) -> BestAnswer:

@@ -155,10 +155,10 @@ def _rock(answer: BlowAnswer) -> Section:
 
 def _stresses(answer: BlowAnswer) -> Grid:
     own, rod = answer.peaks
-    rows = [_peak(answer, f"striker {i}", one) for i, one in enumerate(own, 1)]
-    rows += [_peak(answer, f"rod {i}", one) for i, one in enumerate(rod, 1)]
+    rows = [_peak(answer, f"striker {i}", one) for i, one in enumerate(own)]
+    rows += [_peak(answer, f"rod {i}", one) for i, one in enumerate(rod)]
     what = "stress" if answer.is_si else "force"
-    columns = ("section", f"compression ({what})", "where", "when", "tension", "where", "when")
+    columns = ("section, from 0", f"compression ({what})", "where", "when", "tension", "where", "when")
     return Grid("Greatest stresses" if answer.is_si else "Greatest forces", columns, tuple(rows))
 
 

@@ -67,8 +67,8 @@ def _forces(axes: Any, both: Any, name: str, title: str) -> None:
 
 
 def _shapes(axes: Any, both: Any) -> None:
-    """Areas along bar and tool, the case as it is above."""
-    axes.set_title("(c) area along bar and tool")
+    """Areas along striker and rod."""
+    axes.set_title("(c) area along striker and rod")
     if not both[0][0].is_si:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "a dimensionless bar has no areas", ha="center", transform=axes.transAxes)
@@ -89,7 +89,7 @@ def _shapes(axes: Any, both: Any) -> None:
 def _stresses(axes: Any, both: Any, title: str) -> None:
     scale = 1e-6 if both[0][0].is_si else 1.0
     own, rod = both[0][0].peaks
-    names = [f"bar {i}" for i in range(len(own))] + [f"tool {i}" for i in range(len(rod))]
+    names = [f"striker {i}" for i in range(len(own))] + [f"rod {i}" for i in range(len(rod))]
     for shift, (one, colour, label) in zip((-0.2, 0.2), both, strict=True):
         values = [scale * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
         axes.bar(np.arange(len(values)) + shift, values, 0.4, color=colour, label=label)

@@ -83,6 +83,15 @@ def greatest(c, n):
 
 
 @inner
+def derivative(c, n, out):
+    """p', of degree n − 1."""
+    for k in range(n, 0, -1):
+        out[k - 1] = 2.0 * k * c[k] + (out[k + 1] if k + 1 < n else 0.0)
+    if n > 0:
+        out[0] *= 0.5
+
+
+@inner
 def antiderivative(c, n, half, out):
     """The integral from −1 on, times `half`, half the length of the interval; its degree is n + 1."""
     total, sign = 0.0, 1.0

@@ -5,53 +5,60 @@ N = Z (f(s) − g(r)), at the time (s + r + τ)/2, which is in the window; so th
 
 from __future__ import annotations
 
-from percuss.blow.kernels.chebyshev import value
+from percuss.blow.kernels.chebyshev import derivative, value
 from percuss.blow.kernels.sums import part, piece_at, piece_end
 from percuss.compiled import entry, inner
 
-SAMPLES = 65  # of a polynomial, between which a maximum is bracketed
-GOLDEN = 0.6180339887498949
+SAMPLES = 65  # of a slope, between which it falls through 0
 BLOCK = 32  # pieces that are passed over together
 UNKNOWN = 2.0  # a place that has not been looked for
 
 
 @inner
-def _refined(c, n, d, m, a, b, e, g, low, high):
-    """The greatest p(a + b x) − q(e + g x) for x from low to high, where it has one maximum; x."""
-    x, y = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    fx = value(c, n, a + b * x) - value(d, m, e + g * x)
-    fy = value(c, n, a + b * y) - value(d, m, e + g * y)
-    for _ in range(44):
-        if fx > fy:
-            high, y, fy = y, x, fx
-            x = high - GOLDEN * (high - low)
-            fx = value(c, n, a + b * x) - value(d, m, e + g * x)
+def _slope(c, n, d, m, a, b, e, g, x):
+    """Of p(a + b x) − q(e + g x), from the derivatives of p and q, of degrees n − 1 and m − 1."""
+    found = 0.0
+    if n > 0:
+        found += b * value(c, n - 1, a + b * x)
+    if m > 0:
+        found -= g * value(d, m - 1, e + g * x)
+    return found
+
+
+@inner
+def _top(c, n, d, m, a, b, e, g, low, high):
+    """Where such a slope, positive at the one end and not at the other, is 0: by halving."""
+    for _ in range(54):
+        x = 0.5 * (low + high)
+        if _slope(c, n, d, m, a, b, e, g, x) > 0.0:
+            low = x
         else:
-            low, x, fx = x, y, fy
-            y = low + GOLDEN * (high - low)
-            fy = value(c, n, a + b * y) - value(d, m, e + g * y)
+            high = x
     return 0.5 * (low + high)
 
 
 @inner
-def _along(c, n, d, m, a, b, e, g):
-    """The greatest p(a + b x) − q(e + g x) for x in [−1, 1], and x."""
-    best, at = -1e300, -1.0
-    two, one, before = -1e300, -1e300, -1.0
-    step = 2.0 / (SAMPLES - 1)
-    for k in range(SAMPLES + 1):
+def _along(c, n, d, m, a, b, e, g, work):
+    """The greatest p(a + b x) − q(e + g x) for x in [−1, 1], and x: at an end, or where the slope falls through 0."""
+    best, at = value(c, n, a - b) - value(d, m, e - g), -1.0
+    found = value(c, n, a + b) - value(d, m, e + g)
+    if found > best:
+        best, at = found, 1.0
+    if n + m == 0:
+        return best, at
+    dc, dd = work[8], work[9]
+    derivative(c, n, dc)
+    derivative(d, m, dd)
+    step, before = 2.0 / (SAMPLES - 1), _slope(dc, n, dd, m, a, b, e, g, -1.0)
+    for k in range(1, SAMPLES):
         x = -1.0 + step * k
-        now = -1e300
-        if k < SAMPLES:
-            now = value(c, n, a + b * x) - value(d, m, e + g * x)
-            if now > best:
-                best, at = now, x
-        if k >= 2 and one >= two and one >= now and n + m > 0:
-            top = _refined(c, n, d, m, a, b, e, g, before - step, min(1.0, x))
+        now = _slope(dc, n, dd, m, a, b, e, g, x)
+        if before > 0.0 and now <= 0.0:
+            top = _top(dc, n, dd, m, a, b, e, g, x - step, x)
             found = value(c, n, a + b * top) - value(d, m, e + g * top)
             if found > best:
                 best, at = found, top
-        two, one, before = one, now, x
+        before = now
     return best, at
 
 
@@ -76,7 +83,7 @@ def _settle(waves, row, k, sign, found, work):
     n = part(waves, row, k, waves.start[row, k], piece_end(waves, row, k), c, work)
     for j in range(n + 1):
         c[j] *= sign
-    found[0, k], found[1, k] = _along(c, n, zero, 0, 0.0, 1.0, 0.0, 0.0)
+    found[0, k], found[1, k] = _along(c, n, zero, 0, 0.0, 1.0, 0.0, 0.0, work)
 
 
 @inner
@@ -187,12 +194,12 @@ def _pair(waves, row, i, k, transit, end, sign, high, low, best, work, found):
             r += corners[1, j] / n
         found[1], found[2] = s, r
         return high[0, i] + low[0, k]
-    return _bent_pair(waves, row, i, k, n, sign, top, bottom, transit, end, best, work, found)
+    return _bent_pair(waves, row, i, k, n, sign, transit, end, best, work, found)
 
 
 @inner
-def _bent_pair(waves, row, i, k, n, sign, top, bottom, transit, end, best, work, found):
-    """Along the edges of the polygon, and across it where one of the two has its extreme."""
+def _bent_pair(waves, row, i, k, n, sign, transit, end, best, work, found):
+    """Along the edges of the polygon, and across it where f has a maximum."""
     f, g, corners = work[6], work[7], work[12:14]
     s1, s2, r1, r2 = (
         waves.start[row, i],
@@ -205,24 +212,48 @@ def _bent_pair(waves, row, i, k, n, sign, top, bottom, transit, end, best, work,
         f[j] *= sign
     for j in range(d + 1):
         g[j] *= sign
-    for edge in range(n + 2):
-        if edge < n:
-            other = edge + 1 if edge + 1 < n else 0
-            sa, ra, sb, rb = corners[0, edge], corners[1, edge], corners[0, other], corners[1, other]
-        elif edge == n:  # s at the extreme of f, all r that it meets
-            sa = sb = top
-            ra = max(r1 * 1.0, top - transit, -transit - top)
-            rb = min(r2 * 1.0, top + transit, 2.0 * end - transit - top)
-        else:
-            ra = rb = bottom
-            sa = max(s1 * 1.0, bottom - transit, -transit - bottom)
-            sb = min(s2 * 1.0, bottom + transit, 2.0 * end - transit - bottom)
-        if edge >= n and (sb < sa or rb < ra or sa < s1 or sb > s2 or ra < r1 or rb > r2):
-            continue
-        a, b = (sa + sb - s1 - s2) / (s2 - s1), (sb - sa) / (s2 - s1)
-        e, h = (ra + rb - r1 - r2) / (r2 - r1), (rb - ra) / (r2 - r1)
-        most, x = _along(f, m, g, d, a, b, e, h)
+    for edge in range(n):
+        other = edge + 1 if edge + 1 < n else 0
+        sa, ra, sb, rb = corners[0, edge], corners[1, edge], corners[0, other], corners[1, other]
+        most, x = _along_line(f, m, g, d, s1, s2, r1, r2, sa, sb, ra, rb, work)
         if most > best:
             best = most
             found[1], found[2] = 0.5 * (sa + sb) + 0.5 * (sb - sa) * x, 0.5 * (ra + rb) + 0.5 * (rb - ra) * x
+    peaks = work[14]
+    for j in range(_peaks(f, m, work)):  # within, f has a maximum, perhaps not its greatest, with all r that it meets
+        s = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * peaks[j]
+        ra = max(r1 * 1.0, s - transit, -transit - s)
+        rb = min(r2 * 1.0, s + transit, 2.0 * end - transit - s)
+        if rb < ra or s > end:
+            continue
+        most, x = _along_line(f, m, g, d, s1, s2, r1, r2, s, s, ra, rb, work)
+        if most > best:
+            best = most
+            found[1], found[2] = s, 0.5 * (ra + rb) + 0.5 * (rb - ra) * x
     return best
+
+
+@inner
+def _along_line(f, m, g, d, s1, s2, r1, r2, sa, sb, ra, rb, work):
+    """The greatest f − g on a line of pairs, and where on it, from −1 to 1."""
+    a, b = (sa + sb - s1 - s2) / (s2 - s1), (sb - sa) / (s2 - s1)
+    e, h = (ra + rb - r1 - r2) / (r2 - r1), (rb - ra) / (r2 - r1)
+    return _along(f, m, g, d, a, b, e, h, work)
+
+
+@inner
+def _peaks(c, n, work):
+    """Places of the maxima of p inside [−1, 1], in work[14]; how many."""
+    if n < 2:
+        return 0
+    slope, out = work[8], work[14]
+    derivative(c, n, slope)
+    count, step, before = 0, 2.0 / (SAMPLES - 1), value(slope, n - 1, -1.0)
+    for k in range(1, SAMPLES):
+        x = -1.0 + step * k
+        now = value(slope, n - 1, x)
+        if before > 0.0 and now <= 0.0:
+            out[count] = _top(slope, n, slope, 0, 0.0, 1.0, 0.0, 0.0, x - step, x)
+            count += 1
+        before = now
+    return count

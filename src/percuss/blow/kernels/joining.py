@@ -32,8 +32,8 @@ COSINES = np.zeros((_SIZE, _SIZE, _SIZE))
 for _n in _DEGREES:
     _j = np.arange(_n + 1)
     _half = np.where(_j % _n == 0, 0.5, 1.0)
-    PLACES[_n, : _n + 1] = [math.cos(math.pi * j / _n) for j in _j]
-    COSINES[_n, : _n + 1, : _n + 1] = 2.0 / _n * np.cos(np.pi * np.outer(_j, _j) / _n) * np.outer(_half, _half)
+    PLACES[_n, : _n + 1] = [math.cos(j / _n * math.pi) for j in _j]
+    COSINES[_n, : _n + 1, : _n + 1] = 2.0 / _n * np.cos(np.outer(_j, _j) * (np.pi / _n)) * np.outer(_half, _half)
 
 
 @inner

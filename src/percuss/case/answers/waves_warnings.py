@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isclose
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ __all__ = ["waves_warnings"]
 _RINGING = 0.05  # of a blow's energy: beyond, the next blow is not that of a bar at rest in itself
 _UNSURE = 1e-3  # radians of phase between two lattices
 _APART = 0.05  # of two restitutions
+_PRESSED = 0.2 * 2.0 * math.pi  # what lasts longer is no blow: the load presses
 
 
 def waves_warnings(motion: MachineMotion) -> list[str]:
@@ -42,11 +43,13 @@ def waves_warnings(motion: MachineMotion) -> list[str]:
 
 
 def _restitution(motion: MachineMotion) -> list[str]:
-    """That the restitution of the law is not that of the blows."""
-    found, assumed = motion.cycle.restitution, motion.system.restitution
-    found = found[np.isfinite(found)]
+    """That the restitution of the law is not that of the main blows, those of half the greatest impulse or more."""
+    own, assumed = motion.cycle, motion.system.restitution
+    short = np.isfinite(own.restitution) & (own.duration < _PRESSED)
+    main = short & (own.impulse >= 0.5 * own.impulse[short].max(initial=0.0))
+    found = own.restitution[main]
     by_waves = float(np.median(found)) if found.size else assumed
-    if isclose(by_waves, assumed, rel_tol=0.0, abs_tol=_APART) or motion.rests:
+    if motion.rests or math.isclose(by_waves, assumed, rel_tol=0.0, abs_tol=_APART):
         return []
     remedy = 'restitution = "from the blow" gives the law that of one blow on the tool'
     return [f"the blows have R = {number(by_waves, 3)} (median), the law beside them {number(assumed, 3)}: {remedy}"]

@@ -65,13 +65,14 @@ def restitution_of(question: BlowQuestion) -> float:
     blow = blow_of(question)
     if abs(blow.restitution) <= _SPENT:
         return 0.0
-    if blow.restitution < 0.0 and blow.outcome is Outcome.STILL_IN_CONTACT and question.until is None:
+    usual = 0.0 <= blow.restitution <= 1.0
+    if not usual and blow.outcome is Outcome.STILL_IN_CONTACT and question.until is None:
         accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
         raise ParameterError("restitution", None, accepted, _FORWARD)
     if blow.outcome in (Outcome.STILL_IN_CONTACT, Outcome.GAP_CLOSING):
         accepted = f"a blow that is over; {blow.outcome.value}"
         raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
-    if not 0.0 <= blow.restitution <= 1.0:
+    if not usual:
         accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
         raise ParameterError("restitution", None, accepted, _FORWARD)
     return blow.restitution
