@@ -71,8 +71,8 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     >>> from percuss.steady import self_excited_motion
     >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
     >>> margins = valve_margins(self_excited_motion(Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2)))
-    >>> print(f"{margins.latest_return:.6f}, then {margins.beyond.value}")
-    0.332653, then double blow
+    >>> print(f"{margins.latest_return:.4f}, then {margins.beyond.value}")
+    0.3324, then double blow
     """
     instance("motion", motion, SelfExcited)
     if not motion.runs or motion.cycle is None:
