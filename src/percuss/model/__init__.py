@@ -19,6 +19,8 @@ from percuss.model.body import (
 )
 from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
 from percuss.model.load import Chamber, Jump, Load, Port, Valve
+from percuss.model.machine import Machine
+from percuss.model.machine_modes import MachineModes
 from percuss.model.system import System
 
 __all__ = [
@@ -33,6 +35,8 @@ __all__ = [
     "KelvinVoigt",
     "Kept",
     "Load",
+    "Machine",
+    "MachineModes",
     "Modes",
     "Port",
     "Ratio",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
 
 from percuss.errors import ParameterError
@@ -204,6 +204,22 @@ class Valve:
             if name == state:
                 return force + self.chamber.force
         raise ParameterError("state", state, _one_of([name for name, _ in self.pairs]))
+
+    def scaled(self, force: float, length: float, time: float = 1.0) -> Valve:
+        """The same valve in other units: forces, distances and delays multiplied by these numbers.
+
+        Raises
+        ------
+        ParameterError
+            When a number is not greater than 0.
+        """
+        force, length, time = positive("force", force), positive("length", length), positive("time", time)
+        ports = tuple(
+            replace(port, behind=None if port.behind is None else port.behind * length, delay=port.delay * time)
+            for port in self.ports
+        )
+        chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
+        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber)
 
     @property
     def orders(self) -> Orders:
