@@ -140,6 +140,7 @@ class Found:
     striker: list[Section]
     rod: list[Section]
     contacts: list[list[float]] = field(default_factory=list)
+    touches: list[tuple[float, float]] = field(default_factory=list)  # without force: open or shut, as one likes
     bit: Bit | None = None
     work_through_face: float = 0.0
     load_work: float = 0.0
@@ -256,6 +257,9 @@ def _first_root(times: Vector, values: Vector, wanted: Callable[[float, float], 
     before, value = start, float(part.at(start))
     for t, new in zip(where, looks, strict=True):
         if wanted(value, float(new)):
+            ends = float(part.at(before)), float(part.at(t))
+            if ends[0] * ends[1] > 0.0:  # a zero at a look, to within rounding
+                return before if abs(ends[0]) < abs(ends[1]) else float(t)
             return float(brentq(lambda s: float(part.at(s)), before, t, xtol=1e-16, rtol=1e-15))
         before, value = float(t), float(new)
     return None
@@ -320,7 +324,10 @@ def _inward(bit: Bit, case: Collision, z: float, ahead: Vector, force: float) ->
     """Speed just after, or where it is 0 the push that makes it."""
     scale = 1e-11 * abs(case.velocity_before)
     if case.bit_mass:
-        return bit.velocity if abs(bit.velocity) > scale else 2.0 * z * ahead[0] - force
+        if abs(bit.velocity) > scale:
+            return bit.velocity
+        pushes = 2.0 * z * ahead[:2] - force  # a wave through a lumped mass begins with 0
+        return float(pushes[0] if abs(pushes[0]) > z * scale else pushes[1])
     speeds = 2.0 * ahead[:2] - force / z
     return float(speeds[0] if abs(speeds[0]) > scale else speeds[1])
 
@@ -348,7 +355,7 @@ def _bit_motion(found: Found, times: Vector, law: Law) -> tuple[Vector, Vector]:
 
 def _rock_event(found: Found, times: Vector, law: Law) -> float | None:
     bit, case = found.bit, found.collision
-    if bit is None:
+    if bit is None or case.k1 == 0.0:  # a mass on a free end meets no rock
         return None
     position, velocity = _bit_motion(found, times, law)
     residual = (1.0 - case.gamma) * bit.deepest
@@ -415,6 +422,10 @@ def _face(found: Found, times: Vector, closed: bool, meets: bool) -> list[tuple[
     f, g = _waves_at_face(found, times)
     striker, rod = found.striker[-1], found.rod[0] if found.rod else None
     if not closed:
+        tiny = SMALL * 100.0 * (np.abs(f).max() + np.abs(g).max() + abs(found.collision.velocity_before))
+        if found.gap_after == 0.0 and np.all(np.abs(f - g) <= tiny):
+            start = found.touches.pop()[0] if found.touches and found.touches[-1][1] == times[0] else float(times[0])
+            found.touches.append((start, float(times[-1])))
         if meets:
             found.gap_after = 0.0
         else:

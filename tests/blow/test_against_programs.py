@@ -45,9 +45,32 @@ def of_package(blow: Any) -> list[tuple[float, float | None, float, float]]:
     return [(one.start, one.end, one.impulse, one.peak_force) for one in blow.contacts]
 
 
-def assert_same_contacts(ours: Any, theirs: Any, case: Collision, tolerance: float) -> None:
+def without_touches(
+    spells: list[tuple[float, float, float]], touches: list[tuple[float, float]], near: float
+) -> list[tuple[float, float, float]]:
+    """As if every time of touching without force were open at its ends, and shut between two contacts.
+
+    Where no force is felt and no gap opens, rounding decides whether the faces are in contact.
+    """
+    found: list[tuple[float, float, float]] = []
+    for start, end, impulse in spells:
+        for first, last in touches:
+            if first - near <= start <= last + near:
+                start = last
+                if found and found[-1][1] >= first - near:
+                    start, impulse = found[-1][0], impulse + found.pop()[2]
+        for first, last in reversed(touches):
+            end = first if first - near <= end <= last + near else end
+        found.append((start, end, impulse))
+    return found
+
+
+def assert_same_contacts(
+    ours: Any, theirs: Any, case: Collision, tolerance: float, touches: list[tuple[float, float]] | None = None
+) -> None:
     momentum, _, time = scales(case)
-    mine, other = told(ours, momentum), told(theirs, momentum)
+    near = tolerance * time
+    mine, other = (without_touches(told(spells, momentum), touches or [], near) for spells in (ours, theirs))
     assert len(mine) == len(other)
     for one, two in zip(mine, other, strict=True):
         assert one[0] == pytest.approx(two[0], abs=tolerance * time)
@@ -99,7 +122,7 @@ def test_blow_is_what_rational_numbers_say(case: Collision) -> None:
 def assert_is_smooth(case: Collision, tolerance: float = SMOOTH) -> None:
     blow, other = struck(case), smooth_program.blow(case)
     momentum, energy, time = scales(case)
-    assert_same_contacts(of_package(blow), other.contacts, case, 1e-6)
+    assert_same_contacts(of_package(blow), other.contacts, case, 1e-6, other.touches)
     for ours, theirs, scale in (
         (blow.impulse, other.impulse, momentum),
         (blow.striker_momentum_after, other.momentum_after, momentum),
