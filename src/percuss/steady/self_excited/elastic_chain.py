@@ -16,7 +16,7 @@ import numpy as np
 
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
-from percuss.steady.self_excited.modal_flight import propagated, rates
+from percuss.steady.self_excited.modal_flight import propagated, rates, response_of
 from percuss.steady.self_excited.rhythm import Step
 
 __all__ = ["Chain", "Closed", "place_row"]
@@ -100,6 +100,11 @@ class Chain:
         """When the events are."""
         return np.asarray(self.by @ unknowns + self.shift)
 
+    def ways(self, times: Array) -> list[tuple[Array, Array, Array]]:
+        """The responses of the coordinates from each event to the next one."""
+        ds, s, q = response_of(self.modes, np.diff(times))
+        return list(zip(ds.T, s.T, q.T, strict=True))
+
     def turns(self, number: int) -> bool:
         """Whether an event is a blow before the last one."""
         return self.steps[number].kind == "blow" and number < len(self.steps) - 1
@@ -109,12 +114,13 @@ class Chain:
         size, m = self.modes.omega.size, self.unknowns
         times = np.concatenate([[0.0], self.times(unknowns)])
         by = np.vstack([np.zeros(m), self.by])
+        ways = self.ways(times)
         now, fixed = np.array(np.broadcast_to(np.eye(2), (size, 2, 2))), np.zeros((size, 2))
         maps, offsets = [], []
         for i, force in enumerate(self.forces):
-            h = float(times[i + 1] - times[i])
-            now, fixed = propagated(self.modes, now, 0.0, h), propagated(self.modes, fixed, force, h)
-            maps.append(now), offsets.append(fixed)
+            now, fixed = propagated(self.modes, now, 0.0, ways[i]), propagated(self.modes, fixed, force, ways[i])
+            maps.append(now)
+            offsets.append(fixed)
             if self.turns(i):
                 now, fixed = self.turn[:, None] * now, self.turn * fixed
         solve = _closing(self.modes.end, self.turn, now)
@@ -122,7 +128,7 @@ class Chain:
         states = np.array([_applied(one, start) + rest for one, rest in zip(maps, offsets, strict=True)])
         moved, moves = np.zeros((size, 2, m)), []
         for i, force in enumerate(self.forces):
-            moved = propagated(self.modes, moved, 0.0, float(times[i + 1] - times[i]))
+            moved = propagated(self.modes, moved, 0.0, ways[i])
             moved = moved + rates(self.modes, states[i], force)[:, :, None] * (by[i + 1] - by[i])
             moves.append(moved)
             if self.turns(i):

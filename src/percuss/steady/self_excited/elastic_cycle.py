@@ -17,7 +17,7 @@ from percuss.steady.self_excited.first_entering import farthest
 from percuss.steady.self_excited.modal_flight import ModalFlight
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
 from percuss.steady.self_excited.rhythm import Rhythm
-from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
 
 __all__ = ["Blow", "ElasticCycle"]
 
@@ -121,7 +121,7 @@ class ElasticCycle(ValveCycle):
 
     @cached_property
     def work(self) -> float:
-        """What the valve puts into the motion in a cycle: its force, without the chamber's, over the driven end's way."""
+        """Energy that the valve puts in in a cycle: its force, without the chamber, over the way of the driven end."""
         forces, driven = dict(self.machine.valve.pairs), self.flights[0].modes.driven
         ways = [(flight.end - flight.begin)[:, 0] @ driven for flight in self.flights]
         return math.fsum(forces[flight.state] * float(way) for flight, way in zip(self.flights, ways, strict=True))

@@ -134,7 +134,8 @@ class Following:
         self.time = due
 
     def _happened(self, kind: str, detail: object) -> None:
-        self.events.append((self.time, kind, detail)), self.states.append(self.now)
+        self.events.append((self.time, kind, detail))
+        self.states.append(self.now)
 
     def rhythm(self, blows: int) -> Rhythm:
         """That of the last blows."""

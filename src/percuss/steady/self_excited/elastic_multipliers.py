@@ -19,6 +19,7 @@ __all__ = ["cycle_map", "multipliers_of"]
 def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
     """The map of (displacements and velocities, times of the pending orders) after the blow, one cycle on."""
     modes, times = chain.modes, np.concatenate([[0.0], chain.times(unknowns)])
+    ways = chain.ways(times)
     wrapped = [i for i, step in enumerate(chain.steps) if step.wrapped]
     size = modes.omega.size
     columns = 2 * size + len(wrapped)
@@ -28,7 +29,7 @@ def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
     shifts = {-1: when}
     number = 0
     for i, step in enumerate(chain.steps):
-        moved = propagated(modes, now, 0.0, float(times[i + 1] - times[i]))
+        moved = propagated(modes, now, 0.0, ways[i])
         rate = rates(modes, motion.states[i], chain.forces[i])
         if step.kind == "due":
             shift = dues[i] if step.wrapped else shifts[step.source]

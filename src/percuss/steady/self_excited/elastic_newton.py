@@ -1,4 +1,4 @@
-"""The cycle of an elastic machine near a rhythm: Newton's method on the times of its events, then the proof that it is one."""
+"""The cycle of an elastic machine near a rhythm: Newton's method on the times of its events, then the proof."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cycle in which an elastic machine ends: that with the rhythm of its rigid piston, or the one it is followed to."""
+"""The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Settled:
 
 
 def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle | None) -> Settled:
-    """The cycle near a rhythm where it is stable; else that in which the motion ends which begins as the rigid one does."""
+    """The cycle near a rhythm where it is stable; else where the motion ends that begins as the rigid one does."""
     first = solved(machine, count, rhythm)
     if first.cycle is not None and first.cycle.stable:
         return Settled(first.cycle, None, first)

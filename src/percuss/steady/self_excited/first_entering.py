@@ -1,9 +1,9 @@
 """When a place of the body first enters a region in a flight, or the proof that it does not: bounds, not a scan.
 
 In a cell of time of the width h, r, r′ and r″ are known at its left edge, and |r‴| is bounded from the free motion of
-the derivatives: the acceleration a of a coordinate obeys a″ + d a′ + ω² a = 0, so that |a′| ≤ |a′₀| + ω² min(h, 1/ω)|a₀|
-in every regime of damping. A cell is done with when Taylor's theorem proves that r keeps its sign there, or only falls,
-or only rises; others are halved.
+the derivatives: the acceleration a of a coordinate obeys a″ + d a′ + ω² a = 0, so that in every regime of damping
+|a′| ≤ |a′₀| + ω² min(h, 1/ω)|a₀|. A cell is done with when Taylor's theorem proves that r keeps its sign there, or only
+falls, or only rises; others are halved.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model.checks import Array
 from percuss.steady.self_excited.modal_flight import ModalFlight
@@ -91,7 +92,7 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
     if span <= 0.0 or not len(regions.rows):
         return Entering(np.inf, -1, True)
     h, touch = span / _CELLS, _TOUCH * regions.scale
-    left: Array = h * np.arange(_CELLS)
+    left: Array = _halved(h * np.arange(0, _CELLS, 2), 2.0 * h)
     while left.size:
         work += left.size * flight.modes.omega.size
         if h < _NARROWEST * span or work > _MOST_WORK:
@@ -111,9 +112,14 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
                 if time < best:
                     best, which = time, int(region)
         open_ = np.any(~(done | rises), axis=0) & (left < best)
-        left = np.sort(np.concatenate([left[open_], left[open_] + 0.5 * h]))
+        left = _halved(left[open_], h)
         h *= 0.5
     return Entering(best, which, proven)
+
+
+def _halved(left: npt.NDArray[np.floating], h: float) -> Array:
+    """Left edges of the halves of cells."""
+    return np.asarray(np.sort(np.concatenate([left, left + 0.5 * h])), dtype=float)
 
 
 def _r(flight: ModalFlight, regions: Regions, region: int, t: float) -> float:
@@ -131,13 +137,28 @@ def farthest(flight: ModalFlight, row: Array) -> float:
     regions, span = Regions(-row[None, :], np.zeros(1), 1.0), flight.duration
     best = max(_r(flight, regions, 0, 0.0), _r(flight, regions, 0, span))
     h = span / _CELLS
-    left: Array = h * np.arange(_CELLS)
+    left: Array = _halved(h * np.arange(0, _CELLS, 2), 2.0 * h)
     while left.size and h > _NARROWEST * span:
         now = _cells(flight, regions, left, h)
         best = max(best, float(now.r.max()))
-        reach = now.greatest(h)[0]
-        flat = (now.greatest_rate(h)[0] < 0.0) | (now.least_rate(h)[0] > 0.0)  # the edges are looked at
-        left = left[(reach > best * (1.0 + 1e-14)) & ~flat]
-        left = np.sort(np.concatenate([left, left + 0.5 * h]))
+        level = (now.greatest_rate(h)[0] < 0.0) | (now.least_rate(h)[0] > 0.0)  # the edges are looked at
+        left = left[(now.greatest(h)[0] > best * (1.0 + 1e-14)) & ~level]
+        if left.size == 1:  # the top: one cell, bent down all over it?
+            only = _cells(flight, regions, left, h)
+            if float(only.second[0, 0] + only.third[0, 0] * h) < 0.0:
+                return max(best, _top(flight, regions, float(left[0]), min(float(left[0]) + h, span)))
+        left = _halved(left, h)
         h *= 0.5
     return best
+
+
+def _top(flight: ModalFlight, regions: Regions, start: float, stop: float) -> float:
+    """The greatest r between two times between which it is bent down."""
+    from scipy.optimize import brentq  # slow to import
+
+    def rate(t: float) -> float:
+        return float(regions.rows[0] @ flight.at(np.array([t]))[1][:, 0])
+
+    if rate(start) <= 0.0 or rate(stop) >= 0.0:
+        return max(_r(flight, regions, 0, start), _r(flight, regions, 0, stop))
+    return _r(flight, regions, 0, float(brentq(rate, start, stop, xtol=_EPS * stop, rtol=4.0 * _EPS)))

@@ -8,10 +8,12 @@ import numpy as np
 
 from percuss.model import MachineModes
 from percuss.model.checks import Array
-from percuss.steady.oscillator import propagator
-from percuss.steady.self_excited.piston_flight import response
+from percuss.steady.oscillator import phi1, phi2, propagator
 
 __all__ = ["ModalFlight", "propagated", "rates", "response_of"]
+
+_SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
+_TERMS = 16
 
 
 def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
@@ -21,10 +23,10 @@ def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
     """
     ds, s, q = np.empty((3, modes.omega.size, t.size))
     square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
-    if square == 0.0 and drag == 0.0:
-        ds[0], s[0], q[0] = 1.0, t, 0.5 * t * t
+    if square == 0.0:
+        ds[0], s[0], q[0] = np.exp(-drag * t), t * phi1(drag * t), t * t * phi2(drag * t)
     else:
-        ds[0], s[0], q[0] = np.transpose([response(time, square, drag) for time in t.tolist()])
+        ds[0], s[0], q[0] = on_gas(t, square, drag)
     if modes.size:
         omega, damping = modes.omega[1:, None], modes.damping[1:, None]
         step = propagator(omega, damping, t[None, :])
@@ -33,9 +35,29 @@ def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
     return ds, s, q
 
 
-def propagated(modes: MachineModes, state: Array, force: float, h: float) -> Array:
-    """The state (N + 1, 2) after a time h, or each of the columns of (N + 1, 2, C) without force."""
-    ds, s, q = (part[:, 0] for part in response_of(modes, np.array([h])))
+def on_gas(t: Array, square: float, drag: float) -> tuple[Array, Array, Array]:
+    """As `piston_flight.response`, of many times together: power series, and doubling the time."""
+    longest = float(np.abs(t).max(initial=0.0))
+    doublings = 0
+    while square * longest**2 > _SMALL or drag * longest > _SMALL:
+        longest *= 0.5
+        doublings += 1
+    t = t * 0.5**doublings
+    z, b = square * t * t, drag * t
+    before, now = np.zeros_like(t), np.ones_like(t)
+    ds, s, q = np.ones_like(t), np.ones_like(t), np.full_like(t, 0.5)
+    for n in range(1, _TERMS):
+        before, now = now, -(b * n * now + z * before) / (n * (n + 1))
+        ds, s, q = ds + (n + 1) * now, s + now, q + now / (n + 2)
+    s, q = s * t, q * t * t
+    for _ in range(doublings):
+        ds, s, q = ds * ds - square * s * s, s * (1.0 - square * q + ds), 2.0 * q + s * s - square * q * q
+    return ds, s, q
+
+
+def propagated(modes: MachineModes, state: Array, force: float, response: tuple[Array, Array, Array]) -> Array:
+    """The state (N + 1, 2) after a time whose response is given, or the columns of (N + 1, 2, C) without force."""
+    ds, s, q = response
     square = modes.omega**2
     if state.ndim == 3:
         ds, s, q, square = ds[:, None], s[:, None], q[:, None], square[:, None]
@@ -86,4 +108,5 @@ class ModalFlight:
     @property
     def end(self) -> Array:
         """The state at its end; shape (N + 1, 2)."""
-        return propagated(self.modes, self.begin, self.force, self.duration)
+        ds, s, q = response_of(self.modes, np.array([self.duration]))
+        return propagated(self.modes, self.begin, self.force, (ds[:, 0], s[:, 0], q[:, 0]))

@@ -1,4 +1,4 @@
-"""The order and the times of the events in a cycle of a machine that switches itself: what Newton's method starts from."""
+"""Order and times of the events in a cycle of a machine that switches itself: what Newton's method starts from."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Step(NamedTuple):
     time
         As it was where the order was found.
     source
-        The unknown that its time is: the number of the port's passage or of the blow, in their common order; of a "due",
-        that of the event that demanded it, −1 for the blow at time 0.
+        The unknown that its time is: the number of the port's passage or of the blow, in their common order; of a
+        "due", that of the event that demanded it, −1 for the blow at time 0.
     later
         What is added to that time: the delay of a "due".
     wrapped

@@ -99,8 +99,8 @@ def self_excited_motion(
     room
         Distance behind the wall that the piston can go; without limit by default.
     near
-        With elastic modes: a rhythm near that of the cycle, as of a simulation, or another cycle; by default that of the
-        rigid piston.
+        With elastic modes: a rhythm near that of the cycle, as of a simulation, or another cycle; by default that of
+        the rigid piston.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> Se
 
 def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:
     """Whether a cycle has room and is stable."""
-    if cycle.stroke > asked.room:
+    if asked.room < math.inf and cycle.stroke > asked.room:
         return replace(asked, cycle=cycle, obstacle=Obstacle.NO_ROOM, found=cycle.stroke, needed=asked.room)
     if not cycle.stable:
         why = why_unstable(cycle.multiplier)
