@@ -160,8 +160,7 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> Se
     found = settled_from(asked.machine, asked.modes, rhythm, rigid)
     if found.cycle is None:
         ended = {"on the wall": Obstacle.ON_THE_WALL, "nothing follows": Obstacle.NO_PORT, "no blow": Obstacle.NO_BLOW}
-        obstacle = Obstacle.IRREGULAR if found.ending is None else ended[found.ending]
-        return replace(asked, obstacle=obstacle, found=found.first.time)
+        return replace(asked, obstacle=ended.get(found.ending or "", Obstacle.IRREGULAR))
     if found.cycle.blows > 1 and found.cycle.stable:
         return replace(asked, cycle=found.cycle, obstacle=Obstacle.DOUBLE_BLOW)
     return _judged(asked, found.cycle)
