@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.machine_changes import Sensitivity, pressure_curve, sensitivities
@@ -35,12 +36,6 @@ class MachineAnswer(Shown):
         Its cycle with elastic modes, or what keeps it from running.
     rigid
         The same of a rigid piston.
-    margins
-        How far it is from what would stop it; None when it does not run.
-    sensitivities
-        How energy and rate follow pressure, ports, delays and restitution; empty when it does not run.
-    curve
-        Energy and rate over the pressure; empty when it does not run.
     notes
         What was assumed, one sentence each.
     """
@@ -49,10 +44,22 @@ class MachineAnswer(Shown):
     title: str
     motion: SelfExcited
     rigid: SelfExcited
-    margins: ValveMargins | None
-    sensitivities: tuple[Sensitivity, ...]
-    curve: tuple[Running, ...]
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def margins(self) -> ValveMargins | None:
+        """How far it is from what would stop it; None when it does not run."""
+        return valve_margins(self.rigid) if self.motion.runs and self.rigid.runs else None
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
+        return sensitivities(self.motion)
+
+    @cached_property
+    def curve(self) -> tuple[Running, ...]:
+        """Energy and rate over the pressure; empty when it does not run."""
+        return pressure_curve(self.motion)
 
     @property
     def machine(self) -> Machine:
@@ -116,16 +123,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
-    return MachineAnswer(
-        case.file,
-        case.title,
-        motion,
-        rigid,
-        valve_margins(motion) if motion.runs and rigid.runs else None,
-        sensitivities(motion),
-        pressure_curve(motion),
-        case.notes,
-    )
+    return MachineAnswer(case.file, case.title, motion, rigid, case.notes)
 
 
 def _outcome(motion: SelfExcited) -> str:

@@ -58,7 +58,7 @@ def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Mac
 
 
 _LEAST, _MOST = 1e-9, 1e12
-"""Of dimensionless forces, distances and delays: no machine is beyond, and flights are not followed to the last digit."""
+"""Of dimensionless sizes: no machine is beyond, where a flight of no end would be followed for long."""
 
 
 def _check_scale(machine: Machine, file: str) -> None:
@@ -69,7 +69,7 @@ def _check_scale(machine: Machine, file: str) -> None:
     for i, port in enumerate(valve.ports):
         sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
     for key, size in sizes.items():
-        if size != 0.0 and not _LEAST <= size <= _MOST:
+        if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
             what = "a size with a bar length, its mass and the unit of time as 1"
             accepted = f"expected {what}, from {_LEAST:g} to {_MOST:g}; it is {size:.4g}"
             raise CaseError(file, key, None, accepted, "check the units of length, force and time")
