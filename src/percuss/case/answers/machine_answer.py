@@ -8,8 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.machine_changes import Sensitivity, pressure_curve, sensitivities
+from percuss.case.answers.machine_course import course_of
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
+from percuss.errors import ParameterError
 from percuss.model.checks import count
 from percuss.shown import Shown
 from percuss.steady import self_excited_motion
@@ -17,6 +19,7 @@ from percuss.steady.self_excited import valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_changes import Running
+    from percuss.case.answers.machine_course import Course
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.steady.self_excited import Obstacle, SelfExcited, ValveCycle, ValveMargins
@@ -75,6 +78,19 @@ class MachineAnswer(Shown):
     def runs(self) -> bool:
         """Whether there is a stable cycle with one blow."""
         return self.motion.runs
+
+    @cached_property
+    def course(self) -> Course:
+        """The cycle over time.
+
+        Raises
+        ------
+        ParameterError
+            When there is none.
+        """
+        if self.cycle is None:
+            raise ParameterError("course", self.outcome, "a machine with a cycle")
+        return course_of(self.machine, self.cycle)
 
     @property
     def outcome(self) -> str:
@@ -178,10 +194,11 @@ def _warnings(answer: MachineAnswer) -> list[str]:
 
 
 def _ringing(answer: MachineAnswer) -> float:
-    """How far a place of the bar swings about its centre after the blow, at most: v L/(π C), v/(π s)."""
+    """How far a place of the bar swings about its centre after the blow, at most: v/ω_1, v L/(π C) of a uniform one."""
     reads = any(port.reads != "centre" for port in answer.machine.valve.ports)
     assert answer.cycle is not None
-    return answer.cycle.blow_speed / (math.pi * answer.machine.body.s) if reads and answer.motion.modes else 0.0
+    slowest = float(answer.machine.body.frequencies(1)[0])
+    return answer.cycle.blow_speed / slowest if reads and answer.motion.modes else 0.0
 
 
 def _hysteresis(answer: MachineAnswer) -> float:
