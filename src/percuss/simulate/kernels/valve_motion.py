@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import entry, inlined, inner
+from percuss.compiled import entry, inlined
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.codes import (
     AT_REST,
@@ -55,8 +55,8 @@ def follow_valve(plant, rules, log):
 
     Time ends at `rules.end_phase`. The anchor stays at the last event then, so that going on gives the same bits.
     """
-    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    now, count, valve = motion.now, motion.count, controls.now
+    gear, motion, controls = plant.gear, plant.motion, plant.controls
+    count, valve = motion.count, controls.now
     room = log.events.shape[0] - gear.to.shape[0] - 8
     while True:
         if count.impacts >= rules.most_impacts:
@@ -114,14 +114,15 @@ def change(plant, tolerance, log):
             now.hold = max(min(now.hold, valve.lap), 0.0)
             if now.hold == 0.0 and now.gap >= 0.0:
                 now.gap, count.mode = 0.0, ON_WALL
-    valve.clear, valve.pauses = 0.0, 0
+    valve.clear, valve.pauses, valve.fresh = 0.0, 0, 1
+    valve.awaited = controls.usual[valve.state] if now.hold == 0.0 else 0.0
     if new < 0.0:
         valve.pulled = 1
     enter(VALVE, now.gap_rate, 0.0, 0.0, 0, motion, controls, log)
     recurrence(table, motion, controls, tolerance)
 
 
-@inner
+@inlined
 def crossings(plant, first, horizon, limit, forever):
     """The next crossing of each port, in `cross` and `kind`; returns the first time, of which port, and NEVER or not.
 
@@ -183,13 +184,17 @@ def flown(plant, rules, left, log):
             answer = NOWHERE
         if valve.clear < need:
             found, tau, speed, steps, late, slip = next_contact(
-                table, motion, desk, on_wall, now.hold, 0.0, need + SAME_TIME, limit
+                table, motion, desk, on_wall, now.hold, valve.awaited, need + SAME_TIME, limit
             )
             count.work += steps
             if found == TIRED:
                 return BY_WORK
             if found != CONTACT and found != GRAZE:
                 valve.clear, tau = need, math.inf
+            elif valve.fresh > 0:
+                controls.usual[valve.state] = tau
+            valve.awaited = tau if found == CONTACT else 0.0
+            valve.fresh = 0
     count.work += 1
     ahead = min(best, horizon)
     if tau <= ahead + SAME_TIME:

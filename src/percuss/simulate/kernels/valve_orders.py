@@ -72,4 +72,5 @@ def go_by(motion, controls, tau):
     now.since += tau
     valve.clear -= tau
     valve.lap -= tau
+    valve.awaited = valve.awaited - tau if valve.awaited > tau else 0.0
     now.hold = now.hold - tau if now.hold > tau else 0.0

@@ -58,12 +58,14 @@ VALVE_NOW = np.dtype(
         ("time", "f8"),  # since the start …
         ("time_low", "f8"),  # … and what its rounding has lost
         ("clear", "f8"),  # time from the anchor on for which no contact is possible
+        ("awaited", "f8"),  # time to the contact that was found already, after what came first; 0 for none
         ("lap", "f8"),  # time after a release for which the ripple of the modes may lap at the wall
         ("window", "f8"),  # time at which the last `MANY` changes of state began
         ("changed", "f8"),  # time of the last change of state
         ("state", "i8"),
         ("last", "i8"),  # the last demand
         ("waiting", "i8"),  # orders that wait
+        ("fresh", "i8"),  # whether no contact was sought since the last change
         ("pulled", "i8"),  # whether the force has pulled since the last impact
         ("changes", "i8"),
         ("recent", "i8"),  # those in the window
@@ -110,12 +112,13 @@ QUEUE = 256  # most orders that wait
 class Controls(NamedTuple):
     """What of a machine changes besides the bar.
 
-    `now`: a VALVE_NOW. `due`, `order`: the orders that wait, time left and state. `cross`, `kind`, `just`: of each
+    `now`: a VALVE_NOW. `usual` (S,): when the contact came after the last change to each state. `due`, `order`: the orders that wait, time left and state. `cross`, `kind`, `just`: of each
     port the time of its next crossing, what that is, and whether it was crossed at this very moment. `memo`: the
     amplitudes remembered, shape (2, N), and `memo_due` the times left. `past`: the last changes, in a ring.
     """
 
     now: Any
+    usual: Floats
     due: Floats
     order: Wholes
     cross: Floats

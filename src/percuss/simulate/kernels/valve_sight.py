@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inlined, inner, summed
+from percuss.compiled import inlined, summed
 from percuss.simulate.kernels.bounds import amplitudes
-from percuss.simulate.kernels.codes import AWAY, CONTACT, ENTERS, LEAVES, NEVER, NOTHING, NOWHERE, TIRED
+from percuss.simulate.kernels.codes import CONTACT, ENTERS, GRAZE, LEAVES, NEVER, NOTHING, NOWHERE, TIRED
 from percuss.simulate.kernels.first_contact import next_contact
 from percuss.simulate.kernels.smooth import smooth_at_anchor
 
@@ -38,10 +38,10 @@ def seen(table, gear, motion, force, port, first):
     return place, rate
 
 
-@inner
-def aim(table, gear, motion, eye, port, sign, gap, rate):
+@inlined
+def aim(gear, motion, eye, port, sign, gap, rate):
     """The motion as a port sees it, `gap` from its edge: below 0 on this side, for the given sign."""
-    bar, z, own, now = table.bar, motion.z, eye.z, eye.now
+    z, own, now = motion.z, eye.z, eye.now
     for j in range(own.shape[1]):
         scale = sign * gear.ratio[port, j + 1]
         own[0, j], own[1, j] = scale * z[0, j], scale * z[1, j]
@@ -101,12 +101,12 @@ def next_crossing(plant, port, first, horizon, limit, forever):
     found, tau, steps = NOTHING, horizon, 1
     mean, scale = table.bar.mean, gear.ratio[port, 0]
     if gear.rigid[port]:
-        aim(plant.alone, gear, motion, plant.spot, port, sign, gap, toward)
+        aim(gear, motion, plant.spot, port, sign, gap, toward)
         found, tau, steps = looked_for(
             plant.alone, plant.spot, plant.bench, sign, scale, mean, at_edge, toward, horizon, limit, forever
         )
     else:
-        aim(table, gear, motion, plant.eye, port, sign, gap, toward)
+        aim(gear, motion, plant.eye, port, sign, gap, toward)
         amplitudes(table.bar, table.modes, plant.eye.z, plant.eye.now)
         found, tau, steps = looked_for(
             table, plant.eye, plant.desk, sign, scale, mean, at_edge, toward, horizon, limit, forever
@@ -115,6 +115,6 @@ def next_crossing(plant, port, first, horizon, limit, forever):
         return math.inf, NEVER, steps
     if found == TIRED:
         return math.inf, TIRED, steps
-    if found == NOTHING or found == AWAY:
-        return math.inf, NOWHERE, steps
-    return tau, (ENTERS if found == CONTACT and not inside else LEAVES), steps
+    if found in (CONTACT, GRAZE):
+        return tau, (ENTERS if found == CONTACT and not inside else LEAVES), steps
+    return math.inf, NOWHERE, steps

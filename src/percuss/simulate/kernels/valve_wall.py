@@ -49,6 +49,7 @@ def strike(plant, speed, log):
     count.pile = count.pile + 1 if now.since < 4.0 * EPS else 0
     now.last_flight = math.inf if now.last_flight < 0.0 else now.since
     now.since, valve.pulled, valve.clear = 0.0, 1 if force < 0.0 else 0, 0.0
+    valve.awaited, valve.fresh = 0.0, 0
     count.impacts += 1
     valve.blows += 1
     lost = (1.0 - bar.restitution * bar.restitution) * now.kinetic_energy + taken

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,10 @@ __all__ = ["MACHINE_KINDS", "MachineEvent", "MachineEvents"]
 
 MACHINE_KINDS = ("impact", "grazing", "chatter", "rest", "release", "port", "valve")
 """Kinds of events of a machine, in the order of their numbers."""
+
+_COLUMNS = (
+    "code", "time", "velocity", "rebound_velocity", "energy_lost", "kinetic_energy", "state", "port", "resolved",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -103,8 +107,7 @@ class MachineEvents(Shown):
         return self._part(which)
 
     def _part(self, which: object) -> MachineEvents:
-        columns = (getattr(self, field.name)[which] for field in fields(self)[:-1])
-        return MachineEvents(*columns, self.states)
+        return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def _one(self, i: int) -> MachineEvent:
         return MachineEvent(
@@ -124,8 +127,8 @@ class MachineEvents(Shown):
         """The events of several stretches of one motion, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        columns = (np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)[:-1])
-        return cls(*columns, parts[0].states)
+        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
+        return replace(parts[0], **columns)
 
     def __str__(self) -> str:
         numbers = np.bincount(self.code, minlength=len(MACHINE_KINDS)).tolist()

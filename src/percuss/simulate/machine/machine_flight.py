@@ -13,9 +13,7 @@ __all__ = ["flight", "sway"]
 _TERMS = 24
 
 
-def flight(
-    mechanism: Mechanism, displacement: Array, velocity: Array, force: float, tau: Array
-) -> tuple[Array, Array]:
+def flight(mechanism: Mechanism, displacement: Array, velocity: Array, force: float, tau: Array) -> tuple[Array, Array]:
     """q_i and q_i', each of shape (N+1, len(tau)), at times `tau` ≥ 0 after a state, under a constant force.
 
     As long as the bar touches nothing. `displacement`, `velocity`: q_i and q_i' there, shape (N+1,).

@@ -81,17 +81,17 @@ class MachineTrajectory(Shown):
     @property
     def blow_times(self) -> Array:
         """When the impacts fall; shape (impacts,)."""
-        return self.events.time[self.events.code == IMPACT]
+        return self.events.of("impact").time
 
     @property
     def blow_speeds(self) -> Array:
         """Striking speed of each impact; shape (impacts,)."""
-        return self.events.velocity[self.events.code == IMPACT]
+        return self.events.of("impact").velocity
 
     @property
     def blow_energies(self) -> Array:
         """Kinetic energy just before each impact; shape (impacts,)."""
-        return self.events.kinetic_energy[self.events.code == IMPACT]
+        return self.events.of("impact").kinetic_energy
 
     # -- the state --
 

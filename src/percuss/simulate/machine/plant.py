@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from percuss.model.load.valve import Orders
 from percuss.simulate.kernels.codes import RESTING
-from percuss.simulate.kernels.layout import Table
 from percuss.simulate.kernels.valve_motion import begin_valve
 from percuss.simulate.kernels.valve_records import QUEUE, TURNING, VALVE_EVENT, VALVE_NOW, Controls, Plant, ValveLog
 from percuss.simulate.machine.machine_start import MachineStart
@@ -29,6 +28,7 @@ def plant_of(mechanism: Mechanism) -> Plant:
     ports, n = gear.to.size, mechanism.modes
     controls = Controls(
         np.zeros(1, VALVE_NOW)[0],
+        np.zeros(gear.forces.size),
         np.zeros(QUEUE),
         np.zeros(QUEUE, dtype=np.int64),
         np.zeros(ports),
