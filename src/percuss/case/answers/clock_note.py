@@ -27,9 +27,9 @@ NEAR_FOLD = 0.02
 """Distance of the level from the greatest v_f, as a part of it, below which a motion counts as near the fold."""
 
 CLOCKED = (
-    "This verdict is for a load that keeps time by itself, whatever the piston does. If the piston works the valve, the "
-    "phase, speed and energy of a motion hold, but its existence and stability do not follow from here: describe the "
-    'valve instead (load kind = "valve").'
+    "This verdict is for a load that keeps time by itself, whatever the piston does. If the piston works the valve, "
+    "the phase, speed and energy of a motion hold, but its existence and stability do not follow from "
+    'here: describe the valve instead (load kind = "valve").'
 )
 """What the first lines say of a verdict that turns on the clock."""
 
