@@ -20,7 +20,10 @@ from percuss.steady.recorded import (
 )
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
+    ElasticCycle,
     Obstacle,
+    Rhythm,
+    RigidCycle,
     SelfExcited,
     ValveCycle,
     ValveMargins,
@@ -34,6 +37,7 @@ from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
+    "ElasticCycle",
     "Energy",
     "Field",
     "ForceRecord",
@@ -47,6 +51,8 @@ __all__ = [
     "RecordedSwitch",
     "RecordedValve",
     "Rest",
+    "Rhythm",
+    "RigidCycle",
     "SIReport",
     "SelfExcited",
     "SteadyStates",
