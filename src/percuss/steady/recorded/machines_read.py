@@ -13,7 +13,7 @@ from percuss.model.load.valve import Orders
 from percuss.shown import Shown
 from percuss.steady.recorded.port_and_delay import Interval, PortAndDelay, Seen
 from percuss.steady.self_excited.piston_records import Piston, Rebound
-from percuss.steady.self_excited.valve_cycle import ValveCycle, cycle_near
+from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
 
 __all__ = ["RecordedSwitch", "cycle_read", "longest_that_run", "machine_read", "state_names"]
 
@@ -124,7 +124,7 @@ def longest_that_run(
 
 def cycle_read(
     machine: Machine, switches: tuple[RecordedSwitch, ...], delays: list[float], speed: float
-) -> ValveCycle | None:
+) -> RigidCycle | None:
     """The cycle of a machine near the recorded motion, whose blows have that speed; None where there is none.
 
     The orders that are pending at the blow are those of the switches after it whose ports were passed before it.
