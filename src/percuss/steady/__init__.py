@@ -9,6 +9,15 @@ from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
 from percuss.steady.reason import Reason
+from percuss.steady.recorded import (
+    ForceRecord,
+    Interval,
+    PortAndDelay,
+    RecordedSwitch,
+    RecordedValve,
+    recorded_together,
+    recorded_valve,
+)
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
     ElasticCycle,
@@ -31,11 +40,16 @@ __all__ = [
     "ElasticCycle",
     "Energy",
     "Field",
+    "ForceRecord",
+    "Interval",
     "ModalState",
     "Nearest",
     "Obstacle",
     "Orbit",
+    "PortAndDelay",
     "Reason",
+    "RecordedSwitch",
+    "RecordedValve",
     "Rest",
     "Rhythm",
     "RigidCycle",
@@ -51,6 +65,8 @@ __all__ = [
     "greatest_drag",
     "grows",
     "level",
+    "recorded_together",
+    "recorded_valve",
     "rest_on_wall",
     "self_excited_motion",
     "si_report",
