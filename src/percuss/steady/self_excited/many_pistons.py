@@ -40,8 +40,8 @@ class RigidCycles:
         What keeps each from running with one blow in a cycle; None for one that runs.
     answered
         False where this has no answer, as with very many orders under way; `self_excited_motion` has.
-    period, speed, stroke, work, taken, duty
-        As of a `ValveCycle` with one blow.
+    period, speed, energy, stroke, work, taken, duty
+        As of a `ValveCycle` with one blow: speed and energy just before it.
     multiplier
         Modulus of the greatest multiplier.
     starts
@@ -52,6 +52,7 @@ class RigidCycles:
     answered: npt.NDArray[np.bool_]
     period: Array
     speed: Array
+    energy: Array
     stroke: Array
     work: Array
     taken: Array
@@ -135,6 +136,9 @@ def _judged(
             obstacles[i] = Obstacle.NO_ROOM
         elif does[i] == 0 and not multiplier[i] < 1.0:
             obstacles[i] = Obstacle.FLIP
-    taken = 0.5 * speed**2 * (1.0 - factor**2)
+    energy = 0.5 * speed**2
+    taken = (1.0 - factor**2) * energy
     duty = np.where(rise < 0.0, 0.0, (period - rise) / period)
-    return RigidCycles(tuple(obstacles), answered, period, speed, stroke, told[lk.WORK], taken, duty, multiplier, begun)
+    return RigidCycles(
+        tuple(obstacles), answered, period, speed, energy, stroke, told[lk.WORK], taken, duty, multiplier, begun
+    )
