@@ -34,6 +34,7 @@ FEW, MOST_BLOWS, MOST_IN_CYCLE, TRIES, LATELY = 4, 80, 8, 12, 12
 ALIKE, CHATTER, CLOSED = 0.1, 1e-10, 1e-13
 STEPS, HALVINGS = 40, 6
 STARTED_BLOWS = 6 * MOST_BLOWS
+ARRIVED = 1e-9  # of the speed and of the period: it will not leave a cycle that attracts any more
 
 # rows of rebounds: those of the legs that were followed, then what Newton's method works with, and the cycle's
 NOW, NEXT, TRIAL, END = range(MOST_BLOWS, MOST_BLOWS + 4)
@@ -258,14 +259,37 @@ def settled(forces, ports, law, rows, slopes, matrices, tells, step):
 
 
 @inner
-def starts(forces, ports, law, first, rows, slopes, matrices, tells):
-    """Whether a piston keeps going that starts at rest on the wall in a state."""
+def contracts(size, matrix):
+    """Whether the derivatives of a return map surely shrink every disturbance."""
+    for i in range(size):
+        total = 0.0
+        for k in range(size):
+            total += abs(matrix[i, k])
+        if not total < 1.0:
+            return False
+    return True
+
+
+@inner
+def arrived(now, cycle, period):
+    """Whether a rebound is that of a cycle."""
+    close = alike(now, cycle) and abs(now[V] - cycle[V]) <= ARRIVED * cycle[V]
+    for i in range(int(cycle[COUNT])):
+        close = close and abs(now[DUE + i] - cycle[DUE + i]) <= ARRIVED * period
+    return close
+
+
+@inner
+def starts(forces, ports, law, first, attracts, rows, slopes, matrices, tells):
+    """Whether a piston keeps going that starts at rest on the wall in a state; `attracts`: its cycle, at `NEXT`."""
     now, following, greatest = rows[NOW], rows[END], 0.0
     now[:] = 0.0
     now[STATE], now[LAST] = first, first
     for number in range(STARTED_BLOWS):
         if leg(forces, ports, law, now, number == 0, following, slopes, matrices[ONE], tells[SINGLE]) != BLOW:
             return False
+        if attracts and arrived(following, rows[NEXT], tells[WHOLE, DURATION]):
+            return True
         copied(following, now)
         greatest = max(greatest, now[V])
         if now[V] < CHATTER * greatest and forces[int(now[STATE])] > 0.0:
@@ -298,4 +322,5 @@ def cycles_of(
                 for m in range(size):
                     derivatives[i, k, m] = matrices[ALL, k, m]
         if starting and does[i] in (RUNS, DOUBLE, OVERTAKEN):
-            begun[i] = starts(forces[i], ports[i], laws[i], first[i], rows, slopes, matrices, tells)
+            attracts = does[i] == RUNS and contracts(1 + int(rows[NEXT, COUNT]), matrices[ALL])
+            begun[i] = starts(forces[i], ports[i], laws[i], first[i], attracts, rows, slopes, matrices, tells)
