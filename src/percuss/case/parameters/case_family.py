@@ -87,7 +87,7 @@ class CaseFamily:
             return ""
         if name in known:
             return name
-        found = [key for key in known if key.partition(".")[2] == name]
+        found = self._short.get(name, [])
         if len(found) == 1:
             return found[0]
         if found:
@@ -103,6 +103,14 @@ class CaseFamily:
     def keys(self) -> list[str]:
         """Keys of the case that hold one number."""
         return varied_keys(self.case)
+
+    @cached_property
+    def _short(self) -> dict[str, list[str]]:
+        """The keys by their names without the table."""
+        found: dict[str, list[str]] = {}
+        for key in self.keys:
+            found.setdefault(key.partition(".")[2], []).append(key)
+        return found
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""

@@ -34,6 +34,7 @@ FEW, MOST_BLOWS, MOST_IN_CYCLE, TRIES, LATELY = 4, 80, 8, 12, 12
 ALIKE, CHATTER, CLOSED = 0.1, 1e-10, 1e-13
 STEPS, HALVINGS = 40, 6
 STARTED_BLOWS = 6 * MOST_BLOWS
+SQUARINGS, SHRUNK = 6, 0.1
 ARRIVED = 1e-9  # of the speed and of the period: it will not leave a cycle that attracts any more
 
 # rows of rebounds: those of the legs that were followed, then what Newton's method works with, and the cycle's
@@ -259,14 +260,26 @@ def settled(forces, ports, law, rows, slopes, matrices, tells, step):
 
 
 @inner
-def contracts(size, matrix):
-    """Whether the derivatives of a return map surely shrink every disturbance."""
+def contracts(size, matrices, speed, period):
+    """Whether many returns shrink every disturbance of a cycle, whose derivatives are in `ALL`."""
+    power, squared = matrices[ONE], matrices[PRODUCT]
     for i in range(size):
-        total = 0.0
         for k in range(size):
-            total += abs(matrix[i, k])
-        if not total < 1.0:
-            return False
+            scale = speed / period if i > 0 and k == 0 else period / speed if i == 0 and k > 0 else 1.0
+            power[i, k] = matrices[ALL, i, k] * scale
+    for _ in range(SQUARINGS):
+        for i in range(size):
+            for k in range(size):
+                squared[i, k] = 0.0
+                for m in range(size):
+                    squared[i, k] += power[i, m] * power[m, k]
+        for i in range(size):
+            for k in range(size):
+                power[i, k] = squared[i, k]
+    for i in range(size):
+        for k in range(size):
+            if not abs(power[i, k]) < SHRUNK:
+                return False
     return True
 
 
@@ -322,5 +335,7 @@ def cycles_of(
                 for m in range(size):
                     derivatives[i, k, m] = matrices[ALL, k, m]
         if starting and does[i] in (RUNS, DOUBLE, OVERTAKEN):
-            attracts = does[i] == RUNS and contracts(1 + int(rows[NEXT, COUNT]), matrices[ALL])
+            attracts = does[i] == RUNS and contracts(
+                1 + int(rows[NEXT, COUNT]), matrices, tells[WHOLE, SPEED], tells[WHOLE, DURATION]
+            )
             begun[i] = starts(forces[i], ports[i], laws[i], first[i], attracts, rows, slopes, matrices, tells)
