@@ -11,7 +11,7 @@ import numpy as np
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several"]
+__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several", "why_unstable"]
 
 _LATELY = 12  # flights that tell what a machine without a cycle does
 
@@ -80,6 +80,16 @@ class Obstacle(Enum):
         "weak and strong blows alternate, farther and farther apart (period doubling)",
         "shorten the delay of the return, or lower the restitution",
     )
+    SPIRAL = (
+        "spiral",
+        "a slow beat of the blows grows: two multipliers are beyond the unit circle, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
+    GROWS = (
+        "grows",
+        "a disturbance grows from blow to blow, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
     IRREGULAR = (
         "irregular",
         "the blows do not repeat",
@@ -93,6 +103,13 @@ class Reasoned(TypedDict, total=False):
     obstacle: Obstacle
     found: float | None
     needed: float | None
+
+
+def why_unstable(multiplier: complex) -> Obstacle:
+    """How a cycle with a multiplier of modulus 1 or more is left."""
+    if multiplier.imag != 0.0:
+        return Obstacle.SPIRAL
+    return Obstacle.FLIP if multiplier.real < 0.0 else Obstacle.GROWS
 
 
 def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
