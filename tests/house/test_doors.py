@@ -38,6 +38,7 @@ from percuss.model import (
     Chamber,
     External,
     KelvinVoigt,
+    Machine,
     Port,
     Ratio,
     Reversed,
@@ -232,6 +233,7 @@ SHORT = Stop(impacts=3)
 VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
+MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
 PLAIN = """
 [system]
 s = 20.0
@@ -451,11 +453,10 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Orbit.impact_field": (orbit.impact_field, {"x": 0.5}, {"x": PLACES}),
         "steady.Orbit.impact_history": (orbit.impact_history, {"impacts": 2}, {}),
         "steady.self_excited_motion": (
-            steady.self_excited_motion, {"valve": VALVE, "contact": Kept(0.2), "drag": 0.1, "room": 9.0},
-            {"room": OPTIONAL},
+            steady.self_excited_motion, {"machine": MACHINE, "modes": 1, "room": 9.0}, {"room": OPTIONAL},
         ),
         "steady.valve_margins": (
-            steady.valve_margins, {"motion": steady.self_excited_motion(VALVE, Kept(0.2))}, {},
+            steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.rest_on_wall": (steady.rest_on_wall, {"system": SYSTEM}, {}),
         "steady.si_report": (steady.si_report, {"orbit": steady_states(SI_SYSTEM).orbits[1]}, {}),

@@ -9,7 +9,7 @@ from typing import Self, TypedDict
 import numpy as np
 
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
-from percuss.steady.self_excited.valve_cycle import ValveCycle
+from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
 __all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several"]
 
@@ -119,7 +119,7 @@ def _state_before(legs: list[Leg]) -> str:
     return rebound.state
 
 
-def why_several(piston: Piston, cycle: ValveCycle) -> Reasoned:
+def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
     """Why a cycle has several blows: an order was replaced, or came too late after the strongest blow."""
     if any(leg.dropped for leg in cycle.legs):
         return {"obstacle": Obstacle.OVERTAKEN}

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from percuss.steady.self_excited.piston_legs import leg_after, leg_from
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
-from percuss.steady.self_excited.valve_cycle import ValveCycle, cycle_near
+from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
 
 __all__ = ["continued", "followed_legs", "settled"]
 
@@ -34,7 +34,7 @@ def _followed(piston: Piston, first: Leg, most: int) -> list[Leg]:
     return legs
 
 
-def settled(piston: Piston) -> tuple[ValveCycle | None, list[Leg]]:
+def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     """The cycle in which a fast start ends, and the flights of the fastest start."""
     first: list[Leg] = []
     for part, most in ((1.0, _FEW), (1.0, _MOST_BLOWS), (0.5, _MOST_BLOWS), (0.25, _MOST_BLOWS), (2.0, _MOST_BLOWS)):
@@ -46,7 +46,7 @@ def settled(piston: Piston) -> tuple[ValveCycle | None, list[Leg]]:
     return None, first
 
 
-def continued(piston: Piston, cycle: ValveCycle) -> ValveCycle | None:
+def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
     """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
     found = cycle_near(piston, cycle.rebound, 1)
     if found is not None:
@@ -71,7 +71,7 @@ def _fast(piston: Piston, part: float) -> Rebound:
     return Rebound(speed, back, replace(valve.orders, last=back))
 
 
-def _cycle_at(piston: Piston, rebounds: list[Rebound]) -> ValveCycle | None:
+def _cycle_at(piston: Piston, rebounds: list[Rebound]) -> RigidCycle | None:
     """The cycle that one of the rebounds is near, with few blows rather than many."""
     for rebound in rebounds[:_TRIES]:
         cycle = cycle_near(piston, rebound, 1)
