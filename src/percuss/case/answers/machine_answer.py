@@ -91,13 +91,15 @@ class MachineAnswer(Shown):
         return machine_dict(self)
 
 
-def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
+def machine_answer(case: Case, modes: int | None = None, *, whole: bool = True) -> MachineAnswer:
     """How the machine of a case runs whose load the piston switches.
 
     Parameters
     ----------
     modes
         Elastic modes; 32 by default, 0 for a rigid piston.
+    whole
+        Also margins, sensitivities and the curve over the pressure, which take longer than the cycle.
 
     Raises
     ------
@@ -121,9 +123,9 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
         case.title,
         motion,
         rigid,
-        valve_margins(motion) if motion.runs and rigid.runs else None,
-        sensitivities(motion),
-        pressure_curve(motion),
+        valve_margins(motion) if whole and motion.runs and rigid.runs else None,
+        sensitivities(motion) if whole else (),
+        pressure_curve(motion) if whole else (),
         case.notes,
     )
 
