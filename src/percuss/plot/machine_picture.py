@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -12,15 +13,61 @@ from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, t
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from percuss.case.answers.machine_answer import MachineAnswer
-    from percuss.case.answers.machine_course import Course
     from percuss.model import Machine
     from percuss.model.checks import Array
+    from percuss.steady.self_excited import SelfExcited, ValveCycle
 
 __all__ = ["machine"]
 
 
 _NEAR = 0.06  # of the stroke: the name of a port so near to the wall stands below its line
+
+
+class _Course(Protocol):
+    """A cycle over time."""
+
+    @property
+    def times(self) -> Array: ...
+    @property
+    def striking_end(self) -> Array: ...
+    @property
+    def centre(self) -> Array: ...
+    @property
+    def force(self) -> Array: ...
+    @property
+    def states(self) -> tuple[str, ...]: ...
+
+
+class _Running(Protocol):
+    """Energy and rate at another pressure, relative to those of the case."""
+
+    @property
+    def pressure(self) -> float: ...
+    @property
+    def energy(self) -> float | None: ...
+    @property
+    def rate(self) -> float | None: ...
+
+
+class _Answer(Protocol):
+    """The answer for a machine that switches its own valve."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def outcome(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def motion(self) -> SelfExcited: ...
+    @property
+    def cycle(self) -> ValveCycle | None: ...
+    @property
+    def course(self) -> _Course: ...
+    @property
+    def curve(self) -> Sequence[_Running]: ...
 
 
 class _Scales:
@@ -37,7 +84,7 @@ class _Scales:
         self.force_label = ("force [kN]" if kilo else "force [N]") if si else "force"
 
 
-def machine(answer: MachineAnswer) -> Figure:
+def machine(answer: _Answer) -> Figure:
     """Draw the answer for a machine that switches its own valve.
 
     Four panels: (a) the piston over a cycle, with the ports, their uncoverings, the switches and the blows; (b) the
@@ -66,18 +113,15 @@ def machine(answer: MachineAnswer) -> Figure:
     return figure
 
 
-def _nothing(axes: Any, answer: MachineAnswer) -> None:
+def _nothing(axes: Any, answer: _Answer) -> None:
     obstacle = answer.motion.obstacle
     text = "" if obstacle is None else f"{obstacle.value}\n{obstacle.words}\n{obstacle.remedy}"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, fontsize=11, wrap=True)
     axes.set_axis_off()
 
 
-def _panels(figure: Figure, answer: MachineAnswer) -> None:
-    from percuss.case.answers.machine_course import course_of
-
-    assert answer.cycle is not None
-    course = course_of(answer.machine, answer.cycle)
+def _panels(figure: Figure, answer: _Answer) -> None:
+    course = answer.course
     scales = _Scales(answer.machine, float(np.abs(course.force).max()))
     grid = figure.add_gridspec(2, 3)
     _position(figure.add_subplot(grid[0, :2]), answer, course, scales)
@@ -89,7 +133,7 @@ def _panels(figure: Figure, answer: MachineAnswer) -> None:
 # -- over the cycle ---------------------------------------------------------------------------------------------------
 
 
-def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _position(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
     cycle, low = answer.cycle, float(course.centre.min()) * scales.length
     assert cycle is not None
     axes.axhline(0.0, color=INK, linewidth=2.5)
@@ -98,6 +142,7 @@ def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales)
     )
     _shade(axes, answer, course, scales)
     axes.plot(course.times * scales.time, course.centre * scales.length, color=INK)
+    farthest = float(course.times[course.centre.argmin()]) * scales.time  # nothing else is near the ports there
     for i, port in enumerate(answer.machine.valve.ports):
         if port.behind is not None:
             edge = -port.behind * scales.length
@@ -105,8 +150,16 @@ def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales)
             axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
             place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
             name = f"ports[{i}]: {port.to}"
-            at_wall = edge > -_NEAR * float(course.stroke) * scales.length
-            axes.annotate(name, (0.45, edge), (0, -10 if at_wall else 3), color=COLOURS[3], fontsize=7.5, **place)
+            at_wall = edge > _NEAR * float(course.centre.min()) * scales.length
+            axes.annotate(
+                name,
+                (farthest, edge),
+                (0, -10 if at_wall else 3),
+                color=COLOURS[3],
+                fontsize=7.5,
+                ha="center",
+                textcoords="offset points",
+            )
     marks = {"linestyle": "none", "zorder": 3, "clip_on": False}
     for kind, marker, colour, times in (
         ("port uncovered", "^", COLOURS[3], [one.time for one in cycle.uncoverings]),
@@ -125,7 +178,7 @@ def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales)
     legend_above(axes, columns=4)
 
 
-def _shade(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _shade(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
     """A ground for the times at which the valve pushes toward the wall."""
     pushes = np.array([answer.machine.valve.force(state) > 0.0 for state in course.states])
     axes.fill_between(
@@ -141,7 +194,7 @@ def _shade(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) ->
     )
 
 
-def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _force(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
     cycle = answer.cycle
     assert cycle is not None
     axes.axhline(0.0, color=INK, linewidth=0.6)
@@ -155,7 +208,7 @@ def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) ->
     axes.set_ylabel(scales.force_label)
 
 
-def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _loop(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
     cycle, machine = answer.cycle, answer.machine
     assert cycle is not None
     x, force = course.centre * scales.length, course.force * scales.force
@@ -172,7 +225,7 @@ def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> 
 # -- the pressure -----------------------------------------------------------------------------------------------------
 
 
-def _pressures(axes: Any, answer: MachineAnswer) -> None:
+def _pressures(axes: Any, answer: _Answer) -> None:
     machine, cycle = answer.machine, answer.cycle
     assert cycle is not None
     axes.set_title("(d) energy and rate over the pressure")

@@ -11,7 +11,10 @@ from percuss.steady.orbit import Orbit
 from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
+    ElasticCycle,
     Obstacle,
+    Rhythm,
+    RigidCycle,
     SelfExcited,
     ValveCycle,
     ValveMargins,
@@ -25,6 +28,7 @@ from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
+    "ElasticCycle",
     "Energy",
     "Field",
     "ModalState",
@@ -33,6 +37,8 @@ __all__ = [
     "Orbit",
     "Reason",
     "Rest",
+    "Rhythm",
+    "RigidCycle",
     "SIReport",
     "SelfExcited",
     "SteadyStates",

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.machine_changes import Sensitivity, pressure_curve, sensitivities
+from percuss.case.answers.machine_course import course_of
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
+from percuss.errors import ParameterError
 from percuss.model.checks import count
 from percuss.shown import Shown
 from percuss.steady import self_excited_motion
@@ -16,6 +19,7 @@ from percuss.steady.self_excited import valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_changes import Running
+    from percuss.case.answers.machine_course import Course
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.steady.self_excited import Obstacle, SelfExcited, ValveCycle, ValveMargins
@@ -35,12 +39,6 @@ class MachineAnswer(Shown):
         Its cycle with elastic modes, or what keeps it from running.
     rigid
         The same of a rigid piston.
-    margins
-        How far it is from what would stop it; None when it does not run.
-    sensitivities
-        How energy and rate follow pressure, ports, delays and restitution; empty when it does not run.
-    curve
-        Energy and rate over the pressure; empty when it does not run.
     notes
         What was assumed, one sentence each.
     """
@@ -49,10 +47,22 @@ class MachineAnswer(Shown):
     title: str
     motion: SelfExcited
     rigid: SelfExcited
-    margins: ValveMargins | None
-    sensitivities: tuple[Sensitivity, ...]
-    curve: tuple[Running, ...]
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def margins(self) -> ValveMargins | None:
+        """How far it is from what would stop it; None when it does not run."""
+        return valve_margins(self.rigid) if self.motion.runs and self.rigid.runs else None
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
+        return sensitivities(self.motion)
+
+    @cached_property
+    def curve(self) -> tuple[Running, ...]:
+        """Energy and rate over the pressure; empty when it does not run."""
+        return pressure_curve(self.motion)
 
     @property
     def machine(self) -> Machine:
@@ -68,6 +78,19 @@ class MachineAnswer(Shown):
     def runs(self) -> bool:
         """Whether there is a stable cycle with one blow."""
         return self.motion.runs
+
+    @cached_property
+    def course(self) -> Course:
+        """The cycle over time.
+
+        Raises
+        ------
+        ParameterError
+            When there is none.
+        """
+        if self.cycle is None:
+            raise ParameterError("course", self.outcome, "a machine with a cycle")
+        return course_of(self.machine, self.cycle)
 
     @property
     def outcome(self) -> str:
@@ -91,15 +114,13 @@ class MachineAnswer(Shown):
         return machine_dict(self)
 
 
-def machine_answer(case: Case, modes: int | None = None, *, whole: bool = True) -> MachineAnswer:
+def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     """How the machine of a case runs whose load the piston switches.
 
     Parameters
     ----------
     modes
         Elastic modes; 32 by default, 0 for a rigid piston.
-    whole
-        Also margins, sensitivities and the curve over the pressure, which take longer than the cycle.
 
     Raises
     ------
@@ -118,16 +139,7 @@ def machine_answer(case: Case, modes: int | None = None, *, whole: bool = True) 
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
-    return MachineAnswer(
-        case.file,
-        case.title,
-        motion,
-        rigid,
-        valve_margins(motion) if whole and motion.runs and rigid.runs else None,
-        sensitivities(motion) if whole else (),
-        pressure_curve(motion) if whole else (),
-        case.notes,
-    )
+    return MachineAnswer(case.file, case.title, motion, rigid, case.notes)
 
 
 def _outcome(motion: SelfExcited) -> str:
@@ -182,10 +194,11 @@ def _warnings(answer: MachineAnswer) -> list[str]:
 
 
 def _ringing(answer: MachineAnswer) -> float:
-    """How far a place of the bar swings about its centre after the blow, at most: v L/(π C), v/(π s)."""
+    """How far a place of the bar swings about its centre after the blow, at most: v/ω_1, v L/(π C) of a uniform one."""
     reads = any(port.reads != "centre" for port in answer.machine.valve.ports)
     assert answer.cycle is not None
-    return answer.cycle.blow_speed / (math.pi * answer.machine.body.s) if reads and answer.motion.modes else 0.0
+    slowest = float(answer.machine.body.frequencies(1)[0])
+    return answer.cycle.blow_speed / slowest if reads and answer.motion.modes else 0.0
 
 
 def _hysteresis(answer: MachineAnswer) -> float:

@@ -79,14 +79,18 @@ def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machi
         for key in ("behind", "delay"):
             if getattr(port, key):
                 yield f"ports[{i}].{key}", partial(_with_port, machine, i, key)
-    if machine.contact.restitution > 0.0:
+    if machine.contact.rebounds:
         yield "restitution", partial(_rebounding, machine)
 
 
 def _rebounding(machine: Machine, factor: float) -> Machine:
     """The machine with a multiple of its restitution, 1 at most."""
-    restitution = min(factor * machine.contact.restitution, 1.0)
-    return replace(machine, contact=machine.contact.with_restitution(restitution))
+    contact = machine.contact
+    return replace(machine, contact=contact.with_restitution(min(_times(contact.restitution, factor), 1.0)))
+
+
+def _times(value: float, factor: float) -> float:
+    return factor * value
 
 
 def _under(machine: Machine, factor: float) -> Machine:

@@ -39,11 +39,6 @@ class Course:
     force: Array
     states: tuple[str, ...]
 
-    @property
-    def stroke(self) -> float:
-        """The greatest distance of the striking end from the wall, at these times."""
-        return float(-self.striking_end.min())
-
 
 def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
     """The course of a cycle at so many times and at every change of the state."""

@@ -45,7 +45,7 @@ def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, w
     >>> found.arrays["centre"].shape, found.header["states"]
     ((54,), ['return', 'power'])
     """
-    answer = machine_answer(case, modes, whole=whole)
+    answer = machine_answer(case, modes)
     machine = answer.machine
     told = machine_dict(answer) if whole else cycle_dict(answer)
     header = {

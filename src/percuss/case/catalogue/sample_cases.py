@@ -66,9 +66,9 @@ MACHINES: tuple[Machine, ...] = (
     Machine("dth-6-inch", "6-inch down-the-hole hammer", 23.0, 30.0, 1150.0),
     Machine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
     Machine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
+    Machine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
     Machine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
     Machine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
-    Machine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
 )
 
 

@@ -46,9 +46,30 @@ def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Mac
     try:
         if parts.bar is None:
             assert parts.body is not None
-            return Machine(parts.body, parts.valve, contact, at=table.at)
-        return Machine.from_si(parts.bar, parts.valve, contact, at=table.at, pressure=pressure_of(table))
+            machine = Machine(parts.body, parts.valve, contact, at=table.at)
+        else:
+            machine = Machine.from_si(parts.bar, parts.valve, contact, at=table.at, pressure=pressure_of(table))
     except ParameterError as error:
         raise from_parameter(error, file, "load", {}) from None
     except ArithmeticError:
         raise extreme(file, "") from None
+    _check_scale(machine, file)
+    return machine
+
+
+_LEAST, _MOST = 1e-9, 1e12
+"""Of dimensionless sizes: no machine is beyond, where a flight of no end would be followed for long."""
+
+
+def _check_scale(machine: Machine, file: str) -> None:
+    """Refuse sizes so far from each other that they are a slip of units."""
+    valve = machine.valve
+    sizes = {"load.states": max(abs(force) for _, force in valve.pairs), "load.chamber.force": abs(valve.chamber.force)}
+    sizes["load.chamber.stiffness"] = valve.chamber.stiffness
+    for i, port in enumerate(valve.ports):
+        sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
+    for key, size in sizes.items():
+        if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
+            what = "a size with a bar length, its mass and the unit of time as 1"
+            accepted = f"expected {what}, from {_LEAST:g} to {_MOST:g}; it is {size:.4g}"
+            raise CaseError(file, key, None, accepted, "check the units of length, force and time")

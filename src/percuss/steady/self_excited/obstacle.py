@@ -11,7 +11,7 @@ import numpy as np
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several"]
+__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several", "why_unstable"]
 
 _LATELY = 12  # flights that tell what a machine without a cycle does
 
@@ -80,6 +80,16 @@ class Obstacle(Enum):
         "weak and strong blows alternate, farther and farther apart (period doubling)",
         "shorten the delay of the return, or lower the restitution",
     )
+    SPIRAL = (
+        "spiral",
+        "a slow beat of the blows grows: two multipliers are beyond the unit circle, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
+    GROWS = (
+        "grows",
+        "a disturbance grows from blow to blow, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
     IRREGULAR = (
         "irregular",
         "the blows do not repeat",
@@ -95,11 +105,18 @@ class Reasoned(TypedDict, total=False):
     needed: float | None
 
 
+def why_unstable(multiplier: complex) -> Obstacle:
+    """How a cycle with a multiplier of modulus 1 or more is left."""
+    if multiplier.imag != 0.0:
+        return Obstacle.SPIRAL
+    return Obstacle.FLIP if multiplier.real < 0.0 else Obstacle.GROWS
+
+
 def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     """What the last flights of a machine without a cycle tell of it."""
     last = legs[-1]
     if last.ending == "on the wall":
-        state = last.switches[-1].to if last.switches else _state_before(legs)
+        state = last.switches[-1].to if last.switches else _state_before(piston, legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
     if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
         nearest = min(min([s.behind, *s.flight.turning_places(s.duration)]) for s in last.segments[1:])
@@ -112,8 +129,10 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.IRREGULAR}
 
 
-def _state_before(legs: list[Leg]) -> str:
-    """The state in which the last flight began."""
+def _state_before(piston: Piston, legs: list[Leg]) -> str:
+    """The state in which the last flight began; the first one begins in the state that pulls most."""
+    if len(legs) == 1:
+        return min(piston.valve.pairs, key=lambda pair: pair[1])[0]
     rebound = legs[-2].rebound
     assert rebound is not None
     return rebound.state

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.self_excited.piston_legs import leg_after
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound, Segment, Switch, Uncovering
-from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
 
 __all__ = ["RigidCycle", "cycle_near"]
 
@@ -118,6 +118,7 @@ class RigidCycle(ValveCycle):
 
     def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
         """Displacement of the piston, all of which moves alike: 0 at the wall and negative behind it."""
+        checked_place(place)
         within, segments = self._within(times), self.segments
         begins = np.array([segment.time for segment in segments])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)

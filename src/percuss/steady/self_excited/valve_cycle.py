@@ -8,14 +8,24 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array, ComplexArray
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.shown import Shown
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
 
-__all__ = ["Place", "ValveCycle"]
+__all__ = ["Place", "ValveCycle", "checked_place"]
 
 Place = Literal["centre"] | float
 """Of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)."""
+
+
+def checked_place(place: object) -> Place:
+    """A place of the body, or an error."""
+    if isinstance(place, str):
+        if place != "centre":
+            raise ParameterError("place", place, "'centre' or a place on the bar from 0 to 1")
+        return "centre"
+    return unit_interval("place", place)
 
 
 class ValveCycle(Shown, ABC):
@@ -92,6 +102,11 @@ class ValveCycle(Shown, ABC):
             Any; the motion is repeated with its period.
         place
             From 0 (driven end) to 1 (striking end), or "centre".
+
+        Raises
+        ------
+        ParameterError
+            When an argument is none of these.
         """
 
     # -- what follows --
@@ -142,7 +157,7 @@ class ValveCycle(Shown, ABC):
 
     def _within(self, times: npt.ArrayLike) -> Array:
         """The times, brought into the cycle that begins at 0."""
-        return np.asarray(np.mod(np.asarray(times, dtype=float), self.period))
+        return np.asarray(np.mod(numbers("times", times), self.period))
 
     def __str__(self) -> str:
         blows = "1 blow" if self.blows == 1 else f"{self.blows} blows"
