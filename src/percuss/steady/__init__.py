@@ -8,6 +8,7 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
+from percuss.steady.periodic import Drop, FoundOrbits, PeriodicOrbit, orbit_near, orbits
 from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
@@ -25,12 +26,15 @@ from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
+    "Drop",
     "Energy",
     "Field",
+    "FoundOrbits",
     "ModalState",
     "Nearest",
     "Obstacle",
     "Orbit",
+    "PeriodicOrbit",
     "Reason",
     "Rest",
     "SIReport",
@@ -45,6 +49,8 @@ __all__ = [
     "greatest_drag",
     "grows",
     "level",
+    "orbit_near",
+    "orbits",
     "rest_on_wall",
     "self_excited_motion",
     "si_report",
