@@ -1,4 +1,4 @@
-"""The linearised motion through p impacts, as p equations for the shifts of their times (theory, "Orbits of any kind").
+"""The linearised motion through p impacts, as p equations for the shifts of their times (theory: several impacts).
 
 With ρ the change of a mode's state at fixed times and δt_i the shift of impact i, a cycle later ξ times both,
 
