@@ -470,6 +470,14 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
         ),
+        "steady.parameter_column": (
+            steady.parameter_column, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9},
+            {"value": REAL},
+        ),
+        "steady.time_rates": (
+            steady.time_rates, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9}, {"value": REAL},
+        ),
+        "steady.PeriodicOrbit.off": (several.off, {"system": SYSTEM}, {}),
         "steady.PeriodicOrbit.bordered": (several.bordered, {"xi": 1.0} | side, {"xi": REAL | {"complex"}}),
         "steady.PeriodicOrbit.end_point": (several.end_point, {"t": 1.0}, {"t": ANY_NUMBERS}),
         "steady.PeriodicOrbit.linearised": (several.linearised, {"xi": 1.0} | side, {"xi": REAL | {"complex"}}),

@@ -14,7 +14,7 @@ from orbit_cases import ENTRIES, numbers, of_kind, orbit_at, periods_of, system_
 from percuss import Kept, Load, System, steady_states
 from percuss.errors import ParameterError
 from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
-from percuss.steady import PeriodicOrbit, Reason, orbit_near, orbits
+from percuss.steady import PeriodicOrbit, Reason, orbit_near, orbits, parameter_column, time_rates
 from percuss.steady.periodic.impact_chain import ImpactChain
 from strategies import Drawn, fourier_systems, resonant, square_systems
 
@@ -255,6 +255,25 @@ def test_an_undriven_swing_between_all_impacts_is_named() -> None:
     assert orbit.resonant_modes == (1, 2, 3)
     assert PeriodicOrbit(system, 1, (0.5, 0.6 + math.pi), 3).resonant_modes == ()
     assert np.isfinite(orbit.speeds).all()
+
+
+@pytest.mark.parametrize("modes", [0, 4])
+@pytest.mark.parametrize("parameter", ["mean", "restitution", "damping", "s"])
+def test_times_move_with_a_parameter_as_the_column_says(parameter: str, modes: int) -> None:
+    def family(value: float) -> System:
+        mean, d, r, s = {"mean": (value, 0.1, 0.5, 2.0), "damping": (0.5, value, 0.5, 2.0)}.get(
+            parameter, (0.5, 0.1, value if parameter == "restitution" else 0.5, value if parameter == "s" else 2.0)
+        )
+        return System(s=s, d=d, restitution=r, load=Load.fourier([mean, 1.0, 0.2j]))
+
+    here = {"mean": 0.5, "restitution": 0.5, "damping": 0.1, "s": 2.0}[parameter]
+    orbit = orbits(family(here), 2, modes=modes, tries=60).orbits[0]
+    step = 1e-4
+    ends = [orbit_near(family(here + k * step), orbit.times, modes=modes) for k in (1.0, -1.0)]
+    moved = (np.array(ends[0].times) - ends[1].times) / (2.0 * step)  # type: ignore[union-attr]
+    assert time_rates(orbit, family, here) == pytest.approx(moved, rel=1e-5, abs=1e-6)
+    assert parameter_column(orbit, family, here)[-1] == pytest.approx(0.0, abs=1e-8)
+    assert orbit.off(family(here)) == pytest.approx(0.0, abs=1e-12)
 
 
 # -- what is refused --------------------------------------------------------------------------------------------------

@@ -8,7 +8,15 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
-from percuss.steady.periodic import Drop, FoundOrbits, PeriodicOrbit, orbit_near, orbits
+from percuss.steady.periodic import (
+    Drop,
+    FoundOrbits,
+    PeriodicOrbit,
+    orbit_near,
+    orbits,
+    parameter_column,
+    time_rates,
+)
 from percuss.steady.reason import Reason
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
@@ -51,10 +59,12 @@ __all__ = [
     "level",
     "orbit_near",
     "orbits",
+    "parameter_column",
     "rest_on_wall",
     "self_excited_motion",
     "si_report",
     "steady_states",
+    "time_rates",
     "timed_states",
     "valve_margins",
 ]

@@ -19,87 +19,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.model import Modes, System
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady.oscillator import Propagator, phi1, phi2, propagator
+from percuss.steady.periodic.passage import Blocks, Passage, solved
 from percuss.steady.phases import forced_response
 from percuss.steady.response import Response
 
-__all__ = ["Blocks", "ImpactChain", "Numbers", "Passage", "solved"]
+__all__ = ["ImpactChain"]
 
-Numbers = npt.NDArray[Any]  # real for a real ξ, else complex
-_SINGULAR = 256.0 * np.finfo(float).eps  # det(I − M) below this is rounding
 _NEUTRAL = 1e-3  # 1 − Πβ E_i below which the rigid velocity is an unknown of its own
-
-
-class Blocks(NamedTuple):
-    """M_n = [[a, b], [c, e]], the map of the elastic modes over a whole cycle; every array of shape (…, N)."""
-
-    a: Array
-    b: Array
-    c: Array
-    e: Array
-
-
-class Passage(NamedTuple):
-    """The motion through the impacts at given times; i counts impacts, and the flights that follow them.
-
-    Parameters
-    ----------
-    times, flights
-        t_i, and h_i = t_{i+1} − t_i; shapes (…, p).
-    force
-        p(t_i), from one side where the load jumps; shape (…, p).
-    step
-        Propagators over the flights; shapes (…, p, N).
-    fade, stay
-        (1 − E_i)/d and E_i = exp(−dh_i) of the rigid motion; shapes (…, p).
-    rigid, rebound
-        Velocity of the bar as a whole just before and just after each impact; shapes (…, p).
-    displacement, velocity
-        u_n and u_n' just before each impact; shapes (…, p, N).
-    forced, forced_velocity
-        f_n and f_n' there; shapes (…, p, N).
-    speed
-        Velocity of the striking end just before each impact; shape (…, p).
-    gap
-        F_i; shape (…, p).
-    closure
-        By how much the rigid velocity just after the first impact has changed after a cycle; shape (…,).
-    blocks
-        M_n.
-    divisor
-        det(I − M_n): 0 in internal resonance; shape (…, N).
-    """
-
-    times: Array
-    flights: Array
-    force: Array
-    step: Propagator
-    fade: Array
-    stay: Array
-    rigid: Array
-    rebound: Array
-    displacement: Array
-    velocity: Array
-    forced: Array
-    forced_velocity: Array
-    speed: Array
-    gap: Array
-    closure: Array
-    blocks: Blocks
-    divisor: Array
-
-    @property
-    def resonant(self) -> npt.NDArray[np.bool_]:
-        """Which modes come back after a cycle by themselves, so that their amplitude is free; shape (…, N)."""
-        return np.asarray(np.abs(self.divisor) <= _SINGULAR)
 
 
 class _Forced(NamedTuple):
@@ -271,20 +205,3 @@ class ImpactChain:
         shares = np.cumprod(np.concatenate([np.ones_like(stay[..., :1]), beta * stay[..., :-1]], axis=-1), axis=-1)
         slope, off = shares * fade, base + (after - forced.rigid_velocity) * fade
         return np.asarray(-(slope * off).sum(axis=-1) / (slope**2).sum(axis=-1))
-
-
-def solved(blocks: Blocks, xi: complex, u: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
-    """(ξ − M_n)⁻¹(u_n, v_n), which broadcast with the blocks; in resonance the shortest that fits best."""
-    a, e = xi - blocks.a, xi - blocks.e
-    divisor = a * e - blocks.b * blocks.c
-    singular = np.abs(divisor) <= _SINGULAR
-    if not singular.any():
-        return (e * u + blocks.b * v) / divisor, (blocks.c * u + a * v) / divisor
-    size = np.abs(a) ** 2 + np.abs(e) ** 2 + np.abs(blocks.b) ** 2 + np.abs(blocks.c) ** 2
-    size, safe = np.where(size > 0.0, size, 1.0), np.where(singular, 1.0, divisor)
-    best_u = (np.conj(a) * u - blocks.c * v) / size
-    best_v = (-blocks.b * u + np.conj(e) * v) / size
-    return (
-        np.where(singular, best_u, (e * u + blocks.b * v) / safe),
-        np.where(singular, best_v, (blocks.c * u + a * v) / safe),
-    )

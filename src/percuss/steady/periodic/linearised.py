@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.steady.periodic.impact_chain import Blocks, ImpactChain, Numbers, Passage, solved
+from percuss.steady.periodic.impact_chain import ImpactChain
+from percuss.steady.periodic.passage import Blocks, Numbers, Passage, solved
 
 __all__ = ["bordered", "eliminated"]
 

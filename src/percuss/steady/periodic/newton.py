@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from percuss.halting import look
 from percuss.model.checks import Array
-from percuss.steady.periodic.impact_chain import ImpactChain, Passage
+from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.linearised import bordered
+from percuss.steady.periodic.passage import Passage
 from percuss.steady.periodic.sameness import differences
 
 __all__ = ["COALESCED", "Ended", "Outcome", "newton"]

@@ -11,14 +11,15 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
-from percuss.model.checks import Array, array, choice, finite
+from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.impact_state import ModalState
 from percuss.steady.periodic.flight import Flight, state_at
-from percuss.steady.periodic.impact_chain import ImpactChain, Passage
+from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.linearised import bordered, eliminated
+from percuss.steady.periodic.passage import Passage
 from percuss.steady.reason import Reason
 
 __all__ = ["PeriodicOrbit"]
@@ -156,6 +157,16 @@ class PeriodicOrbit(Shown):
     def residual(self) -> float:
         """How far the striking end is from the wall at the impacts, at most: rounding."""
         return float(max(np.abs(self._passage.gap).max(), abs(float(self._passage.closure))))
+
+    def off(self, system: System) -> Array:
+        """The equations for the times, with the times of this orbit and another system: 0 if it has this orbit, too.
+
+        The p equations of the flights, and by how much the rigid velocity after the first impact changes in a cycle
+        where it does not follow from the times. Shape (p + 1,).
+        """
+        chain = ImpactChain(instance("system", system, System), self.impacts, self.periods, self.modes)
+        passage = chain.passage(np.array(self.times), None if self.rebound is None else np.array(self.rebound))
+        return np.append(passage.gap, passage.closure)
 
     def linearised(self, xi: complex = 1.0, side: Side = "right") -> npt.NDArray[np.complex128] | Array:
         """K(ξ), which is singular where ξ is a multiplier of the orbit; shape (p, p).

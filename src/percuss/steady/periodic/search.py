@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from enum import Enum
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +12,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import Array, array, count, instance
-from percuss.shown import Shown
+from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
@@ -22,7 +20,7 @@ from percuss.steady.periodic.sameness import SAME, canonical, differences, load_
 from percuss.steady.reason import Reason
 from percuss.steady.states import check_pushes, steady_states
 
-__all__ = ["MOST_IMPACTS", "MOST_PERIODS", "Drop", "FoundOrbits", "orbit_near", "orbits"]
+__all__ = ["MOST_IMPACTS", "MOST_PERIODS", "orbit_near", "orbits"]
 
 MOST_IMPACTS = 64
 MOST_PERIODS = 256
@@ -31,68 +29,6 @@ _MOST_TRIES = 10**7
 _AT_ONCE = 256  # starts of a batch, at most
 _FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
 _NUMBERS = 1 << 20  # of an array of a batch
-
-
-class Drop(Enum):
-    """Why a try gave no new orbit."""
-
-    LOST = "did not converge"
-    COALESCED = "impacts coalesce"
-    REPEAT = "repeats a shorter orbit"
-    RESONANT = "internal resonance"
-    NO_BLOW = "strikes backwards"
-    THROUGH_WALL = "through the wall"
-    KNOWN = "known already"
-
-
-@dataclass(frozen=True)
-class FoundOrbits(Shown):
-    """The orbits z=p/n that a search found.
-
-    Parameters
-    ----------
-    system, impacts, periods, modes
-        What was asked: p, n and N.
-    orbits
-        Those that are possible, by the phase of their first impact.
-    rejected
-        The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
-    tries
-        Starts that were followed; 0 where none was needed.
-    dropped
-        How many of the tries gave no new orbit, by reason; of one impact in a cycle, how many roots are none.
-    unseen
-        Estimate of the share of random starts that would lead to orbits not found: of the tries without deflation that
-        ended at an orbit, the part whose orbit they met once only (Good, Biometrika 40 (1953) 237–264). None when no
-        such try ended at one; 0 where the list is complete.
-    complete
-        Whether there are proved to be no others: one impact in a cycle.
-    """
-
-    system: System
-    impacts: int
-    periods: int
-    modes: int
-    orbits: tuple[PeriodicOrbit, ...]
-    rejected: tuple[PeriodicOrbit, ...] = field(repr=False)
-    tries: int
-    dropped: Mapping[Drop, int]
-    unseen: float | None
-    complete: bool
-
-    @property
-    def label(self) -> str:
-        """z=p/n."""
-        return f"z={self.impacts}/{self.periods}"
-
-    def __str__(self) -> str:
-        found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
-        if self.complete:
-            head = f"{self.label}: {found}, all there are"
-        else:
-            estimate = "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen:.2g}"
-            head = f"{self.label}: {found} in {self.tries} tries, {estimate}"
-        return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
 
 
 def orbits(
@@ -136,7 +72,7 @@ def orbits(
     >>> for orbit in found.orbits:
     ...     print(orbit.phases.round(6), orbit.speeds.round(6))
     [0.148241 1.466982] [1.865025 0.732025]
-    [0.391117 2.300867] [2.105841 0.511062]
+    [0.390789 2.321002] [2.099374 0.497676]
     """
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
