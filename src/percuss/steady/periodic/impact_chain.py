@@ -116,15 +116,15 @@ class ImpactChain:
         """
         flights = np.concatenate([times[..., 1:], times[..., :1] + self.period], axis=-1) - times
         forced = self._forced(times)
-        step = propagator(self.known.omega, self.known.damping, flights[..., None])
-        blocks, divisor, start = self._returning(step, forced)
-        u, v = self._before(step, forced, start)
+        step, blocks, divisor, u, v = self._elastic(flights, forced)
         end = u @ self.known.gamma
-        bent = np.roll(end, -1, axis=-1) - self.system.contact.strain_factor * end
         decay = self.system.d * flights
         fade, stay = flights * phi1(decay), np.exp(-decay)
-        pushed = self.system.load.mean * flights**2 * phi2(decay)
-        base = bent + pushed + np.roll(forced.rigid, -1, axis=-1) - forced.rigid  # F_i but for what r_i adds
+        base = (  # F_i but for what r_i adds
+            (_next(end) - self.system.contact.strain_factor * end)
+            + self.system.load.mean * flights**2 * phi2(decay)
+            + (_next(forced.rigid) - forced.rigid)
+        )
         first = self._first_rebound(forced, fade, stay, base) if rebound is None else rebound
         rigid, after, last = self._rigid(forced, fade, stay, first)
         return Passage(
@@ -148,6 +148,15 @@ class ImpactChain:
         )
 
     # -- the elastic modes --
+
+    def _elastic(self, flights: Array, forced: _Forced) -> tuple[Propagator, Blocks, Array, Array, Array]:
+        """Propagators, M_n, det(I − M_n), and u_n, u_n' just before each impact."""
+        if not self.modes:
+            none, nothing = np.empty((*flights.shape, 0)), np.empty((*flights.shape[:-1], 0))
+            return Propagator(*(none,) * 6), Blocks(*(nothing,) * 4), nothing, none, none
+        step = propagator(self.known.omega, self.known.damping, flights[..., None])
+        blocks, divisor, start = self._returning(step, forced)
+        return step, blocks, divisor, *self._before(step, forced, start)
 
     def _returning(self, step: Propagator, forced: _Forced) -> tuple[Blocks, Array, tuple[Array, Array]]:
         """M_n, det(I − M_n), and the state after the first impact that comes back, less the forced one."""
@@ -205,3 +214,8 @@ class ImpactChain:
         shares = np.cumprod(np.concatenate([np.ones_like(stay[..., :1]), beta * stay[..., :-1]], axis=-1), axis=-1)
         slope, off = shares * fade, base + (after - forced.rigid_velocity) * fade
         return np.asarray(-(slope * off).sum(axis=-1) / (slope**2).sum(axis=-1))
+
+
+def _next(values: Array) -> Array:
+    """Of every impact the value of the next one; shape (…, p)."""
+    return np.concatenate([values[..., 1:], values[..., :1]], axis=-1)

@@ -19,6 +19,8 @@ from percuss.steady.periodic.passage import Blocks, Numbers, Passage, solved
 
 __all__ = ["bordered", "eliminated"]
 
+_NUMBERS = 1 << 20  # in an array of a sweep
+
 
 def bordered(chain: ImpactChain, passage: Passage, xi: complex) -> Numbers:
     """K(ξ) with the change of the rigid velocity after the first impact as an unknown more, which comes last.
@@ -28,8 +30,9 @@ def bordered(chain: ImpactChain, passage: Passage, xi: complex) -> Numbers:
     p, beta = chain.impacts, chain.system.contact.velocity_factor
     kind = complex if isinstance(xi, complex) else float
     found: Numbers = np.zeros((*passage.times.shape[:-1], p + 1, p + 1), dtype=kind)
-    if chain.modes:
-        found[..., :p, :p] = _elastic(chain, passage, xi)
+    width = max(1, _NUMBERS // (passage.times.size * p))
+    for first in range(0, chain.modes, width):
+        found[..., :p, :p] = found[..., :p, :p] + _elastic(chain, passage, xi, slice(first, first + width))
     jump = -chain.system.contact.impulse * passage.force
     rate: Numbers = np.zeros((*passage.times.shape[:-1], p + 1), dtype=kind)  # of the rigid velocity, by each unknown
     rate[..., p] = 1.0
@@ -51,24 +54,25 @@ def eliminated(matrix: Numbers) -> Numbers:
     return np.asarray(matrix[..., :-1, :-1] - matrix[..., :-1, -1:] * matrix[..., -1:, :-1] / corner)
 
 
-def _elastic(chain: ImpactChain, passage: Passage, xi: complex) -> Numbers:
-    """What the elastic modes add to K(ξ): by how much each flight (row) moves the striking end per unit shift (column).
+def _elastic(chain: ImpactChain, passage: Passage, xi: complex, some: slice) -> Numbers:
+    """What some of the elastic modes add to K(ξ): how each flight (row) moves the striking end per shift (column).
 
     Sweep by sweep with arrays of the shape (…, shifts, modes): first from nothing, then from the state that is ξ times
     itself after a cycle.
     """
     p, contact, known = chain.impacts, chain.system.contact, chain.known
-    alpha, beta, gamma = contact.strain_factor, contact.velocity_factor, known.gamma
-    kick = (alpha - beta) * passage.velocity
-    kick_rate = (alpha - beta) * known.omega**2 * passage.displacement - contact.impulse * passage.force[..., None]
-    shape = (*passage.times.shape[:-1], p, chain.modes)
+    alpha, beta, gamma = contact.strain_factor, contact.velocity_factor, known.gamma[some]
+    kick = (alpha - beta) * passage.velocity[..., some]
+    pull = (alpha - beta) * known.omega[some] ** 2 * passage.displacement[..., some]
+    kick_rate = pull - contact.impulse * passage.force[..., None]
+    shape = (*passage.times.shape[:-1], p, gamma.size)
     u: Numbers = np.zeros(shape, dtype=complex if isinstance(xi, complex) else float)
     v: Numbers
     found: Numbers
     v, found = np.zeros_like(u), np.zeros((*shape[:-1], p), dtype=u.dtype)
     for last in (False, True):
         for i in range(p):
-            a, b, c, e = (part[..., i, None, :] for part in passage.step[:4])
+            a, b, c, e = (part[..., i, None, some] for part in passage.step[:4])
             start = u @ gamma if last else 0.0
             u, v = a * u + b * v, c * u + e * v
             if last:
@@ -78,5 +82,5 @@ def _elastic(chain: ImpactChain, passage: Passage, xi: complex) -> Numbers:
             u[..., to, :] = u[..., to, :] + turned * kick[..., to, :]
             v[..., to, :] = v[..., to, :] + turned * kick_rate[..., to, :]
         if not last:
-            u, v = solved(Blocks(*(part[..., None, :] for part in passage.blocks)), xi, u, v)
+            u, v = solved(Blocks(*(part[..., None, some] for part in passage.blocks)), xi, u, v)
     return found
