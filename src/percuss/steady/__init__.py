@@ -16,9 +16,11 @@ from percuss.steady.self_excited import (
     Rhythm,
     RigidCycle,
     SelfExcited,
+    Sensitivity,
     ValveCycle,
     ValveMargins,
     self_excited_motion,
+    sensitivities,
     valve_margins,
 )
 from percuss.steady.si import SIReport, si_report
@@ -41,6 +43,7 @@ __all__ = [
     "RigidCycle",
     "SIReport",
     "SelfExcited",
+    "Sensitivity",
     "SteadyStates",
     "TimedOrbit",
     "TimedStates",
@@ -53,6 +56,7 @@ __all__ = [
     "level",
     "rest_on_wall",
     "self_excited_motion",
+    "sensitivities",
     "si_report",
     "steady_states",
     "timed_states",
