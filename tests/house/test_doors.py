@@ -728,8 +728,12 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"seed": 0, "most": 20, "progress": None},
             {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
-        "case.MachineMotion.to_json_dict": (machine_moved.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
-        "case.MachineMotion.to_json_text": (machine_moved.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
+        "case.MachineMotion.to_json_dict": (
+            machine_moved.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.MachineMotion.to_json_text": (
+            machine_moved.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
         "case.machine_motion": (
             room_of_cases.machine_motion, {"case": drilling, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from percuss.case.answers.machine_in_words import in_units
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.machine_report import machine_section
-from percuss.cli.report_parts import BAD, GOOD, Grid, Report, Section
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_motion import MachineMotion
@@ -29,8 +29,8 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
     sections.append(Section("Motion", tuple(rows)))
     if last != 0 and len(motion.events):
         sections.append(_events_grid(answer, last))
-    runs = motion.label.startswith(("runs", "double"))
-    return Report(answer.title, _summary(answer), GOOD if runs else BAD, tuple(sections))
+    tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
+    return Report(answer.title, _summary(answer), tone, tuple(sections))
 
 
 def _summary(answer: MachineMotion) -> str:
@@ -52,7 +52,7 @@ def _in_words(label: str) -> str:
     """The label behind "the machine"."""
     if label.startswith(("runs", "stalls", "cycles")):
         return label
-    return f"ends in the motion '{label}'"
+    return {"undecided": "has not settled yet", "irregular": "strikes irregularly"}.get(label, f"ends as '{label}'")
 
 
 def _time(answer: MachineMotion, time: float) -> str:
