@@ -449,7 +449,9 @@ def test_no_machine_of_the_catalogue_switches() -> None:
     from percuss.case import MACHINES
 
     for machine in MACHINES:
-        assert switching_of(load_case(machine.name).load()) is None, machine.name
+        case = load_case(machine.name)
+        assert machine.valve == case.is_machine
+        assert case.is_machine or switching_of(case.load()) is None, machine.name
 
 
 @pytest.fixture

@@ -290,6 +290,9 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
+    drilling = room_of_cases.load_case("valve-drifter").changed(simulation={"modes": 0, "impacts": 3})
+    machined = room_of_cases.machine_answer(drilling, modes=0)
+    machine_moved = room_of_cases.machine_motion(drilling)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
     by_key = room_of_cases.CaseFamily(hammer, {"bar.length": "mm"})
@@ -725,6 +728,19 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"seed": 0, "most": 20, "progress": None},
             {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "case.MachineMotion.to_json_dict": (
+            machine_moved.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.MachineMotion.to_json_text": (
+            machine_moved.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.machine_motion": (
+            room_of_cases.machine_motion, {"case": drilling, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
+        "case.machine_answer": (
+            room_of_cases.machine_answer, {"case": drilling, "modes": 0},
+            {"modes": OPTIONAL},
+        ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),
@@ -754,6 +770,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
+        "plot.machine": (plot.machine, {"answer": machined}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),

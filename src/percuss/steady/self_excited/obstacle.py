@@ -134,7 +134,7 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     """What the last flights of a machine without a cycle tell of it."""
     last = legs[-1]
     if last.ending == "on the wall":
-        state = last.switches[-1].to if last.switches else _state_before(legs)
+        state = last.switches[-1].to if last.switches else _state_before(piston, legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
     if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
         nearest = min(min([s.behind, *s.flight.turning_places(s.duration)]) for s in last.segments[1:])
@@ -147,8 +147,10 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.IRREGULAR}
 
 
-def _state_before(legs: list[Leg]) -> str:
-    """The state in which the last flight began."""
+def _state_before(piston: Piston, legs: list[Leg]) -> str:
+    """The state in which the last flight began; the first one begins in the state that pulls most."""
+    if len(legs) == 1:
+        return min(piston.valve.pairs, key=lambda pair: pair[1])[0]
     rebound = legs[-2].rebound
     assert rebound is not None
     return rebound.state
