@@ -94,7 +94,9 @@ NO_DOORS: dict[str, str] = {
             "recordings.Recording",
             "model.Section.piece",
             "model.Jump",
+            "model.MachineModes",
             "steady.Drag",
+            "steady.ElasticCycle",
             "steady.Energy",
             "steady.Field",
             "steady.FoundOrbits",
@@ -103,13 +105,17 @@ NO_DOORS: dict[str, str] = {
             "steady.Orbit",
             "steady.PeriodicOrbit",
             "steady.Rest",
+            "steady.RigidCycle",
             "steady.SelfExcited",
+            "steady.Sensitivity",
             "steady.SIReport",
             "steady.SteadyStates",
             "steady.TimedOrbit",
             "steady.TimedStates",
             "steady.ValveCycle",
+            "steady.ValveCycle.position",
             "steady.ValveMargins",
+            "steady.Rhythm.of_rigid",
             "steady.Violation",
             "stability.ExactPlane",
             "stability.LinearMap",
@@ -304,7 +310,9 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
-    machined = room_of_cases.machine_answer(room_of_cases.load_case("valve-drifter"), modes=0)
+    drilling = room_of_cases.load_case("valve-drifter").changed(simulation={"modes": 0, "impacts": 3})
+    machined = room_of_cases.machine_answer(drilling, modes=0)
+    machine_moved = room_of_cases.machine_motion(drilling)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
     by_key = room_of_cases.CaseFamily(hammer, {"bar.length": "mm"})
@@ -397,6 +405,19 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"chamber": Chamber()},
             {"start": OPTIONAL},
         ),
+        "model.Valve.scaled": (VALVE.scaled, {"force": 2.0, "length": 2.0, "time": 1.0}, {}),
+        "model.Machine": (
+            Machine, {"body": UniformBar(20.0), "valve": VALVE, "contact": Kept(0.2), "at": 0, "bar": None}
+            | {"pressure": None},
+            {"bar": OPTIONAL, "pressure": OPTIONAL},
+        ),
+        "model.Machine.from_si": (
+            Machine.from_si, {"bar": bar, "valve": VALVE, "contact": Kept(0.2), "at": 0, "pressure": None},
+            {"pressure": OPTIONAL},
+        ),
+        "model.Machine.modes": (MACHINE.modes, {"count": 2}, {}),
+        "model.Machine.with_valve": (MACHINE.with_valve, {"valve": VALVE}, {}),
+        "model.MachineModes.at": (MACHINE.modes(2).at, {"body": UniformBar(20.0), "x": [0.5]}, {"x": PLACES}),
         "model.Valve.force": (VALVE.force, {"state": "power"}, {}),
         "model.Load": (
             Load, {"coefficients": [0.3, 1.0], "frequency": 1.0, "breaks": (), "values": (), "report": None}
@@ -468,7 +489,25 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Orbit.impact_field": (orbit.impact_field, {"x": 0.5}, {"x": PLACES}),
         "steady.Orbit.impact_history": (orbit.impact_history, {"impacts": 2}, {}),
         "steady.self_excited_motion": (
-            steady.self_excited_motion, {"machine": MACHINE, "modes": 1, "room": 9.0}, {"room": OPTIONAL},
+            steady.self_excited_motion, {"machine": MACHINE, "modes": 1, "room": 9.0, "near": None},
+            {"room": OPTIONAL, "near": OPTIONAL},
+        ),
+        "steady.sensitivities": (
+            steady.sensitivities, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
+        ),
+        **{
+            f"steady.{type(cycle).__name__}.position": (
+                cycle.position, {"times": 1.0, "place": 0.5}, {"times": ANY_NUMBERS, "place": PLACES},
+            )
+            for cycle in (steady.self_excited_motion(MACHINE, modes=n).cycle for n in (0, 1))
+        },
+        "steady.Rhythm": (
+            steady.Rhythm,
+            {"blow_times": (3.1,), "passages": ((1.4, 0),), "state": "power", "orders": VALVE.orders}, {},
+        ),
+        "steady.Rhythm.of_events": (
+            steady.Rhythm.of_events,
+            {"valve": VALVE, "events": [(1.0, "impact", 1.0), (3.0, "impact", 1.0)], "blows": 1}, {},
         ),
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
@@ -765,8 +804,17 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"seed": 0, "most": 20, "progress": None},
             {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "case.MachineMotion.to_json_dict": (
+            machine_moved.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.MachineMotion.to_json_text": (
+            machine_moved.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.machine_motion": (
+            room_of_cases.machine_motion, {"case": drilling, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
         "case.machine_answer": (
-            room_of_cases.machine_answer, {"case": room_of_cases.load_case("valve-drifter"), "modes": 0},
+            room_of_cases.machine_answer, {"case": drilling, "modes": 0},
             {"modes": OPTIONAL},
         ),
         "case.simulation_answer": (

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
+
+import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Valve
-from percuss.model.checks import count
-from percuss.model.load.valve import Orders
+from percuss.model.checks import count, finite, instance, numbers, several, text
+from percuss.model.load.valve import MOST_PORTS, Orders
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
 __all__ = ["Rhythm", "Step", "orders_after", "rhythm_of", "steps_of"]
@@ -78,6 +80,15 @@ class Rhythm:
     state: str
     orders: Orders
 
+    def __post_init__(self) -> None:
+        times = numbers("blow_times", self.blow_times, "times after 0, in order").reshape(-1)
+        if not times.size or times[0] <= 0.0 or np.any(np.diff(times) <= 0.0):
+            raise ParameterError("blow_times", self.blow_times, "times after 0, in order")
+        object.__setattr__(self, "blow_times", tuple(times.tolist()))
+        object.__setattr__(self, "passages", _passages(self.passages))
+        text("state", self.state, "the name of a state")
+        instance("orders", self.orders, Orders)
+
     @property
     def period(self) -> float:
         """Duration of the cycle."""
@@ -108,6 +119,7 @@ class Rhythm:
         ParameterError
             When there are not more blows than in a cycle.
         """
+        instance("valve", valve, Valve)
         return rhythm_of(valve, (valve.orders.last, valve.orders), events, count("blows", blows, most=64))
 
 
@@ -115,7 +127,7 @@ def rhythm_of(
     valve: Valve, begin: tuple[str, Orders], events: Iterable[tuple[float, str, object]], blows: int
 ) -> Rhythm:
     """As `Rhythm.of_events`, of a motion that began with any state and orders of the valve."""
-    (state, orders), heard = begin, list(events)
+    (state, orders), heard = begin, _events(valve, events)
     struck: list[tuple[int, float, str, Orders]] = []
     for i, (time, kind, detail) in enumerate(heard):
         if kind == "impact":
@@ -136,6 +148,32 @@ def rhythm_of(
     pending = tuple((due - start, to) for due, to in orders.pending)
     times = tuple(time - start for _, time, _, _ in struck[-blows:])
     return Rhythm(times, passages, state, replace(orders, pending=pending))
+
+
+_EVENT = "a time, what happened, and a port's number or a state"
+
+
+def _passages(given: object) -> tuple[tuple[float, int], ...]:
+    accepted = "the time and the number of each port"
+    pairs = several("passages", cast("Iterable[Any]", given), accepted)
+    if any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
+        raise ParameterError("passages", given, accepted)
+    return tuple((finite("passages", time), count("passages", port, least=0, most=MOST_PORTS)) for time, port in pairs)
+
+
+def _events(valve: Valve, given: Iterable[tuple[float, str, object]]) -> list[tuple[float, str, object]]:
+    """The events, checked."""
+    found: list[tuple[float, str, object]] = []
+    for event in several("events", given, _EVENT):
+        if not isinstance(event, tuple | list) or len(event) != 3:
+            raise ParameterError("events", event, _EVENT)
+        time, kind, detail = event
+        if kind == "port":
+            detail = count("events", detail, least=0, most=len(valve.ports) - 1)
+        elif kind == "valve":
+            valve.force(str(detail))
+        found.append((finite("events", time), str(kind), detail))
+    return found
 
 
 def steps_of(valve: Valve, rhythm: Rhythm) -> tuple[Step, ...] | None:

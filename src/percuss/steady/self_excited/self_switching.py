@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from percuss.errors import ParameterError
-from percuss.model import Machine
+from percuss.model import Machine, Valve
 from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited.elastic_cycle import ElasticCycle
@@ -126,7 +126,7 @@ def self_excited_motion(
     instance("machine", machine, Machine)
     modes = count("modes", modes, least=0, most=_MOST_MODES)
     space = math.inf if room is None else positive("room", room)
-    near = _checked(near, modes)
+    near = _checked(near, modes, machine.valve)
     piston = piston_of(machine)
     asked = SelfExcited(machine, modes, space, None, None)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
@@ -143,7 +143,7 @@ def self_excited_motion(
     return _judged(asked, rigid)
 
 
-def _checked(near: object, modes: int) -> Rhythm | None:
+def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
     if near is None:
         return None
     if modes == 0:
@@ -152,7 +152,13 @@ def _checked(near: object, modes: int) -> Rhythm | None:
         return Rhythm.of_rigid(near)
     if isinstance(near, ElasticCycle):
         return near.rhythm
-    return instance("near", near, Rhythm)
+    rhythm = instance("near", near, Rhythm)
+    named = [rhythm.state, rhythm.orders.last, *(to for _, to in rhythm.orders.pending)]
+    for state in named:
+        valve.force(state)
+    if any(port >= len(valve.ports) or valve.ports[port].behind is None for _, port in rhythm.passages):
+        raise ParameterError("near", rhythm.passages, "passages of ports that this valve has")
+    return rhythm
 
 
 def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> SelfExcited:
