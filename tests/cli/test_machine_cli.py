@@ -118,9 +118,12 @@ def test_what_is_mistyped_or_asked_of_the_wrong_command(
     assert said in refused(capsys, *arguments)
 
 
-def test_the_blow_of_a_machine_is_resolved_by_waves(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_blow_of_a_machine_is_resolved_by_waves(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["blow", "valve-drifter", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["case"] == "valve-drifter"
+    path = tmp_path / "no-speed.toml"
+    path.write_text(load_case("valve-drifter").varied({"blow.velocity": None}).to_toml(), encoding="utf-8")
+    assert "'percuss machine' tells the striking speed" in refused(capsys, "blow", str(path))
 
 
 def test_the_next_command_of_a_new_case(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
