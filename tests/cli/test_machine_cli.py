@@ -118,12 +118,62 @@ def test_what_is_mistyped_or_asked_of_the_wrong_command(
     assert said in refused(capsys, *arguments)
 
 
-def test_the_blow_of_a_machine_is_resolved_by_waves(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_blow_of_a_machine_is_resolved_by_waves(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["blow", "valve-drifter", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["case"] == "valve-drifter"
+    path = tmp_path / "no-speed.toml"
+    path.write_text(load_case("valve-drifter").varied({"blow.velocity": None}).to_toml(), encoding="utf-8")
+    assert "'percuss machine' tells the striking speed" in refused(capsys, "blow", str(path))
 
 
 def test_the_next_command_of_a_new_case(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     path = tmp_path / "breaker.toml"
     assert main(["new", "valve-breaker", "-o", str(path)]) == 0
     assert capsys.readouterr().out == f"wrote {path}; next: percuss machine {path}\n"
+
+
+# -- percuss simulate ---------------------------------------------------------------------------------------------
+
+
+def test_a_machine_is_followed_from_its_start(capsys: pytest.CaptureFixture[str]) -> None:
+    """From rest 39 mm behind the tool; blows of an independent program."""
+    assert main(["simulate", "valve-breaker", "--modes", "0", "--impacts", "3", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    blows = [event for event in found["events"] if event["kind"] == "impact"]
+    assert [event["time_s"] for event in blows] == pytest.approx([0.120, 0.227, 0.333], abs=1e-3)
+    assert [event["speed"] for event in blows] == pytest.approx([8.78, 9.18, 9.19], abs=6e-3)
+    kinds = [(event["kind"], event["to"]) for event in found["events"] if event["kind"] in ("port", "valve")]
+    assert kinds[:4] == [("port", "return"), ("valve", "power"), ("port", "power"), ("valve", "return")]
+    assert found["outcome"] == "impacts" and found["cycle"] is None
+
+
+def test_the_simulation_settles_on_the_cycle_of_the_report(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "valve-drifter", "--modes", "0"]) == 0
+    text = capsys.readouterr().out
+    assert "From this start the machine runs 1/1: 301.1 J at 61.2 Hz (3672 blows/min), 10.92 m/s" in text
+    assert "valve: power" in text and "ports[0] demands" in text
+
+
+def test_a_simulation_of_a_machine_that_stalls(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    gas = load_case("valve-breaker").varied({"load.chamber": {"force": "12 kN", "stiffness": "40 kN/m"}})
+    path = tmp_path / "gas.toml"
+    path.write_text(gas.to_toml(), encoding="utf-8")
+    assert main(["simulate", str(path), "--modes", "0", "--start", "position=0"]) == 0
+    assert "From this start the machine stalls (in the chamber)." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["-o", "motion.nc"], "'percuss machine' draws and writes the cycle"),
+        (["--plot", "motion.png"], "'percuss machine' draws and writes the cycle"),
+        (["--start", "orbit:1"], "start.orbit = 1: expected a start by position and velocity"),
+        (["--start", "random"], "start.random = 'rigid': expected a start by position and velocity"),
+        (["--start", "position=1"], "position"),
+    ],
+)
+def test_what_a_simulation_of_a_machine_does_not_take(
+    options: list[str], said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refused(capsys, "simulate", "valve-drifter", *options)

@@ -179,6 +179,8 @@ NO_DOORS: dict[str, str] = {
             "case.OrbitAnswer",
             "case.PeriodAnswer",
             "case.Simulation",
+            "case.MachineAnswer",
+            "case.MachineMotion",
             "case.SimulationAnswer",
             "case.SteadyAnswer",
             "case.WavesAnswer",

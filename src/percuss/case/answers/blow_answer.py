@@ -162,6 +162,9 @@ def _motion(case: Case) -> tuple[Orbit, str]:
     if case.tables.load is None or getattr(case.tables, "contact", ...) is None:
         accepted = "a velocity, or a [load] and a [contact] whose steady motion has one"
         raise CaseError(case.file, "blow.velocity", None, accepted, remedy)
+    if case.is_machine:
+        told = f"'percuss machine' tells the striking speed of its cycle; {remedy}"
+        raise CaseError(case.file, "blow.velocity", None, "a velocity, as the load has no period", told)
     answer = steady_answer(case)
     chosen = answer.chosen
     if chosen is None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
-__all__ = ["decided_by", "figures_in_short", "headline", "in_units"]
+__all__ = ["decided_by", "decided_by_rigid", "figures_in_short", "headline", "in_units"]
 
 
 def headline(answer: MachineAnswer) -> str:
@@ -28,7 +28,7 @@ def headline(answer: MachineAnswer) -> str:
             f"{starts} from rest on the wall."
         )
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
-    text += f"{decided_by(answer.motion)}."
+    text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
     if cycle is not None and cycle.blows > 1:
         strongest = figures_in_short(answer.machine, cycle)
         text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
@@ -64,6 +64,13 @@ def decided_by(motion: SelfExcited) -> str:
         text = text.partition(", and the port")[0]
     found = in_units(motion.machine, motion.found, kind)
     return f" ({text.format(found=found, needed=in_units(motion.machine, motion.needed or 0.0, kind))})"
+
+
+def decided_by_rigid(answer: MachineAnswer) -> str:
+    """The number that decides for a rigid piston, where it meets the same obstacle."""
+    rigid = answer.rigid
+    same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle
+    return f"{decided_by(rigid)[:-1]}, as a rigid piston)" if same and decided_by(rigid) else ""
 
 
 def in_units(machine: Machine, value: float, kind: str) -> str:
