@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.gauge_record import MeasuredGauge
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.measured_gauge import measured_gauge
+    from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.answers.sweep_jobs import sweep_job_of
@@ -38,6 +39,7 @@ __all__ = [
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
+    "RecordedAnswer",
     "Simulation",
     "SimulationAnswer",
     "Span",
@@ -50,6 +52,7 @@ __all__ = [
     "load_case",
     "machine_answer",
     "measured_gauge",
+    "recorded_answer",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
@@ -69,6 +72,7 @@ _HOME = {
     "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
+    "RecordedAnswer": "answers.recorded_answer",
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
     "Span": "answers.best_answer",
@@ -81,6 +85,7 @@ _HOME = {
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",
     "measured_gauge": "answers.measured_gauge",
+    "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
