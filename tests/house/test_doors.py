@@ -290,7 +290,9 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
-    machined = room_of_cases.machine_answer(room_of_cases.load_case("valve-drifter"), modes=0)
+    drilling = room_of_cases.load_case("valve-drifter").changed(simulation={"modes": 0, "impacts": 3})
+    machined = room_of_cases.machine_answer(drilling, modes=0)
+    machine_moved = room_of_cases.machine_motion(drilling)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
     by_key = room_of_cases.CaseFamily(hammer, {"bar.length": "mm"})
@@ -726,8 +728,17 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"seed": 0, "most": 20, "progress": None},
             {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "case.MachineMotion.to_json_dict": (
+            machine_moved.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.MachineMotion.to_json_text": (
+            machine_moved.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}},
+        ),
+        "case.machine_motion": (
+            room_of_cases.machine_motion, {"case": drilling, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
         "case.machine_answer": (
-            room_of_cases.machine_answer, {"case": room_of_cases.load_case("valve-drifter"), "modes": 0},
+            room_of_cases.machine_answer, {"case": drilling, "modes": 0},
             {"modes": OPTIONAL},
         ),
         "case.simulation_answer": (

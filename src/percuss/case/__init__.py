@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
+    from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
@@ -36,6 +37,7 @@ __all__ = [
     "CaseFamily",
     "Machine",
     "MachineAnswer",
+    "MachineMotion",
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
@@ -51,6 +53,7 @@ __all__ = [
     "experiment_job_of",
     "load_case",
     "machine_answer",
+    "machine_motion",
     "measured_gauge",
     "recorded_answer",
     "resumed_answer",
@@ -69,6 +72,7 @@ _HOME = {
     "CaseFamily": "parameters.case_family",
     "Machine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
+    "MachineMotion": "answers.machine_motion",
     "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
@@ -84,6 +88,7 @@ _HOME = {
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",
+    "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
