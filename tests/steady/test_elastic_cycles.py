@@ -28,7 +28,7 @@ from percuss.model import (
     UniformBar,
     Valve,
 )
-from percuss.steady import ElasticCycle, Obstacle, Rhythm, self_excited_motion
+from percuss.steady import ElasticCycle, Obstacle, Rhythm, self_excited_motion, sensitivities
 from percuss.steady.self_excited.elastic_newton import solved
 from percuss.steady.self_excited.obstacle import why_unstable
 
@@ -278,6 +278,33 @@ def test_unstable_cycles_are_named() -> None:
     assert motion.found > motion.needed == 1.0
     for obstacle, multiplier in ((Obstacle.SPIRAL, 1.0 + 0.1j), (Obstacle.GROWS, 1.1), (Obstacle.FLIP, -1.1)):
         assert why_unstable(complex(multiplier)) is obstacle
+
+
+def test_sensitivities_of_closed_formulas() -> None:
+    """Without delay v² = 2 Σ Δ_i x_i/(1 − R²): energy as the pressure and as the port; rate as their square root."""
+    back, power, R = 0.4, 1.8, 0.2
+    ports = [Port("1", 1.0, "back"), Port("0", on="impact")]
+    motion = self_excited_motion(machine(10.0, 0.0, R, [-back, power], ports), modes=0)
+    cycle, found = motion.cycle, {(s.quantity, s.port): s for s in sensitivities(motion)}
+    energy, rate = (back + power) / (1.0 - R**2), 1.0 / cycle.period
+    by_pressure, by_port, by_R = found["pressure", None], found["behind", 0], found["restitution", None]
+    assert (by_pressure.energy, by_pressure.rate) == pytest.approx((energy, 0.5 * rate), rel=1e-7)
+    assert (by_port.energy, by_port.rate) == pytest.approx((energy, -0.5 * rate), rel=1e-7)
+    assert by_R.energy == pytest.approx(energy * 2.0 * R / (1.0 - R**2), rel=1e-7)
+    v, c = math.sqrt(2.0 * energy), cycle.uncoverings[0].velocity
+    assert found["delay", 0].energy == pytest.approx((back + power) * c / (1.0 - R**2), rel=1e-3)  # x_1 = 1 + cτ
+    assert found["delay", 1].energy == pytest.approx(-(back + power) * R * v / (1.0 - R**2), rel=1e-3)
+
+
+def test_sensitivities_of_an_elastic_machine() -> None:
+    asked = two_force(Reversed, 30.0, Ratio(0.05), 0.2, 0.1, 0.05)
+    elastic, rigid = (sensitivities(self_excited_motion(asked, modes=modes)) for modes in (4, 0))
+    for one, other in zip(elastic, rigid, strict=True):
+        assert (one.quantity, one.port) == (other.quantity, other.port)
+        assert one.energy == pytest.approx(other.energy, rel=0.3, abs=0.15)
+        assert one.rate == pytest.approx(other.rate, rel=0.3, abs=0.02)
+    with pytest.raises(ParameterError, match="runs"):
+        sensitivities(self_excited_motion(two_force(Kept, 10.0, External(0.0), 1.0, 0.0, 0.0)))
 
 
 def test_a_stepped_bar() -> None:

@@ -26,9 +26,11 @@ from percuss.steady.self_excited import (
     Rhythm,
     RigidCycle,
     SelfExcited,
+    Sensitivity,
     ValveCycle,
     ValveMargins,
     self_excited_motion,
+    sensitivities,
     valve_margins,
 )
 from percuss.steady.si import SIReport, si_report
@@ -57,6 +59,7 @@ __all__ = [
     "RigidCycle",
     "SIReport",
     "SelfExcited",
+    "Sensitivity",
     "SteadyStates",
     "TimedOrbit",
     "TimedStates",
@@ -71,6 +74,7 @@ __all__ = [
     "recorded_valve",
     "rest_on_wall",
     "self_excited_motion",
+    "sensitivities",
     "si_report",
     "steady_states",
     "timed_states",

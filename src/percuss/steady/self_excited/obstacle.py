@@ -176,8 +176,8 @@ def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
     return {"obstacle": Obstacle.IRREGULAR}
 
 
-def latest_return(piston: Piston, rebound: Rebound, to: str) -> float:
-    """How long after a blow a state may come at the latest so that the piston does not fall back to the wall."""
+def latest_return(piston: Piston, rebound: Rebound, to: str) -> float | None:
+    """The latest time after a blow at which a state keeps the piston from falling back to the wall; None for none."""
     from scipy.optimize import brentq  # slow to import
 
     falling = piston.flight(rebound.state, 0.0, rebound.speed)
@@ -191,4 +191,5 @@ def latest_return(piston: Piston, rebound: Rebound, to: str) -> float:
         turn = pulled.turning_time
         return pulled.at(turn)[0] if math.isfinite(turn) else math.copysign(x, v)
 
-    return float(brentq(nearest, falling.turning_time, back.time))
+    early, late = falling.turning_time, back.time
+    return float(brentq(nearest, early, late)) if nearest(early) > 0.0 >= nearest(late) else None
