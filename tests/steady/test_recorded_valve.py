@@ -69,7 +69,7 @@ def test_steps_of_a_machine_give_its_switches_and_its_own_cycle_again(ports, gas
         seen = next(one for one in read.switches if one.to == switch.to)
         assert seen.behind.low <= switch.behind <= seen.behind.high
         assert seen.velocity.low <= switch.velocity / rate <= seen.velocity.high
-    again = own_cycle(read.by_ports)
+    again = own_cycle(read.by_ports.machine)
     assert again.runs
     assert again.cycle.period * read.system.body.s / 80.0 == pytest.approx(2.0 * math.pi, rel=2e-3)
     assert again.cycle.blow_speed == pytest.approx(read.speed, rel=2e-3)
@@ -93,12 +93,14 @@ def test_a_real_record_gives_levels_chamber_and_places(valve: Valve, at_blow: bo
             assert seen.velocity.value == pytest.approx(switch.velocity, abs=0.05)
         assert not seen.found.told_apart
     assert next(one for one in read.switches if one.to == "return").by_blow == at_blow
-    for machine in (read.by_ports, read.by_delays):
-        found = own_cycle(machine)
+    for found in (read.by_ports, read.by_delays):
         assert found.runs
         assert found.cycle.period == pytest.approx(cycle.period, rel=0.01)
         assert found.cycle.blow_energy == pytest.approx(cycle.blow_energy, rel=0.05)
-    delays = [max(port.delay for port in one.valve.ports) for one in (read.by_ports, read.machine, read.by_delays)]
+    delays = [
+        max(port.delay for port in one.valve.ports)
+        for one in (read.by_ports.machine, read.machine, read.by_delays.machine)
+    ]
     assert delays[0] == delays[1] < 4e-3
     assert delays[2] > 15e-3
 
@@ -186,9 +188,9 @@ def test_the_longest_delay_bounds_the_readings() -> None:
     told = recorded_machine(breaker(), Kept(0.15), cycles=12)
     read = recorded_valve(hammer(told), record=measured(told), longest_delay=6e-3)
     assert max(switch.found.delay.high for switch in read.switches) == pytest.approx(6e-3)
-    places = {port.to: port.behind for port in read.by_delays.valve.ports}
+    places = {port.to: port.behind for port in read.by_delays.machine.valve.ports}
     assert places["power"] == pytest.approx(0.1458 - 6e-3 * 3.27, abs=1e-3)
-    assert own_cycle(read.by_delays).runs
+    assert read.by_delays.runs
 
 
 # ---------------------------------------------------------------- forces that are not recorded

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
+    from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.answers.sweep_jobs import sweep_job_of
@@ -40,6 +41,7 @@ __all__ = [
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
+    "RecordedAnswer",
     "Simulation",
     "SimulationAnswer",
     "Span",
@@ -53,6 +55,7 @@ __all__ = [
     "machine_answer",
     "machine_motion",
     "measured_gauge",
+    "recorded_answer",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
@@ -73,6 +76,7 @@ _HOME = {
     "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
+    "RecordedAnswer": "answers.recorded_answer",
     "Simulation": "file_format.start_and_simulation",
     "SimulationAnswer": "answers.simulation_answer",
     "Span": "answers.best_answer",
@@ -86,6 +90,7 @@ _HOME = {
     "machine_answer": "answers.machine_answer",
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
+    "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",

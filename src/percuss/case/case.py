@@ -195,6 +195,12 @@ class Case:
         """Whether the piston switches the load: the case then has a `machine` and no `system`."""
         return isinstance(self.tables.load, ValveForce | ValveLoad)
 
+    @property
+    def is_readable(self) -> bool:
+        """Whether the load is a recording or steps, which may be read as those of a valve (`recorded_answer`)."""
+        table = self.tables.load
+        return table is not None and not self.is_machine and (table.kind == "history" or self.load().is_piecewise)
+
     def machine(self) -> Machine:
         """The machine of a case whose load the piston switches.
 

@@ -11,21 +11,25 @@ from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
-    from percuss.case import MachineAnswer
+    import argparse
+
+    from percuss.case import MachineAnswer, RecordedAnswer
 
 __all__ = ["run"]
 
 _DESCRIPTION = """\
 How a hammer runs whose piston switches its own valve ([load] of the kind "valve"): blow energy, rate, stroke, oil flow
 and power, stability, margins, and how they follow pressure, ports and delays. No clock drives it, so that there is no
-phase."""
+phase. A recording, or steps of a load, are read as the force of such a machine: its ports and delays, by where the
+piston is as the force switches, its cycle, and the verdict with the valve beside that under a clock."""
 
 _EXAMPLES = """\
   percuss machine valve-breaker
   percuss machine valve-drifter --plot drifter.png
   percuss new valve-breaker -o breaker.toml
   percuss machine breaker.toml --modes 0
-  percuss machine breaker.toml --json -o cycle.csv"""
+  percuss machine breaker.toml --json -o cycle.csv
+  percuss machine recorded.toml --blows blows.txt"""
 
 
 def _parser() -> Parser:
@@ -37,6 +41,10 @@ def _parser() -> Parser:
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
     parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
     parser.add_argument("-o", "--output", metavar="FILE", help="write the cycle over time as a table, .csv")
+    read = parser.add_argument_group("reading a recorded load")
+    read.add_argument("--blow", metavar="TIME", help='when a blow was recorded, such as "12.4 ms" (on its clock)')
+    read.add_argument("--blows", metavar="FILE", help="a text file with the times of all blows in s, one in a line")
+    read.add_argument("--longest-delay", metavar="TIME", help='the longest delay of the valve, such as "10 ms"')
     return parser
 
 
@@ -51,8 +59,8 @@ def run(arguments: Sequence[str]) -> int:
             parser.error(f"argument -o: '{options.output}': the name must end in .csv")
         check_target(parser, "-o", options.output)
         check_not_the_case(parser, options.output, options.case)
-    answer = _answer(options.case, options.modes)
-    text = _json(answer) if options.json else ""
+    answer, record = _answer(parser, options)
+    text = _json(record or answer) if options.json else ""
     if options.output is not None:
         if answer.cycle is None:
             raise PercussError(f"{answer.name}: there is no cycle to write", "see the report without -o")
@@ -67,30 +75,44 @@ def run(arguments: Sequence[str]) -> int:
     if options.json:
         print(text)
     else:
-        from percuss.cli.machine_report import machine_report
-        from percuss.cli.report_printing import show
-
-        show(machine_report(answer))
+        _show(answer, record)
     tell_made(options.json, table=options.output, picture=options.plot)
     return 0
 
 
-def _answer(name: str, kept: int | None) -> MachineAnswer:
-    from percuss.case import machine_answer
+def _show(answer: MachineAnswer, record: RecordedAnswer | None) -> None:
+    from percuss.cli.machine_report import machine_report
+    from percuss.cli.recorded_report import recorded_report
+    from percuss.cli.report_printing import show
 
-    case = named_case(name)
+    show(machine_report(answer) if record is None else recorded_report(record))
+
+
+def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer, RecordedAnswer | None]:
+    """How the machine runs; of a load that is a recording or steps also how it was read."""
+    from percuss.case import machine_answer
+    from percuss.cli.recorded import asked_of_record, read_record
+
+    case = named_case(options.case)
+    record = None
     try:
-        answer = machine_answer(case, kept)
+        if case.is_machine or not case.is_readable:
+            for option in asked_of_record(options):
+                parser.error(f"argument {option}: only for a recorded load, or one of steps, which {case.file} has not")
+            answer = machine_answer(case, options.modes)
+        else:
+            record = read_record(case, options)
+            answer = record.answer
     except CaseError:
         raise
     except PercussError as error:  # the floors below do not know the file
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
     for warning in answer.warnings:
         print(f"percuss: warning: {warning}", file=sys.stderr)
-    return answer
+    return answer, record
 
 
-def _json(answer: MachineAnswer) -> str:
+def _json(answer: MachineAnswer | RecordedAnswer) -> str:
     import json
 
     return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)

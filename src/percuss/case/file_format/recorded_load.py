@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from percuss.model.checks import Array
     from percuss.recordings.recording import Recording
 
-__all__ = ["history_load", "positive_area", "positive_frequency"]
+__all__ = ["history_load", "positive_area", "positive_frequency", "recorded_force"]
 
 
 def positive_frequency(text: str, name: str) -> float:
@@ -45,27 +45,9 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
     CaseError
         When the recording cannot be read or used, or does not fit the case.
     """
-    from percuss.recordings.recording import read_recording  # only histories need it
-
-    path = folder / table.file
     try:
-        if not path.exists():
-            raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
-        if path.is_dir():
-            raise CaseError(file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x"))
+        recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else positive_frequency(table.frequency, "frequency")
-        rate = None if table.sample_rate is None else positive_frequency(table.sample_rate, "sample_rate")
-        recording = read_recording(
-            path,
-            column=table.column,
-            unit=table.unit,
-            time_column=table.time_column,
-            sample_rate=rate,
-            opposing_column=table.opposing_column,
-            start=table.start,
-            end=table.end,
-        )
-        force = _force(table, recording, file)
         load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
         if isinstance(table, HistoryLoad):
             scale = si(table.force_scale, "force", "force_scale")
@@ -73,12 +55,57 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
                 raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
             load = load.scaled(1.0 / scale)
         return load.acting_at(table.at), recording.notes
-    except ParameterError as error:
-        raise from_parameter(error, file, "load", table.model_dump(by_alias=True)) from None
-    except HistoryError as error:
-        raise CaseError(file, "load.file", table.file, error.message, error.remedy) from error
-    except (OSError, ValueError) as error:  # a path too long, or with a null character
-        raise CaseError(file, "load.file", table.file, f"cannot be read: {error}") from None
+    except (ParameterError, HistoryError, OSError, ValueError) as error:
+        raise _refused(error, table, file) from error
+
+
+def recorded_force(table: HistoryForce, file: str, folder: Path) -> tuple[Array, Array]:
+    """The samples that the load of a case was made from: their times (s), and the force as its load was read.
+
+    Raises
+    ------
+    CaseError
+        When the recording cannot be read or used.
+    """
+    try:
+        recording, force = _recorded(table, file, folder)
+    except (ParameterError, HistoryError, OSError, ValueError) as error:
+        raise _refused(error, table, file) from error
+    return recording.time, force
+
+
+def _refused(error: Exception, table: HistoryForce, file: str) -> CaseError:
+    """The refusal of a recording, with its key."""
+    if isinstance(error, CaseError):
+        return error
+    if isinstance(error, ParameterError):
+        return from_parameter(error, file, "load", table.model_dump(by_alias=True))
+    if isinstance(error, HistoryError):
+        return CaseError(file, "load.file", table.file, error.message, error.remedy)
+    return CaseError(file, "load.file", table.file, f"cannot be read: {error}")  # as a path with a null character
+
+
+def _recorded(table: HistoryForce, file: str, folder: Path) -> tuple[Recording, Array]:
+    """The recording that a case names, and the force on the bar."""
+    from percuss.recordings.recording import read_recording  # only histories need it
+
+    path = folder / table.file
+    if not path.exists():
+        raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
+    if path.is_dir():
+        raise CaseError(file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x"))
+    rate = None if table.sample_rate is None else positive_frequency(table.sample_rate, "sample_rate")
+    recording = read_recording(
+        path,
+        column=table.column,
+        unit=table.unit,
+        time_column=table.time_column,
+        sample_rate=rate,
+        opposing_column=table.opposing_column,
+        start=table.start,
+        end=table.end,
+    )
+    return recording, _force(table, recording, file)
 
 
 def _force(table: HistoryForce, recording: Recording, file: str) -> Array:

@@ -1,7 +1,7 @@
 """A recorded load read as a valve: the implied motion, the edges of the force, ports and delays, the machine."""
 
 from percuss.steady.recorded.force_record import ForceRecord
-from percuss.steady.recorded.machines_read import RecordedSwitch
+from percuss.steady.recorded.machines_read import Reading, RecordedSwitch
 from percuss.steady.recorded.port_and_delay import Interval, PortAndDelay
 from percuss.steady.recorded.recorded_valve import RecordedValve, recorded_valve
 from percuss.steady.recorded.together import recorded_together
@@ -10,6 +10,7 @@ __all__ = [
     "ForceRecord",
     "Interval",
     "PortAndDelay",
+    "Reading",
     "RecordedSwitch",
     "RecordedValve",
     "recorded_together",

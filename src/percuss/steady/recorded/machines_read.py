@@ -15,9 +15,33 @@ from percuss.steady.recorded.port_and_delay import Interval, PortAndDelay, Seen
 from percuss.steady.self_excited.piston_records import Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
 
-__all__ = ["RecordedSwitch", "cycle_read", "longest_that_run", "machine_read", "state_names"]
+__all__ = ["Reading", "RecordedSwitch", "cycle_read", "longest_that_run", "machine_read", "state_names"]
 
 _HALVINGS = 6
+
+
+@dataclass(frozen=True)
+class Reading(Shown):
+    """A machine by one reading of a record.
+
+    Attributes
+    ----------
+    machine
+        The machine.
+    cycle
+        Its own cycle near the recorded motion, with a rigid piston; None where there is none.
+    """
+
+    machine: Machine
+    cycle: RigidCycle | None
+
+    @property
+    def runs(self) -> bool:
+        """Whether that cycle is stable."""
+        return self.cycle is not None and self.cycle.stable
+
+    def __str__(self) -> str:
+        return f"Reading: {self.machine}; {'no cycle' if self.cycle is None else self.cycle}"
 
 
 @dataclass(frozen=True)
@@ -98,38 +122,36 @@ def machine_read(
     return Machine.from_si(bar, sized, contact, at=system.load.at)
 
 
-def longest_that_run(
-    made: Callable[[list[float]], Machine], switches: tuple[RecordedSwitch, ...], speed: float
-) -> Machine | None:
+def longest_that_run(made: Callable[[list[float]], Reading], switches: tuple[RecordedSwitch, ...]) -> Reading:
     """The machine with the longest delays, all the same part of what the motion allows, with which it runs steadily."""
 
-    def at(part: float) -> Machine:
-        return made(delays(part))
+    def at(part: float) -> Reading:
+        return made([s.found.least + part * (s.found.longest - s.found.least) for s in switches])
 
-    def delays(part: float) -> list[float]:
-        return [s.found.least + part * (s.found.longest - s.found.least) for s in switches]
-
-    def runs(part: float) -> bool:
-        cycle = cycle_read(at(part), switches, delays(part), speed)
-        return cycle is not None and cycle.stable
-
+    least, longest = at(0.0), at(1.0)
+    if longest.runs:
+        return longest
     low, high = 0.0, 1.0
-    if runs(high):
-        return at(high)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if runs(middle) else (low, middle)
-    return at(low) if low > 0.0 else None
+        tried = at(middle)
+        if tried.runs:
+            low, least = middle, tried
+        else:
+            high = middle
+    return least
 
 
-def cycle_read(
-    machine: Machine, switches: tuple[RecordedSwitch, ...], delays: list[float], speed: float
-) -> RigidCycle | None:
+def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: float) -> RigidCycle | None:
     """The cycle of a machine near the recorded motion, whose blows have that speed; None where there is none.
 
     The orders that are pending at the blow are those of the switches after it whose ports were passed before it.
     """
-    late = [(s.time.value, s.to) for s, delay in zip(switches, delays, strict=True) if 0.0 < s.time.value < delay]
+    late = [
+        (switch.time.value, switch.to)
+        for switch, port in zip(switches, machine.valve.ports, strict=True)
+        if port.on == "entering" and 0.0 < switch.time.value < port.delay
+    ]
     pending, now = sorted(late), switches[-1].to
     orders = Orders(pending[-1][1] if pending else now, tuple(pending))
     rebound = Rebound(-machine.contact.velocity_factor * speed, now, orders)

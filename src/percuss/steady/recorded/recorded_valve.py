@@ -15,7 +15,7 @@ from percuss.steady.level import level_factor
 from percuss.steady.recorded.edges import WINDOW, Levels, edge_times, levels_between, rough_edges
 from percuss.steady.recorded.force_record import Cycles, ForceRecord, load_phases, recorded_cycles
 from percuss.steady.recorded.implied import Implied
-from percuss.steady.recorded.machines_read import RecordedSwitch, longest_that_run, machine_read
+from percuss.steady.recorded.machines_read import Reading, RecordedSwitch, cycle_read, longest_that_run, machine_read
 from percuss.steady.recorded.mean_cycle import MeanCycle, mean_cycle, measured_phase
 from percuss.steady.recorded.port_and_delay import Interval, spread
 from percuss.steady.recorded.seen_switches import recorded_switch
@@ -79,8 +79,8 @@ class RecordedValve(Shown):
     switches: tuple[RecordedSwitch, ...]
     cycles: int
     restitution: Interval | None
-    by_ports: Machine
-    by_delays: Machine
+    by_ports: Reading
+    by_delays: Reading
     machine: Machine
     mean_at_switch: float
     opposing_share: float | None
@@ -163,23 +163,30 @@ def recorded_valve(
         levels = levels_between(mean.motion, edges, period, _told(mean), sloped=False)
     number, forces = levels.states
     switches = tuple(recorded_switch(j, number, forces, edges, mean.motion, cycles, longest) for j in range(edges.size))
+    speed = float(mean.motion.speeds[0])
     contact, restitution = _contact(system, cycles, notes)
 
-    def made(delays: list[float]) -> Machine:
-        return machine_read(system, contact, forces, stiffness.value, switches, delays)
+    def made(delays: list[float]) -> Reading:
+        machine = machine_read(system, contact, forces, stiffness.value, switches, delays)
+        return Reading(machine, cycle_read(machine, switches, speed))
 
     by_ports = made([switch.found.least for switch in switches])
-    by_delays = longest_that_run(made, switches, float(mean.motion.speeds[0])) or by_ports
-    machine = made([switch.best_delay for switch in switches])
+    by_delays = longest_that_run(made, switches)
+    machine = made([switch.best_delay for switch in switches]).machine
     if not all(switch.found.told_apart for switch in switches):
         notes.append("the cycles do not tell all ports and delays apart: they are too few, or too much alike")
+    if stiffness.value > 0.0:
+        notes.append(
+            "the force of the gas at the wall is in the forces of the states: a record does not tell it from that of "
+            "the oil, so that margins of the gas are those of its stiffness alone"
+        )
     at_switch, share = _at_switch(states, rate, forces, mean)
     return RecordedValve(
         system=system,
         phase=mean.phase,
         phases=tuple(orbit.phase for orbit in states.orbits),
         period=period,
-        speed=float(mean.motion.speeds[0]),
+        speed=speed,
         stroke=float(mean.motion.behind.max()),
         forces=tuple(forces),
         stiffness=stiffness,

@@ -1,0 +1,116 @@
+"""A case with the record of a machine that switches its own valve: what a clock says of it, and what the valve does."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from machine_records import MASS, breaker, recorded_machine
+from percuss.case import Case, recorded_answer, steady_answer
+from percuss.case.answers.clock_note import CLOCKED
+from percuss.case.answers.first_lines import summary_of
+from percuss.case.answers.recorded_in_words import recorded_headline
+from percuss.cli import main
+from percuss.model import Kept, Valve
+
+PISTON = f"""
+[bar]
+length = "1 m"
+diameter = "120 mm"
+density = "{MASS / (np.pi * 0.06**2):.8f} kg/m^3"
+youngs_modulus = "206 GPa"
+drag = "{0.5 * MASS:.6f} N*s/m^2"
+[contact]
+restitution = 0.15
+strain = "reversed"
+"""
+
+
+def saved(folder: Path, valve: Valve) -> Path:
+    """The record of the breaker under a valve, the times of its blows, and a case of them; returns the case file."""
+    told = recorded_machine(valve, Kept(0.15), cycles=10, noise=0.002)
+    rows = (f"{t:.6f},{MASS * p:.2f}\n" for t, p in zip(told.time, told.force, strict=True))
+    (folder / "force.csv").write_text("time [s],force [N]\n" + "".join(rows), encoding="utf-8")
+    (folder / "blows.txt").write_text("".join(f"{t:.7f}\n" for t in told.blows[1:-1]), encoding="utf-8")
+    file = folder / "breaker.toml"
+    file.write_text(f'{PISTON}[load]\nkind = "history"\nfile = "force.csv"\n', encoding="utf-8")
+    return file
+
+
+BEFORE, AT, LATE = breaker(0.0, 10e-3), breaker(), breaker(3.5e-3)
+
+
+@pytest.mark.parametrize(
+    ("valve", "because", "speed", "energy"),
+    [(BEFORE, "unstable", 8.866, 3490.0), (AT, "no motion", 9.192, 3751.0), (LATE, "unstable", 9.058, 3643.0)],
+)
+def test_a_machine_that_runs_has_another_verdict_under_a_clock(tmp_path, valve, because, speed, energy) -> None:
+    """The valve that returns before the blow, at it and 3 ms after it: one motion, and what a clock makes of it."""
+    file = saved(tmp_path, valve)
+    case = Case.read(file)
+    answer = steady_answer(case)
+    blows = np.loadtxt(tmp_path / "blows.txt")
+    read = recorded_answer(case, 0, blows=blows)
+    if valve is AT:  # the tip of v_f, which a record with noise passes or not
+        assert answer.clocked in ("no motion", "near the fold", "unstable")
+        assert abs(answer.periods[0].states.level / answer.periods[0].states.level_max - 1.0) < 0.02
+    else:
+        assert answer.clocked == because
+    assert CLOCKED in summary_of(answer).text
+    assert answer.to_json_dict()["clocked"]["note"] == CLOCKED
+    assert read.read.speed == pytest.approx(speed, rel=0.005)
+    assert read.runs
+    assert read.answer.cycle.stable
+    assert abs(read.answer.cycle.multiplier) < 0.05
+    assert 0.5 * MASS * read.answer.cycle.blow_speed**2 == pytest.approx(energy, rel=0.02)
+    if valve is LATE:
+        assert read.clock.exists
+        assert not read.clock.stable
+        assert read.clock.multiplier == pytest.approx(3.3, abs=0.3)
+        assert "Under a clock: unstable (beyond the fold), multiplier 3." in recorded_headline(read)
+        assert "with the valve: stable, greatest multiplier 0.00" in recorded_headline(read)
+        assert any(
+            one.orbit.admissible and one.stability.stable for one in answer.periods[0].orbits
+        )  # not the machine's
+    if valve is BEFORE:
+        assert read.clock.exists
+        assert read.clock.multiplier.real < 0.0
+
+
+def test_the_command_reads_a_record(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, blows = saved(tmp_path, LATE), str(tmp_path / "blows.txt")
+    assert main(["machine", str(file), "--modes", "0", "--blows", blows, "--longest-delay", "20 ms"]) == 0
+    text = capsys.readouterr().out
+    for row in ("From the record", "Switches of the force", "under a clock", "R = 0.1", "8 cycles, one by one"):
+        assert row in text, row
+    assert main(["machine", str(file), "--modes", "0", "--blows", blows, "--json", "--longest-delay", "20 ms"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["clock"]["exists"] is True and told["clock"]["stable"] is False
+    found = told["recorded"]
+    power = next(one for one in found["switches"] if one["to"] == "power")
+    assert power["behind"][0] == pytest.approx(0.1444, abs=5e-4)
+    assert power["delay"][2] == pytest.approx(20e-3)
+    assert found["least_delays"]["runs"] is True
+    assert told["outcome"] == "runs"
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--blow", "3 mm"], "time"),
+        (["--blows", "none.txt"], "none.txt"),
+        (["--longest-delay", "-1 ms"], "greater than"),
+    ],
+)
+def test_what_is_mistyped_of_a_record(tmp_path, capsys, options, says) -> None:
+    file = saved(tmp_path, LATE)
+    assert main(["machine", str(file), *options]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_a_valve_takes_no_options_of_a_record(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["machine", "valve-breaker", "--blow", "3 ms"]) == 2
+    assert "only for a recorded load" in capsys.readouterr().err
