@@ -135,7 +135,7 @@ class Following:
         self._struck()
 
     def _struck(self) -> None:
-        """The blow demands; a bar that leaves with hardly any speed lies down where it is pushed on, or back at once."""
+        """The blow demands; a bar that leaves with hardly any speed lies down where it is pushed on or back at once."""
         for i, port in enumerate(self.machine.valve.ports):
             if port.on == "impact":
                 self._demand(i)
