@@ -48,6 +48,30 @@ def percuss(tmp_path, monkeypatch, capsys):
 # -- sweep ------------------------------------------------------------------------------------------------------------
 
 
+def test_a_map_of_a_machine_that_switches_its_own_valve(percuss):
+    over = ("--x", "pressure=80 bar,160 bar", "--y", "ports[0].behind=100 mm,130 mm")
+    asked = ("--quantity", "stall,runs,blow_energy,flow", "--modes", 0, "--plot", "map.png", "--csv", "map.csv")
+    done = percuss("sweep", "valve-breaker", *over, *asked)
+    assert done.code == 0 and Path("map.png").stat().st_size > 0
+    assert re.search(r"stall\s+runs 50 %, stays on the wall 50 %", done.out)
+    assert re.search(r"bar\s+rigid", done.out) and "load period" not in done.out
+    rows = list(csv.DictReader(Path("map.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["stall"] for row in rows] == ["stays on the wall"] * 2 + ["runs"] * 2
+    told = percuss("sweep", "valve-breaker", *over, *asked[:4], "--json").json()
+    assert told["periods"] is None and told["modes"] == 0
+    assert told["quantities"]["stall"]["values"][1] == ["runs", "runs"]
+    assert told["quantities"]["flow"]["unit"] == "m³/s"
+    assert told["quantities"]["blow_energy"]["values"][0] == [None, None]
+
+
+def test_where_a_machine_runs_is_solved_for(percuss):
+    asked = ("--x", "pressure=100 bar:200 bar:3", "--quantity", "runs", "--modes", 0)
+    done = percuss("sweep", "valve-breaker", *asked)
+    assert re.search(r"runs\s+120\.\d+ to 200 bar", done.out), done.out
+    refused = percuss("sweep", "valve-breaker", *asked, "--y", "ports[0].behind=100 mm,130 mm", "--curves")
+    assert refused.code == 2 and "load that keeps time" in refused.err
+
+
 def test_a_map_for_people(percuss):
     done = percuss("sweep", "case.toml", *PLANE, "--quantity", "orbits,stable,label", "--modes", 2, "--plot", "map.png")
     assert done.code == 0, done.err

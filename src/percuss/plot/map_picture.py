@@ -40,6 +40,14 @@ _TITLES = {
     "main_blow_scatter": "scatter of the main blows",
     "lyapunov": "Lyapunov exponent",
     "phases": "impact phases",
+    "stall": "runs, or what keeps it from running",
+    "runs": "runs with one blow a cycle",
+    "starts": "starts from rest on the wall",
+    "rate": "blow rate",
+    "speed": "striking speed",
+    "flow": "flow from the supply",
+    "duty": "part of the cycle pushed",
+    "multiplier": "greatest multiplier",
 }
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from percuss.kernel_cache import ensure_cache
 from percuss.model import Machine
 from percuss.model.checks import Array
-from percuss.steady.self_excited.obstacle import Obstacle
+from percuss.steady.self_excited.obstacle import Obstacle, why_unstable
 from percuss.steady.self_excited.piston_records import Piston
 from percuss.steady.self_excited.self_switching import piston_of
 
@@ -78,18 +78,19 @@ def rigid_cycles(
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed
     from percuss.steady.self_excited import leg_kernels as lk
+    from percuss.steady.self_excited import newton_kernels as nk
 
     pistons = [piston_of(machine) for machine in machines]
     n = len(pistons)
     does, told = np.full(n, kn.UNKNOWN, dtype=np.int64), np.full((n, lk.TOLD), np.nan)
     derivatives, begun = np.zeros((n, lk.NUMBERS, lk.NUMBERS)), np.zeros(n, dtype=np.bool_)
     if n:
-        rows, slopes = np.zeros((kn.ROWS, lk.ROW)), np.zeros((lk.SLOPES, lk.NUMBERS))
-        matrices, tells = np.zeros((kn.MATRICES, lk.NUMBERS, lk.NUMBERS + 1)), np.zeros((kn.TELLING, lk.TOLD))
+        rows, slopes = np.zeros((nk.ROWS, lk.ROW)), np.zeros((lk.SLOPES, lk.NUMBERS))
+        matrices, tells = np.zeros((nk.MATRICES, lk.NUMBERS, lk.NUMBERS + 1)), np.zeros((nk.TELLING, lk.TOLD))
         step = np.zeros(lk.NUMBERS)
         kn.cycles_of(*_packed(pistons), starts, rows, slopes, matrices, tells, step, does, told, derivatives, begun)
     limits = np.array([math.inf] * n if rooms is None else [math.inf if room is None else room for room in rooms])
-    return _judged(pistons, does, told.T, derivatives, begun, limits)
+    return _judged(machines, does, told.T, derivatives, begun, limits)
 
 
 def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
@@ -113,7 +114,7 @@ def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
 
 
 def _judged(
-    pistons: Sequence[Piston],
+    machines: Sequence[Machine],
     does: npt.NDArray[np.int64],
     told: Array,
     derivatives: Array,
@@ -122,20 +123,25 @@ def _judged(
 ) -> RigidCycles:
     from percuss.steady.self_excited import leg_kernels as lk
 
-    factor = np.array([piston.contact.velocity_factor for piston in pistons])
+    factor = np.array([machine.contact.velocity_factor for machine in machines])
+    lossless = np.array(
+        [machine.contact.is_lossless and machine.body.damping.is_zero for machine in machines], dtype=bool
+    )
+    does, told, begun = np.where(lossless, -1, does), np.where(lossless, np.nan, told), begun & ~lossless
     answered = does < len(_OBSTACLES)
     obstacles = [_OBSTACLES[code] if known else None for code, known in zip(does, answered, strict=True)]
     period, speed, stroke, rise = told[lk.DURATION], told[lk.SPEED], told[lk.FARTHEST], told[lk.RISE]
-    multiplier = np.full(does.size, np.nan)
+    multipliers = np.full((does.size, lk.NUMBERS), np.nan, dtype=complex)
     there = np.flatnonzero(does == 0)
-    multiplier[there] = np.abs(np.linalg.eigvals(derivatives[there])).max(axis=1, initial=0.0)
-    for i, piston in enumerate(pistons):
-        if piston.drag == 0.0 and factor[i] == -1.0:
-            obstacles[i], answered[i] = Obstacle.NO_LOSS, True
+    multipliers[there] = np.linalg.eigvals(derivatives[there])
+    for i in range(len(machines)):
+        if lossless[i]:
+            obstacles[i] = Obstacle.NO_LOSS
         elif does[i] == 0 and stroke[i] > limits[i]:
             obstacles[i] = Obstacle.NO_ROOM
-        elif does[i] == 0 and not multiplier[i] < 1.0:
-            obstacles[i] = Obstacle.FLIP
+        elif does[i] == 0 and not np.abs(multipliers[i]).max() < 1.0:
+            obstacles[i] = why_unstable(complex(multipliers[i, np.argmax(np.abs(multipliers[i]))]))
+    multiplier = np.abs(multipliers).max(axis=1)
     energy = 0.5 * speed**2
     taken = (1.0 - factor**2) * energy
     duty = np.where(rise < 0.0, 0.0, (period - rise) / period)
