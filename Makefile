@@ -22,10 +22,12 @@ SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 
-demo: $(RUN)  ## make a sample case with a measured history, report its steady states, draw them
+demo: $(RUN)  ## two sample hammers: one under a measured history, one that switches its own valve; reports and pictures
 	@rm -rf build/demo && mkdir -p build/demo
 	$(BIN)/percuss new hydraulic-drifter -o build/demo/drifter.toml
 	$(BIN)/percuss steady build/demo/drifter.toml --plot build/demo/drifter.png
+	$(BIN)/percuss new valve-breaker -o build/demo/breaker.toml
+	$(BIN)/percuss machine build/demo/breaker.toml --plot build/demo/breaker.png
 
 test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)

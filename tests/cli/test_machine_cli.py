@@ -80,13 +80,14 @@ ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "retu
 
 
 def test_warnings_stand_on_the_standard_error(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    gas = load_case("valve-breaker").varied({"load.chamber": {"force": "11.6 kN", "stiffness": "26 kN/m"}})
-    path = tmp_path / "gas.toml"
-    path.write_text(gas.to_toml(), encoding="utf-8")
+    case = load_case("valve-drifter")
+    ports = [*case.to_dict()["load"]["ports"], {"behind": "80 mm", "side": "back", "to": "return"}]
+    path = tmp_path / "idle.toml"
+    path.write_text(case.varied({"load.ports": ports}).to_toml(), encoding="utf-8")
     assert main(["machine", str(path), "--modes", "0", "--json"]) == 0
     printed = capsys.readouterr()
     found = json.loads(printed.out)
-    assert not found["starts_from_rest"]
+    assert "ports[2]" in found["warnings"][0]
     assert printed.err == f"percuss: warning: {found['warnings'][0]}\n"
 
 

@@ -51,8 +51,8 @@ def test_the_picture_of_the_drifter(tmp_path: Path) -> None:
     ("now", "then", "title"),
     [
         ("", "", "c — runs 1/1"),
-        ("restitution = 0.2", "restitution = 0.0", "c — runs with rest 1/1"),
-        ('to = "power"}', 'to = "return"}', "c — stalls on the tool"),
+        ("restitution = 0.2", "restitution = 0.0", "c — runs 1/1"),
+        ('to = "power"}', 'to = "return"}', "c — stalls leaves"),
         ('on = "impact", to = "return"', 'on = "impact", to = "return", delay = 0.4', "c — double blow 2/1"),
         ("kind", "room = 1.01\nkind", "c — no room 1/1"),
     ],

@@ -166,8 +166,12 @@ class Second:
             if at_begin and abs(values[0]) < 1e-11:  # where the last event was
                 values[0] = -1e-300 if value(1e-3 * grid[1]) < 0.0 else 1e-300
             up = np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))
-            tops = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] < 0.0)) + 1
-            tops = tops[values[tops] > -np.abs(values[tops] - values[tops - 1]) - np.abs(values[tops] - values[tops + 1])]
+            tops = (
+                np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:]) & (values[1:-1] < 0.0)) + 1
+            )
+            tops = tops[
+                values[tops] > -np.abs(values[tops] - values[tops - 1]) - np.abs(values[tops] - values[tops + 1])
+            ]
             times = []
             for k in tops.tolist():
                 top = minimize_scalar(lambda t: -value(t), bounds=(grid[k - 1], grid[k + 1]), method="bounded",

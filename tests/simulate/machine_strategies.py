@@ -35,9 +35,7 @@ def random_machine(rng: np.random.Generator, most_modes: int = 6) -> tuple[Machi
     if rng.uniform() < 0.5:
         ports.append(Port("return", on="impact", delay=delay()))
     else:
-        ports.append(
-            Port("return", behind=float(rng.uniform(0.02, 0.4)), side="front", delay=delay(), reads=reads())
-        )
+        ports.append(Port("return", behind=float(rng.uniform(0.02, 0.4)), side="front", delay=delay(), reads=reads()))
     for _ in range(int(rng.integers(0, 3))):
         to, side = str(rng.choice(names)), str(rng.choice(["back", "front"]))
         ports.append(Port(to, behind=float(rng.uniform(0.02, 1.5)), side=side, delay=delay(), reads=reads()))

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
+    from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -35,6 +36,7 @@ __all__ = [
     "CaseFamily",
     "Machine",
     "MachineAnswer",
+    "MachineMotion",
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
@@ -49,6 +51,7 @@ __all__ = [
     "experiment_job_of",
     "load_case",
     "machine_answer",
+    "machine_motion",
     "measured_gauge",
     "resumed_answer",
     "simulation_answer",
@@ -66,6 +69,7 @@ _HOME = {
     "CaseFamily": "parameters.case_family",
     "Machine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
+    "MachineMotion": "answers.machine_motion",
     "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
@@ -80,6 +84,7 @@ _HOME = {
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",
+    "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",

@@ -175,7 +175,7 @@ def _power_section(si: MachineFigures) -> Section:
 
 
 def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
-    felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING] or [0.0]
+    felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
     shown = ", ".join(_complex(z) for z in felt[:_FEW])
     more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
     rows = [

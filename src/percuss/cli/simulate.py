@@ -29,6 +29,7 @@ _EXAMPLES = """\
   percuss simulate case.toml --start random --seed 7 --json > run.json
   percuss simulate case.toml --start orbit:2 -o run.nc --plot run.png
   percuss simulate heavy-drifter --contact waves
+  percuss simulate valve-breaker
   percuss simulate --resume run.nc --impacts 5000 -o longer.nc"""
 
 _START = """\
@@ -75,7 +76,10 @@ def run(arguments: Sequence[str]) -> int:
     _check(parser, options)
     if options.contact == "waves":
         return _by_waves(parser, options)
-    answer = _resumed(options) if options.resume is not None else _answered(parser, options)
+    case = None if options.resume is not None else _case(parser, options)
+    if case is not None and case.is_machine:
+        return _of_machine(parser, options, case)
+    answer = _resumed(options) if case is None else _answered(case)
     text = _json(answer, options) if options.json else ""
     if options.output is not None:
         answer.motion.save(options.output)
@@ -116,6 +120,28 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     return 130 if answer.motion.ending.name == "CANCELLED" else 0
 
 
+def _of_machine(parser: Parser, options: argparse.Namespace, case: Case) -> int:
+    """The motion of a machine that switches its own valve."""
+    from percuss.case import machine_motion
+    from percuss.cli.simulation_progress import watched
+
+    for name, instead in (("output", "-o"), ("plot", "--plot")):
+        if getattr(options, name) is not None:
+            remedy = "'--json' prints the events, and 'percuss machine' draws and writes the cycle"
+            parser.error(f"argument {instead}: not for a machine that switches its own valve: {remedy}")
+    with watched() as watch, _of_file(case):
+        answer = machine_motion(case, watch)
+    last = None if options.events is None else options.events[0]
+    if options.json:
+        print(answer.to_json_text(last))
+    else:
+        from percuss.cli.machine_motion_report import machine_motion_report
+        from percuss.cli.report_printing import show
+
+        show(machine_motion_report(answer, LAST if options.events is None else last))
+    return 130 if answer.motion.outcome == "cancelled" else 0
+
+
 def _check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse what cannot be answered or written before anything is computed."""
     if options.contact == "waves":
@@ -151,11 +177,10 @@ def _need_netcdf() -> None:
         need(package, "io")
 
 
-def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
+def _answered(case: Case) -> SimulationAnswer:
     from percuss.case import simulation_answer
     from percuss.cli.simulation_progress import watched
 
-    case = _case(parser, options)
     with watched() as watch, _of_file(case):
         return simulation_answer(case, watch)
 
@@ -163,7 +188,8 @@ def _answered(parser: Parser, options: argparse.Namespace) -> SimulationAnswer:
 def _case(parser: Parser, options: argparse.Namespace) -> Case:
     """The case with what the options say."""
     case = named_case(options.case)
-    case.system()  # the recording is read, and may be refused, before the options are looked at
+    if not case.is_machine or options.contact == "waves":
+        case.system()  # the recording is read, and may be refused, before the options are looked at
     try:
         return _changed(case, options)
     except CaseError as error:

@@ -143,23 +143,15 @@ def _position(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> N
     _shade(axes, answer, course, scales)
     axes.plot(course.times * scales.time, course.centre * scales.length, color=INK)
     farthest = float(course.times[course.centre.argmin()]) * scales.time  # nothing else is near the ports there
+    look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "center", "textcoords": "offset points"}
     for i, port in enumerate(answer.machine.valve.ports):
         if port.behind is not None:
             edge = -port.behind * scales.length
             low = min(low, edge)
             axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
-            place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
             name = f"ports[{i}]: {port.to}"
             at_wall = edge > _NEAR * float(course.centre.min()) * scales.length
-            axes.annotate(
-                name,
-                (farthest, edge),
-                (0, -10 if at_wall else 3),
-                color=COLOURS[3],
-                fontsize=7.5,
-                ha="center",
-                textcoords="offset points",
-            )
+            axes.annotate(name, (farthest, edge), (0, -10 if at_wall else 3), **look)
     marks = {"linestyle": "none", "zorder": 3, "clip_on": False}
     for kind, marker, colour, times in (
         ("port uncovered", "^", COLOURS[3], [one.time for one in cycle.uncoverings]),

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress
     from percuss.simulate.events import Event, Events
     from percuss.simulate.machine.machine_balance import MachineBalance
+    from percuss.simulate.machine.machine_ensemble import MachineEnsemble, simulate_machines
     from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
     from percuss.simulate.machine.machine_running import run_machine
     from percuss.simulate.machine.machine_start import MachineStart
@@ -42,6 +43,7 @@ __all__ = [
     "Events",
     "MachineBalance",
     "MachineCycle",
+    "MachineEnsemble",
     "MachineEvent",
     "MachineEvents",
     "MachineStart",
@@ -56,6 +58,7 @@ __all__ = [
     "machine_label",
     "run",
     "run_machine",
+    "simulate_machines",
     "simulate_many",
 ]
 
@@ -74,6 +77,8 @@ _HOME = {
     "STALLS": "machine.machine_summary",
     "MachineBalance": "machine.machine_balance",
     "MachineCycle": "machine.machine_summary",
+    "MachineEnsemble": "machine.machine_ensemble",
+    "simulate_machines": "machine.machine_ensemble",
     "MachineEvent": "machine.machine_events",
     "MachineEvents": "machine.machine_events",
     "MachineStart": "machine.machine_start",

@@ -8,7 +8,25 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
+from percuss.steady.periodic import (
+    Drop,
+    FoundOrbits,
+    PeriodicOrbit,
+    orbit_near,
+    orbits,
+    parameter_column,
+    time_rates,
+)
 from percuss.steady.reason import Reason
+from percuss.steady.recorded import (
+    ForceRecord,
+    Interval,
+    PortAndDelay,
+    RecordedSwitch,
+    RecordedValve,
+    recorded_together,
+    recorded_valve,
+)
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
     ElasticCycle,
@@ -16,9 +34,11 @@ from percuss.steady.self_excited import (
     Rhythm,
     RigidCycle,
     SelfExcited,
+    Sensitivity,
     ValveCycle,
     ValveMargins,
     self_excited_motion,
+    sensitivities,
     valve_margins,
 )
 from percuss.steady.si import SIReport, si_report
@@ -28,19 +48,28 @@ from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
+    "Drop",
     "ElasticCycle",
     "Energy",
     "Field",
+    "ForceRecord",
+    "FoundOrbits",
+    "Interval",
     "ModalState",
     "Nearest",
     "Obstacle",
     "Orbit",
+    "PeriodicOrbit",
+    "PortAndDelay",
     "Reason",
+    "RecordedSwitch",
+    "RecordedValve",
     "Rest",
     "Rhythm",
     "RigidCycle",
     "SIReport",
     "SelfExcited",
+    "Sensitivity",
     "SteadyStates",
     "TimedOrbit",
     "TimedStates",
@@ -51,10 +80,17 @@ __all__ = [
     "greatest_drag",
     "grows",
     "level",
+    "orbit_near",
+    "orbits",
+    "parameter_column",
+    "recorded_together",
+    "recorded_valve",
     "rest_on_wall",
     "self_excited_motion",
+    "sensitivities",
     "si_report",
     "steady_states",
+    "time_rates",
     "timed_states",
     "valve_margins",
 ]

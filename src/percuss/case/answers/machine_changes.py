@@ -19,7 +19,7 @@ __all__ = ["Running", "Sensitivity", "pressure_curve", "sensitivities"]
 _STEP = 0.1
 """Of a parameter: what a sensitivity is told for."""
 
-_CURVE = tuple(0.5 + 0.05 * i for i in range(21))
+_CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
 """Pressures of the curve, as multiples of that of the case."""
 
 
@@ -61,15 +61,19 @@ def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
 
 
 def pressure_curve(motion: SelfExcited) -> tuple[Running, ...]:
-    """Energy and rate of a machine that runs at other pressures, the gas of its chamber being the same."""
+    """Energy and rate of a machine that runs at other pressures, up to where it stops, the gas being the same."""
     if not motion.runs:
         return ()
-    found = []
-    for factor in _CURVE:
-        other = _at(motion, _under(motion.machine, factor))
-        energy, rate = _figures(motion, other) if other.runs else (None, None)
-        found.append(Running(factor, energy, rate))
-    return tuple(found)
+    below = [factor for factor in reversed(_CURVE) if factor < 1.0]
+    found = {1.0: Running(1.0, 0.0, 0.0)}
+    for way in (below, [factor for factor in _CURVE if factor > 1.0]):
+        running = True
+        for factor in way:
+            other = _at(motion, _under(motion.machine, factor)) if running else None
+            running = other is not None and other.runs
+            energy, rate = _figures(motion, other) if running and other is not None else (None, None)
+            found[factor] = Running(factor, energy, rate)
+    return tuple(found[factor] for factor in sorted(found))
 
 
 def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machine]]]:

@@ -51,9 +51,9 @@ class ChamberTable(Table):
     """A gas chamber behind the piston, such as the nitrogen of a breaker, the same in every state."""
 
     force: Force | None = None
-    """Its force toward the wall while the bar is at the wall. When left out: 0."""
+    """Its force toward the wall while the bar is at the wall. When left out: none."""
     stiffness: Stiffness | None = None
-    """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: 0."""
+    """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
 
 
 class PlainChamber(Table):
@@ -84,7 +84,7 @@ class PortTable(Table):
     """Where the port is uncovered: with the bar farther from the wall than its edge, or nearer. When left out: `on` is
     needed."""
     delay: Time | None = None
-    """From the demand to the change of the state. Allowed: 0 or greater. When left out: 0."""
+    """From the demand to the change of the state. Allowed: 0 or greater. When left out: none."""
     reads: Reads | None = None
     """Whose distance from the wall counts: `"centre"`, that of the centre of mass, or that of a place on the bar from 0
     (driven end) to 1 (striking end). When left out: `"centre"`."""
@@ -149,11 +149,12 @@ class ValveForce(Table):
     """A load that the piston switches."""
 
     kind: Literal["valve"]
+    """The kind of load, which decides the other keys."""
     states: States
     """The force of each state, positive toward the wall and without that of `chamber`: text with a unit, or with
-    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`. Allowed: 1 to 64 of them."""
+    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`. Allowed: up to 64 of them."""
     ports: Ports
-    """What demands states, in order, see below. Allowed: 1 to 64 of them."""
+    """What demands states, in order, see below. Allowed: up to 64 of them."""
     start_state: str | None = None
     """The state at the start. When left out: the first one."""
     pressure: Stress | None = None
@@ -173,7 +174,7 @@ class ValveLoad(Table):
 
     kind: Literal["valve"]
     states: PlainStates
-    """The force of each state, positive toward the wall and without that of `chamber`. Allowed: 1 to 64 of them."""
+    """The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to 64 of them."""
     ports: PlainPorts
     start_state: str | None = None
     chamber: PlainChamber | None = None

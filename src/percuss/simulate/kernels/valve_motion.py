@@ -42,7 +42,7 @@ from percuss.simulate.kernels.modes import turn_modes
 from percuss.simulate.kernels.smooth import drifted, smooth_at_anchor
 from percuss.simulate.kernels.valve_cycles import recurrence, sliding, wandering
 from percuss.simulate.kernels.valve_orders import demand, enter, go_by, next_order
-from percuss.simulate.kernels.valve_sight import EDGE, most, next_crossing, rigid_place, seen
+from percuss.simulate.kernels.valve_sight import EDGE, held_by_gas, most, next_crossing, rigid_place, seen
 from percuss.simulate.kernels.valve_wall import let_loose, lie, set_down, strike, to_rest
 
 SAME_TIME = 4e-12  # within this events are simultaneous; a period is some units of time
@@ -114,7 +114,7 @@ def change(plant, tolerance, log):
             now.hold = max(min(now.hold, valve.lap), 0.0)
             if now.hold == 0.0 and now.gap >= 0.0:
                 now.gap, count.mode = 0.0, ON_WALL
-    valve.clear, valve.pauses, valve.fresh = 0.0, 0, 1
+    valve.clear, valve.pauses, valve.fresh, valve.stalled = 0.0, 0, 1, 0
     valve.awaited = controls.usual[valve.state] if now.hold == 0.0 else 0.0
     if new < 0.0:
         valve.pulled = 1
@@ -170,6 +170,10 @@ def flown(plant, rules, left, log):
     limit = rules.budget - count.work
     best, which, answer = math.inf, -1, NEVER
     found, tau, speed, late, slip = NOTHING, math.inf, 0.0, 0.0, 0.0
+    if forever and now.since == 0.0 and valve.stalled == 0 and held_by_gas(table, gear, motion, controls):
+        valve.stalled = 1
+        if rules.until_cycle:
+            return IN_CHAMBER
     if at_once:
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
         controls.cross[:] = math.inf
@@ -197,12 +201,14 @@ def flown(plant, rules, left, log):
             valve.fresh = 0
     count.work += 1
     ahead = min(best, horizon)
-    if tau <= ahead + SAME_TIME:
+    if tau < math.inf and tau <= ahead + SAME_TIME:
         if tau > left:
             return BY_TIME
         reach_wall(plant, found, tau, speed, late, slip, log)
         if found == CONTACT:
             fire(plant, tau, True, log)
+        elif valve.stalled > 0:
+            return IN_CHAMBER
         return GOES_ON
     if forever and answer == NEVER:
         return IN_CHAMBER

@@ -40,7 +40,9 @@ class Gear(NamedTuple):
 
     `to`: the state demanded. `edge`: distance of the port behind the wall. `side`: 1 where the region is in front of
     it, −1 behind it, 0 for the blow. `ratio` (P, N+1): what q_i moves the place that the port reads by; `rigid`: 1
-    where it reads the rigid motion alone. `gain`: acceleration of q_0 under a unit force.
+    where it reads the rigid motion alone. `gain`: acceleration of q_0 under a unit force. On
+    a chamber, `still`: what the port reads under a constant unit force; `sway`: how far at most it is from there, of
+    the root of twice the energy about that place.
     """
 
     forces: Floats
@@ -51,6 +53,8 @@ class Gear(NamedTuple):
     ratio: Floats
     rigid: Wholes
     gain: float
+    still: Floats
+    sway: Floats
 
 
 VALVE_NOW = np.dtype(
@@ -74,6 +78,7 @@ VALVE_NOW = np.dtype(
         ("chatters", "i8"),
         ("taken", "f8"),  # energy lost so far
         ("strongest", "f8"),  # striking speed since the remembered state
+        ("stalled", "i8"),  # whether nothing but ever weaker blows can follow, on the gas of the chamber
         ("pauses", "i8"),  # looks at a motion in the chamber in which nothing happens
         # the state that later ones are compared with, at a change of the valve
         ("memo_gap", "f8"),

@@ -57,6 +57,41 @@ def most(bar, now):
     return now.gap - place - now.free + math.sqrt(place * place + rate * rate) + now.sup
 
 
+@summed
+def swing(table, motion):
+    """Twice the energy about the place where the bar would be still on the gas of its chamber, under this force."""
+    bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
+    place = bar.mean / bar.spring
+    total = bar.whole * (now.rigid_rate * now.rigid_rate + place * place)
+    for j in range(modes.omega.shape[0]):
+        w = modes.omega[j] * z[0, j]
+        rate = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] + (1.0 - modes.oscillates[j]) * z[1, j]
+        total += 2.0 * modes.inertia[j] * (rate * rate + w * w)
+    return total
+
+
+@inlined
+def held_by_gas(table, gear, motion, controls):
+    """Whether no port whose demand counts can ever be reached, whatever blows may come: they take energy, and no more.
+
+    Asked while no order waits. A place is never farther from where it would be still than √(Σ w_i²/ω_i²) times the root
+    of twice the energy about there, which falls in flight, and at a blow that keeps the strain.
+    """
+    valve, modes = controls.now, table.modes
+    if table.bar.strain != 1.0 and modes.omega.shape[0] > 0:
+        return False
+    force, root = gear.forces[valve.state], math.sqrt(swing(table, motion))
+    for port in range(gear.to.shape[0]):
+        if gear.to[port] == valve.last:
+            continue
+        if gear.side[port] == 0.0:
+            return False
+        off = gear.side[port] * (force * gear.still[port] + gear.edge[port])
+        if not off + gear.sway[port] * root < -EDGE * gear.edge[port]:
+            return False
+    return True
+
+
 @inlined
 def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limit, forever):
     """The next crossing that an eye sees: what was found, its time, and the evaluations.

@@ -26,12 +26,14 @@ from percuss.simulate.kernels.valve_records import VALVE_EVENT, Plant, ValveLog
 from percuss.simulate.machine.machine_events import MachineEvents
 from percuss.simulate.machine.machine_summary import MachineCycle
 from percuss.simulate.machine.mechanism import Mechanism
+from percuss.simulate.machine.plant import NO_VALVE_LOG
 from percuss.simulate.stop import Stop
 
-__all__ = ["ENDS", "MachineStretch", "cycle_of", "followed"]
+__all__ = ["ENDS", "MachineStretch", "carried_on", "cycle_of", "followed", "room_for"]
 
 _STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
+_MANY_STRIDES = 4096  # … of a motion that is not recorded
 _TOO_MANY = 16  # such strides without an event end a simulation
 ENDS = {
     BY_IMPACTS: "impacts",
@@ -47,11 +49,15 @@ ENDS = {
 
 @dataclass(frozen=True)
 class MachineStretch:
-    """What a simulation gave: its events, the states after them, why it ended, and what its last changes look like."""
+    """What a simulation gave: its events, the states after them, why it ended, and what its last changes look like.
+
+    `stalled`: whether it has been proved that only ever weaker blows can follow.
+    """
 
     events: MachineEvents
     states: Array
     ended: str
+    stalled: bool
     cycle: MachineCycle | None
     wanders: bool
     time: float
@@ -97,10 +103,24 @@ def followed(
         MachineEvents.of_all(events),
         np.concatenate(after),
         ended,
+        bool(valve["stalled"]),
         cycle_of(plant, mechanism),
         bool(wanders(plant.controls)),
         float(valve["time"]) * unit,
     )
+
+
+def carried_on(plant: Plant, mechanism: Mechanism, stop: Stop, stopped: Callable[[], bool]) -> tuple[str, bool]:
+    """A motion of which nothing is recorded, to its end: how it ended, and whether its last changes wander."""
+    count, stride = plant.motion.count, _STRIDE // (mechanism.modes + 30)
+    time = np.inf if stop.time is None else stop.time / mechanism.unit
+    for tries in range(1, _MANY_STRIDES + 1):
+        rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, tries * stride)
+        code = follow_valve(plant, rules, NO_VALVE_LOG)
+        ended = ENDS.get(code, "")
+        if ended or int(count["work"]) < tries * stride or stopped():
+            return ended or ("cancelled" if stopped() else "work"), bool(wanders(plant.controls))
+    return "work", bool(wanders(plant.controls))
 
 
 def room_for(mechanism: Mechanism, stop: Stop) -> ValveLog:

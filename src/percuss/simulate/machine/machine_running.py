@@ -91,7 +91,7 @@ def run_machine(
         first_state=state,
         resting=resting,
         outcome="stalls" if stretch.ended in STALLS else stretch.ended,
-        label=machine_label(stretch.ended, stretch.cycle, stretch.wanders),
+        label=machine_label("in the chamber" if stretch.stalled else stretch.ended, stretch.cycle, stretch.wanders),
         cycle=stretch.cycle,
         stop=stop,
         begin_time=begin,

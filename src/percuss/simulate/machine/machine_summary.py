@@ -9,7 +9,8 @@ from percuss.shown import Shown
 __all__ = ["MACHINE_OUTCOMES", "STALLS", "MachineCycle", "machine_label"]
 
 STALLS = ("on the tool", "in the chamber", "on a port", "leaves")
-"""How a machine stalls: it lies on the wall and no order waits; it swings on the gas of its chamber; the valve switches
+"""How a machine stalls: it lies on the wall and no order waits; it swings on the gas of its chamber, with ever
+weaker blows or none; the valve switches
 to and fro at a port without end; it leaves and never comes back. Each is proved."""
 
 MACHINE_OUTCOMES = ("impacts", "time", "periodic", "stalls", "work", "memory", "cancelled")

@@ -174,7 +174,17 @@ class Mechanism:
             ratio=ratio,
             rigid=np.array([not row[1:].any() for row in ratio], dtype=np.int64),
             gain=float(self.end[0] * own.driven[0]),
+            **self._reaches(ratio * self.end),
         )
+
+    def _reaches(self, weights: Array) -> dict[str, Array]:
+        """Of what the ports read: its place under a unit force, and how far a unit of energy drives it from there."""
+        own, unit = self.machine.modes(self.modes), self.unit
+        if self.spring == 0.0:
+            return {"still": np.zeros(len(weights)), "sway": np.full(len(weights), np.inf)}
+        soft = weights / (own.omega * unit) ** 2
+        far = np.sqrt((weights**2 / (own.omega * unit) ** 2).sum(axis=1))
+        return {"still": soft @ own.driven, "sway": far * (1.0 + 1e-12)}
 
     # -- the state in two forms: B77's u_n, and the kernels' amplitudes of the free motion --
 

@@ -14,7 +14,7 @@ from percuss.simulate.machine.mechanism import Mechanism
 from percuss.simulate.snapshot import Snapshot, desk_for
 from percuss.simulate.tables import to_change
 
-__all__ = ["NO_VALVE_LOG", "begun", "plant_of"]
+__all__ = ["NO_VALVE_LOG", "begun", "plant_of", "row_of"]
 
 _WINDOW = 64  # last changes of the valve that are kept
 NO_VALVE_LOG = ValveLog(np.empty(0, VALVE_EVENT), np.empty((0, 0)))
@@ -39,10 +39,7 @@ def plant_of(mechanism: Mechanism) -> Plant:
         np.zeros(_WINDOW, TURNING),
     )
     motion, eye, spot = (Snapshot.empty(size, 1).motion for size in (n, n, 0))
-    return Plant(table, alone, gear, motion, eye, spot, _desk(table), _desk(alone), controls)
-
-
-_desk = desk_for
+    return Plant(table, alone, gear, motion, eye, spot, desk_for(table), desk_for(alone), controls)
 
 
 def begun(plant: Plant, mechanism: Mechanism, start: MachineStart, log: ValveLog) -> bool:

@@ -7,6 +7,7 @@ from percuss.steady.self_excited.piston_records import Leg, Rebound, Segment, Sw
 from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
+from percuss.steady.self_excited.sensitivity import Sensitivity, sensitivities
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 __all__ = [
@@ -19,10 +20,12 @@ __all__ = [
     "RigidCycle",
     "Segment",
     "SelfExcited",
+    "Sensitivity",
     "Switch",
     "Uncovering",
     "ValveCycle",
     "ValveMargins",
     "self_excited_motion",
+    "sensitivities",
     "valve_margins",
 ]

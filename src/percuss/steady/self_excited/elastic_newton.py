@@ -16,7 +16,7 @@ from percuss.steady.self_excited.elastic_multipliers import multipliers_of
 from percuss.steady.self_excited.first_entering import first_entering
 from percuss.steady.self_excited.modal_flight import ModalFlight
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
-from percuss.steady.self_excited.rhythm import Rhythm, steps_of
+from percuss.steady.self_excited.rhythm import Rhythm, orders_after, steps_of
 
 __all__ = ["Solved", "blow_of", "solved", "switch_of"]
 
@@ -137,10 +137,8 @@ def _cycle(
             passed.append(Uncovering(step.port, time, -float(chain.rows[i] @ state[:, 1])))
         else:
             changed.append(switch_of(machine, modes.driven, time, (chain.states[i], step.state), state))
-    dues = [switch.time for switch in changed][: len(rhythm.orders.pending)]
-    pending = tuple((due, to) for due, (_, to) in zip(dues, rhythm.orders.pending, strict=True))
-    orders = replace(rhythm.orders, pending=pending)
     times, ports = tuple(blow.time for blow in struck), tuple((one.time, one.port) for one in passed)
-    now = Rhythm(times, ports, rhythm.state, orders)
+    now = Rhythm(times, ports, rhythm.state, rhythm.orders)
+    now = replace(now, orders=orders_after(machine.valve, now))
     found = multipliers_of(chain, unknowns, motion)
     return ElasticCycle(machine, modes.size, flights, tuple(struck), tuple(changed), tuple(passed), found, now)

@@ -42,7 +42,7 @@ def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle
     motion = Following(machine, count, begin, rigid.rebound.state, rigid.rebound.orders, rigid.period)
     for blows in _BLOWS:
         motion.go_on(blows)
-        if len(motion.rests) > 1 and (resting := rest_cycle(motion)) is not None:
+        if (resting := rest_cycle(motion)) is not None:
             return Settled(resting, None, first)
         if motion.ending is not None:
             return Settled(None, motion.ending, first)
@@ -53,7 +53,7 @@ def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle
 
 
 def _cycle_at(machine: Machine, count: int, motion: Following) -> ElasticCycle | None:
-    for blows in range(1, _MOST_IN_CYCLE + 1):
+    for blows in range(1, min(_MOST_IN_CYCLE, motion.blows - 1) + 1):
         rhythm = motion.rhythm(blows)
         if steps_of(machine.valve, rhythm) is not None:
             cycle = solved(machine, count, rhythm).cycle

@@ -92,6 +92,7 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
     if span <= 0.0 or not len(regions.rows):
         return Entering(np.inf, -1, True)
     h, touch = span / _CELLS, _TOUCH * regions.scale
+    slow = touch / span
     left: Array = _halved(h * np.arange(0, _CELLS, 2), 2.0 * h)
     while left.size:
         work += left.size * flight.modes.omega.size
@@ -99,8 +100,11 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
             proven = False
             break
         now = _cells(flight, regions, left, h)
-        from_rest = (now.r <= touch) & (now.first <= 0.0) & (now.second + now.third * h < 0.0)
+        from_rest = (now.r <= touch) & (now.first <= slow) & (now.second + now.third * h < 0.0)
         falls = now.greatest_rate(h) < 0.0
+        sinks = (left == 0.0) & (now.r >= -touch) & (now.first >= -slow) & (now.second - now.third * h > 0.0)
+        if (at_once := np.any(sinks & (now.r <= touch), axis=1)).any():
+            return Entering(0.0, int(np.argmax(at_once)), True)
         done = (now.greatest(h) < 0.0) | (now.least(h) > 0.0) | falls | from_rest
         rises = ~done & (now.least_rate(h) > 0.0)
         for region, cell in zip(*np.nonzero(rises), strict=True):

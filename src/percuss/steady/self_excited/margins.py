@@ -21,7 +21,7 @@ __all__ = ["ValveMargins", "valve_margins"]
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
 _MOST_STEPS = 256
-_CLOSE = 1e-11  # of a step
+_CLOSE = 1e-8  # of a step
 _BEYOND = 1e-6
 
 

@@ -8,10 +8,11 @@ from typing import Self, TypedDict
 
 import numpy as np
 
+from percuss.steady.self_excited.elastic_cycle import ElasticCycle
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several", "why_unstable"]
+__all__ = ["Obstacle", "Reasoned", "latest_return", "why_more_blows", "why_none", "why_several", "why_unstable"]
 
 _LATELY = 12  # flights that tell what a machine without a cycle does
 
@@ -55,6 +56,11 @@ class Obstacle(Enum):
         "the piston comes to no port that would change the state, and does not strike",
         "put the port nearer to the wall, make the return force greater, or the chamber softer",
     )
+    BOUNCES = (
+        "bounces",
+        "the bar strikes again and again and comes to no port",
+        "make the restitution or the return force greater, or put the port nearer to the wall",
+    )
     NO_ROOM = (
         "no room",
         "the piston goes farther back than there is room",
@@ -90,6 +96,11 @@ class Obstacle(Enum):
         "a disturbance grows from blow to blow, as of ringing that the blows feed",
         "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
     )
+    UNEVEN = (
+        "uneven blows",
+        "the blows differ from each other, and repeat after a few of them",
+        "damp the elastic modes, or lower the restitution",
+    )
     IRREGULAR = (
         "irregular",
         "the blows do not repeat",
@@ -110,6 +121,13 @@ def why_unstable(multiplier: complex) -> Obstacle:
     if multiplier.imag != 0.0:
         return Obstacle.SPIRAL
     return Obstacle.FLIP if multiplier.real < 0.0 else Obstacle.GROWS
+
+
+def why_more_blows(cycle: ElasticCycle) -> Obstacle:
+    """Why a cycle of an elastic machine has several blows: the valve changes once for each of them, or less often."""
+    first = cycle.switches[0].to
+    turns = sum(switch.to == first for switch in cycle.switches)
+    return Obstacle.UNEVEN if turns >= cycle.blows else Obstacle.DOUBLE_BLOW
 
 
 def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
@@ -158,8 +176,8 @@ def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
     return {"obstacle": Obstacle.IRREGULAR}
 
 
-def latest_return(piston: Piston, rebound: Rebound, to: str) -> float:
-    """How long after a blow a state may come at the latest so that the piston does not fall back to the wall."""
+def latest_return(piston: Piston, rebound: Rebound, to: str) -> float | None:
+    """The latest time after a blow at which a state keeps the piston from falling back to the wall; None for none."""
     from scipy.optimize import brentq  # slow to import
 
     falling = piston.flight(rebound.state, 0.0, rebound.speed)
@@ -173,4 +191,5 @@ def latest_return(piston: Piston, rebound: Rebound, to: str) -> float:
         turn = pulled.turning_time
         return pulled.at(turn)[0] if math.isfinite(turn) else math.copysign(x, v)
 
-    return float(brentq(nearest, falling.turning_time, back.time))
+    early, late = falling.turning_time, back.time
+    return float(brentq(nearest, early, late)) if nearest(early) > 0.0 >= nearest(late) else None

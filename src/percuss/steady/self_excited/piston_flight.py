@@ -163,14 +163,13 @@ class Flight:
         def beyond(t: float) -> float:
             return way * (self.at(t)[0] - place)
 
-        if stop == math.inf:
-            x, v = self.at(start)
-            far, force = abs(place - x), abs(self.push - self.stiffness * x)
-            step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
-            stop = start + step
-            while beyond(stop) <= 0.0:
-                step *= 2.0
-                stop = start + step
-        if beyond(stop) <= 0.0:  # passed within rounding of the end
-            return stop
-        return float(brentq(beyond, start, stop, xtol=_EPS * stop, rtol=4.0 * _EPS))
+        x, v = self.at(start)
+        far, force = abs(place - x), abs(self.push - self.stiffness * x)
+        step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
+        low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
+        while beyond(high) <= 0.0:
+            if high >= stop:  # passed within rounding of the end
+                return stop
+            step *= 2.0
+            low, high = high, min(start + step, stop)
+        return float(brentq(beyond, low, high, xtol=_EPS * high, rtol=4.0 * _EPS))

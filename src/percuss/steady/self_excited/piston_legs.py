@@ -129,7 +129,8 @@ class _Going:
         acceleration = flight.push - flight.stiffness * x - flight.drag * v
         began = self.time - duration
         self.x, self.v = x, v
-        self.slope_x, self.slope_v = slope_x + v * longer, slope_v + acceleration * longer
+        with np.errstate(over="ignore", invalid="ignore"):  # beside a grazing they have no bound
+            self.slope_x, self.slope_v = slope_x + v * longer, slope_v + acceleration * longer
         self.slope_time = self.slope_time + longer
         self.segments.append(Segment(self.state, began, duration, flight, x, v))
 

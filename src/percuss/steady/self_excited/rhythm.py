@@ -12,7 +12,7 @@ from percuss.model.checks import count
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-__all__ = ["Rhythm", "Step", "rhythm_of", "steps_of"]
+__all__ = ["Rhythm", "Step", "orders_after", "rhythm_of", "steps_of"]
 
 
 class Step(NamedTuple):
@@ -140,6 +140,18 @@ def rhythm_of(
 
 def steps_of(valve: Valve, rhythm: Rhythm) -> tuple[Step, ...] | None:
     """Every event of a cycle, by the rules of the valve; None when the end of the cycle is not its beginning."""
+    steps, now = _followed(valve, rhythm)
+    return tuple(now.closed(steps)) if now.closes(rhythm) else None
+
+
+def orders_after(valve: Valve, rhythm: Rhythm) -> Orders:
+    """The orders just after the blow that ends a cycle, with times from that blow on."""
+    orders = _followed(valve, rhythm)[1].orders
+    return replace(orders, pending=tuple((due - rhythm.period, to) for due, to in orders.pending))
+
+
+def _followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], _Now]:
+    """The steps of a cycle, and the valve at its end."""
     told = [(time, -1) for time in rhythm.blow_times] + list(rhythm.passages)
     told.sort(key=lambda event: (event[0], event[1] >= 0))
     steps: list[Step] = []
@@ -154,7 +166,7 @@ def steps_of(valve: Valve, rhythm: Rhythm) -> tuple[Step, ...] | None:
         else:
             now.demand(time, number, port)
             steps.append(Step("port", time, number, 0.0, False, port, now.state, now.orders.last))
-    return tuple(now.closed(steps, rhythm)) if now.closes(rhythm) else None
+    return steps, now
 
 
 class _Now:
@@ -190,7 +202,7 @@ class _Now:
         same = [to for _, to in self.orders.pending] == [to for _, to in rhythm.orders.pending]
         return same and (self.state, self.orders.last) == (rhythm.state, rhythm.orders.last)
 
-    def closed(self, steps: list[Step], rhythm: Rhythm) -> list[Step]:
+    def closed(self, steps: list[Step]) -> list[Step]:
         """The steps, with the orders of the cycle before traced to the events of this one."""
         ends = [self.sources[order] for order in self.orders.pending]
 

@@ -126,10 +126,10 @@ class RigidCycle(ValveCycle):
         return -np.array(found, dtype=float).reshape(within.shape)
 
 
-def cycle_near(piston: Piston, rebound: Rebound, blows: int) -> RigidCycle | None:
+def cycle_near(piston: Piston, rebound: Rebound, blows: int, steps: int = _STEPS) -> RigidCycle | None:
     """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
     now, legs = rebound, _legs(piston, rebound, blows)
-    for _ in range(_STEPS):
+    for _ in range(steps):
         if legs is None:
             return None
         error = _error(now, legs)

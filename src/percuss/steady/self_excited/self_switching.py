@@ -12,7 +12,7 @@ from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited.elastic_cycle import ElasticCycle
 from percuss.steady.self_excited.elastic_settling import settled_from
-from percuss.steady.self_excited.obstacle import Obstacle, why_none, why_several, why_unstable
+from percuss.steady.self_excited.obstacle import Obstacle, why_more_blows, why_none, why_several, why_unstable
 from percuss.steady.self_excited.piston_records import Piston
 from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
@@ -160,10 +160,11 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> Se
     found = settled_from(asked.machine, asked.modes, rhythm, rigid)
     if found.cycle is None:
         ended = {"on the wall": Obstacle.ON_THE_WALL, "nothing follows": Obstacle.NO_PORT, "no blow": Obstacle.NO_BLOW}
-        obstacle = Obstacle.IRREGULAR if found.ending is None else ended[found.ending]
-        return replace(asked, obstacle=obstacle, found=found.first.time)
+        return replace(asked, obstacle=ended.get(found.ending or "", Obstacle.IRREGULAR))
+    if not found.cycle.switches:
+        return replace(asked, cycle=found.cycle, obstacle=Obstacle.BOUNCES)
     if found.cycle.blows > 1 and found.cycle.stable:
-        return replace(asked, cycle=found.cycle, obstacle=Obstacle.DOUBLE_BLOW)
+        return replace(asked, cycle=found.cycle, obstacle=why_more_blows(found.cycle))
     return _judged(asked, found.cycle)
 
 

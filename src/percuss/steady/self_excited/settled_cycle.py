@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import islice
 
 from percuss.steady.self_excited.piston_legs import leg_after, leg_from
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
@@ -17,6 +18,8 @@ _MOST_IN_CYCLE = 8
 _ALIKE = 0.1  # speeds so near each other, as a part, are worth a try with several blows in a cycle
 _CHATTER = 1e-10  # of the greatest speed: a slower rebound at a wall to which the valve pushes is at rest
 _TRIES = 12
+_TRIES_IN_CYCLE = 3  # for each number of blows in a cycle
+_FEW_STEPS = 20  # of Newton's method from a cycle that differs little: at a distance of 1e-8 from where the cycles end
 
 
 def followed_legs(piston: Piston, behind: float = 0.0, velocity: float = 0.0, most: int = 6 * _MOST_BLOWS) -> list[Leg]:
@@ -48,12 +51,12 @@ def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
 
 def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
     """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
-    found = cycle_near(piston, cycle.rebound, 1)
+    found = cycle_near(piston, cycle.rebound, 1, _FEW_STEPS)
     if found is not None:
         return found
     legs = _followed(piston, leg_after(piston, cycle.rebound), _FEW)
     rebounds = [leg.rebound for leg in legs if leg.rebound is not None]
-    tried = (cycle_near(piston, rebound, 1) for rebound in reversed(rebounds))
+    tried = (cycle_near(piston, rebound, 1, _FEW_STEPS) for rebound in reversed(rebounds))
     return next((one for one in tried if one is not None and one.switches), None)
 
 
@@ -78,9 +81,13 @@ def _cycle_at(piston: Piston, rebounds: list[Rebound]) -> RigidCycle | None:
         if cycle is not None and cycle.switches:
             return cycle
     for blows in range(1, _MOST_IN_CYCLE + 1):
-        for now, before in zip(rebounds[:-_TRIES:-1], rebounds[-1 - blows : -_TRIES - blows : -1], strict=False):
-            if now.label == before.label and abs(now.speed - before.speed) <= _ALIKE * max(now.speed, before.speed):
-                cycle = cycle_near(piston, now, blows)
-                if cycle is not None and cycle.switches:
-                    return cycle
+        pairs = zip(rebounds[:-_TRIES:-1], rebounds[-1 - blows : -_TRIES - blows : -1], strict=False)
+        for now in islice((now for now, before in pairs if _alike(now, before)), _TRIES_IN_CYCLE):
+            cycle = cycle_near(piston, now, blows)
+            if cycle is not None and cycle.switches:
+                return cycle
     return None
+
+
+def _alike(now: Rebound, before: Rebound) -> bool:
+    return now.label == before.label and abs(now.speed - before.speed) <= _ALIKE * max(now.speed, before.speed)

@@ -55,8 +55,9 @@ function told(title, [kind, text, words], rows) {
   put($("#headline"), h("div", { class: "verdict" }, row, words), h("dl", { class: "figures" }, cells));
 }
 
-/** Of a load that switches as a valve does: what the verdict takes for granted. */
+/** What the verdict takes for granted of a load that switches as a valve does, or where it turns on the load's clock. */
 function clock() {
+  if (data.quick.clocked) return h("p", { class: "small", id: "clock" }, data.quick.clocked);
   const note = data.info?.clock;
   if (!note) return null;
   const words =

@@ -1,0 +1,117 @@
+"""The dispatcher's answer to "how does this machine move from this start?", its valve being switched by the piston."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from percuss.case.answers.json_values import number, plain
+from percuss.case.answers.simulation_json import with_an_event_a_line
+from percuss.case.case import checked_case
+from percuss.model.checks import callback, count
+from percuss.shown import Shown
+
+if TYPE_CHECKING:
+    from percuss.case.case import Case
+    from percuss.model import Machine
+    from percuss.simulate import MachineTrajectory, Progress
+
+__all__ = ["MachineMotion", "machine_motion"]
+
+
+@dataclass(frozen=True)
+class MachineMotion(Shown):
+    """A simulated motion of a machine that switches its own valve.
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    motion
+        The motion.
+    notes
+        What was assumed, one sentence each.
+    """
+
+    name: str
+    title: str
+    motion: MachineTrajectory
+    notes: tuple[str, ...] = ()
+
+    @property
+    def machine(self) -> Machine:
+        """The machine that moved."""
+        return self.motion.machine
+
+    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
+        """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
+        last = None if last is None else count("last", last, least=0)
+        motion, cycle = self.motion, self.motion.cycle
+        return {
+            "case": self.name,
+            "title": self.title,
+            "notes": list(self.notes),
+            "outcome": motion.outcome,
+            "label": motion.label,
+            "modes": int(motion.modes),
+            "begin_time": number(motion.begin_time),
+            "end_time": number(motion.end_time),
+            "cycle": None if cycle is None else plain(asdict(cycle)),
+            "events": _events(motion, last),
+        }
+
+    def to_json_text(self, last: int | None = None) -> str:
+        """The same as text, one line for each event."""
+        return with_an_event_a_line(self.to_json_dict(last))
+
+
+def machine_motion(case: Case, progress: Callable[[Progress], object] | None = None) -> MachineMotion:
+    """The motion of a machine that the tables [start] and [simulation] of a case describe.
+
+    Parameters
+    ----------
+    progress
+        Called now and then; the motion ends as ``cancelled`` when it returns something true.
+
+    Raises
+    ------
+    CaseError
+        When the load of the case is another, or the start does not fit it.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> case = load_case("valve-drifter").changed(simulation={"modes": 0})
+    >>> machine_motion(case).motion.label
+    'runs 1/1'
+    """
+    from percuss.simulate import run_machine  # loads the compiler
+
+    checked_case(case)
+    callback("progress", progress)
+    machine, simulation = case.machine(), case.simulation()
+    start = case.start(simulation.modes)
+    motion = run_machine(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
+    return MachineMotion(case.file, case.title, motion, case.notes)
+
+
+def _events(motion: MachineTrajectory, last: int | None) -> list[dict[str, Any]]:
+    events, machine = motion.events, motion.machine
+    first = 0 if last is None else max(len(events) - last, 0)
+    seconds = machine.time_scale if machine.is_si else None
+    return [
+        {
+            "kind": event.kind,
+            "time": number(event.time),
+            "time_s": None if seconds is None else number(event.time * seconds),
+            "speed": number(event.velocity),
+            "rebound_velocity": number(event.rebound_velocity),
+            "energy_lost": number(event.energy_lost),
+            "kinetic_energy": number(event.kinetic_energy),
+            "port": event.port,
+            "to": event.state,
+            "resolved": int(event.resolved),
+        }
+        for event in list(events)[first:]
+    ]

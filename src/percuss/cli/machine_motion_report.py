@@ -1,0 +1,76 @@
+"""A simulated motion of a machine that switches its own valve, as the report that a person reads."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.machine_in_words import in_units
+from percuss.case.answers.numerals import counted, number, quantity
+from percuss.cli.machine_report import machine_section
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+
+if TYPE_CHECKING:
+    from percuss.case.answers.machine_motion import MachineMotion
+
+__all__ = ["machine_motion_report"]
+
+
+def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
+    """The report of `percuss simulate` for a machine, with the `last` events; None shows all of them."""
+    motion, machine = answer.motion, answer.machine
+    sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
+    rows = [
+        ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {_time(answer, motion.end_time)}"),
+        ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
+    ]
+    if motion.cycle is not None:
+        rows.append(("period", in_units(machine, motion.cycle.period, "time")))
+    sections.append(Section("Motion", tuple(rows)))
+    if last != 0 and len(motion.events):
+        sections.append(_events_grid(answer, last))
+    tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
+    return Report(answer.title, _summary(answer), tone, tuple(sections))
+
+
+def _summary(answer: MachineMotion) -> str:
+    motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
+    text = f"From this start the machine {_in_words(motion.label)}"
+    if cycle is None or not motion.impacts:
+        return f"{text}."
+    if not machine.is_si:
+        return f"{text}: strongest blow {number(cycle.blow_speed)}, period {number(cycle.period)}."
+    rate = cycle.blows / (cycle.period * machine.time_scale)
+    energy = float(motion.blow_energies[-max(cycle.blows, 1) :].max()) * machine.energy_scale
+    return (
+        f"{text}: {quantity(energy, 'J')} at {number(rate)} Hz ({number(60.0 * rate)} blows/min), "
+        f"{number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
+    )
+
+
+def _in_words(label: str) -> str:
+    """The label behind "the machine"."""
+    if label.startswith(("runs", "stalls", "cycles")):
+        return label
+    return {"undecided": "has not settled yet", "irregular": "strikes irregularly"}.get(label, f"ends as '{label}'")
+
+
+def _time(answer: MachineMotion, time: float) -> str:
+    return in_units(answer.machine, time, "time")
+
+
+def _events_grid(answer: MachineMotion, last: int | None) -> Grid:
+    """The last events, one a line."""
+    events, machine = list(answer.motion.events), answer.machine
+    shown = events if last is None else events[max(len(events) - last, 0) :]
+    rows = []
+    for event in shown:
+        what = event.kind
+        if event.kind == "port":
+            what = f"ports[{event.port}] demands"
+        if event.kind == "valve":
+            what = f"valve: {event.state}"
+        speed = in_units(machine, event.velocity, "speed")
+        rows.append((what, _time(answer, event.time), speed))
+    heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
+    return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))
