@@ -16,14 +16,17 @@ import pytest
 pytest.importorskip("fastapi")
 
 from percuss import steady_states
-from percuss.case import MACHINES, Case, load_case, simulation_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
+from percuss.case.answers.machine_frames import machine_frames
+from percuss.case.answers.machine_json import cycle_dict
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
 from percuss.case.parameters.moved_case import placed
 from percuss.case.parameters.parameter_list import parameters
 from percuss.cli import main
-from percuss.errors import CaseError, ParameterError
+from percuss.errors import CaseError, Interrupted, ParameterError
+from percuss.halting import halting
 from percuss.model import Load
 from percuss.palette import palette_dict
 from percuss.recordings.recording import read_recording
@@ -31,6 +34,7 @@ from percuss.stability import stability_plane
 from web_client import Client, events
 
 NAMES = [machine.name for machine in MACHINES if not machine.valve]
+VALVES = ["valve-breaker", "valve-drifter"]
 PLAIN = {
     "system": {"s": 20, "d": 0.0048, "restitution": 0.6},
     "load": {"kind": "harmonic", "mean": 0.9, "amplitude": 1.0},
@@ -62,7 +66,8 @@ def test_about_and_the_catalogue(client: Client) -> None:
     assert {"stable", "label", "margin"} <= {quantity["name"] for quantity in about["quantities"]}
     assert about["materials"]["titanium"] == {"youngs_modulus_Pa": 114e9, "density_kg_m3": 4430.0}
     machines = client.get("/api/machines").json()["machines"]
-    assert [machine["name"] for machine in machines] == NAMES
+    assert [machine["name"] for machine in machines] == [*NAMES, *VALVES]
+    assert [machine["name"] for machine in machines if machine["valve"]] == VALVES
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -524,6 +529,81 @@ def test_a_blow_that_cannot_be_is_told_by_its_key(client: Client) -> None:
     bad = {**PLAIN, "tool": {"impedance": -1.0}}
     assert client.problems("/api/blow", {"case": bad})[0]["key"] == "tool.impedance"
     assert client.problems("/api/blow", {"machine": "mini-breaker", "frames": 602})[0]["key"] == "frames"
+
+
+# -- machines that switch themselves --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", VALVES)
+def test_a_machine_with_its_valve_comes_as_a_case_of_the_same_machine(client: Client, name: str) -> None:
+    found = client.get(f"/api/machines/{name}").json()
+    machine = load_case(name).machine()
+    assert found["system"] is None and found["parameters"] == [] and found["scales"]["time_s"] == 1.0
+    assert case_of(found["tables"]).machine() == machine
+    plain = case_of(found["plain"])
+    again = client.answer("/api/case", {"case": found["plain"]})
+    assert again["bar"] is None and again["plain"]["load"] == found["plain"]["load"]
+    assert plain.machine().valve == machine.valve and plain.machine().drag == machine.drag
+    assert found["bar"]["first_mode_Hz"] == pytest.approx(machine.body.s / 2.0, rel=1e-12)
+    assert found["body"]["kind"] == "uniform"
+    told = {**found["plain"], "load": {**found["plain"]["load"], "room": 2.0, "at": 0}}
+    assert client.answer("/api/case", {"case": told})["plain"]["load"]["room"] == 2.0
+
+
+@pytest.mark.parametrize(("name", "energy", "rate"), [("valve-breaker", 3751.0, 9.448), ("valve-drifter", 301.1, 61.2)])
+def test_a_cycle_over_time(client: Client, name: str, energy: float, rate: float) -> None:
+    header, arrays = client.arrays("/api/machine", {"machine": name, "modes": 0, "points": 101, "whole": False})
+    answer = header["answer"]
+    assert answer == cycle_dict(machine_answer(load_case(name), 0))
+    assert answer["si"]["blow_energy_J"] == pytest.approx(energy, rel=1e-3)
+    assert answer["si"]["blow_rate_Hz"] == pytest.approx(rate, rel=1e-3)
+    assert header["runs"] and header["sentence"] is None and header["units"] == "SI"
+    t, centre = arrays["t"].astype(float), arrays["centre"].astype(float)
+    assert t[0] == 0.0 and t[-1] == pytest.approx(answer["period"]) and np.all(np.diff(t) >= 0.0)
+    assert centre.min() == pytest.approx(-answer["si"]["stroke_m"], rel=1e-3)
+    assert arrays["striking_end"].max() <= 1e-6
+    speed = arrays["velocity"].astype(float)
+    assert speed[-1] == pytest.approx(answer["si"]["impact_velocity_m_s"], rel=0.03)
+    taken = np.trapezoid(arrays["force"].astype(float), centre)  # what the blows and the drag take
+    assert taken == pytest.approx(1e3 * answer["si"]["input_power_kW"] * answer["period"], rel=1e-3)
+    assert header["states"] == ["return", "power"] and set(arrays["state"].tolist()) == {0, 1}
+    pushes = arrays["force"][arrays["state"] == 1]
+    assert pushes.min() > 0.0 > arrays["force"][arrays["state"] == 0].max()
+
+
+def test_the_whole_answer_of_a_machine_is_the_command_line_s(
+    client: Client, capsys: pytest.CaptureFixture[str]
+) -> None:
+    header, _ = client.arrays("/api/machine", {"machine": "valve-drifter", "modes": 0, "points": 2})
+    told = printed(capsys, "machine", "valve-drifter", "--modes", "0", "--json")
+    assert {**header["answer"], "case": ""} == {**told, "case": ""}
+    assert header["sentence"].startswith("The machine runs with one blow a cycle: 301.1 J")
+
+
+def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> None:
+    tables = client.get("/api/machines/valve-breaker").json()["tables"]
+    tables["load"]["chamber"]["stiffness"] = "140 kN/m"
+    header, arrays = client.arrays("/api/machine", {"case": tables, "whole": False})
+    assert arrays == {} and not header["runs"] and header["answer"]["period"] is None
+    assert "58.29 mm behind the wall, and the port is at 130 mm" in header["sentence"]
+    assert header["answer"]["failed_condition"]["remedy"].startswith("put the port nearer")
+    assert header["modes"] == 32
+
+
+def test_a_clocked_case_is_no_machine_and_a_machine_has_no_clock(client: Client) -> None:
+    problem = client.problems("/api/machine", {"machine": "mini-breaker"})[0]
+    assert problem["key"] == "load.kind" and "'valve'" in problem["message"]
+    for path in ("quick", "steady", "curves", "motion", "place", "report"):
+        more = {"values": {"restitution": 0.2}} if path == "place" else {}
+        problems = client.problems(f"/api/{path}", {"machine": "valve-drifter", **more})
+        assert "percuss machine" in problems[0]["remedy"], path
+    bad = {**PLAIN, "load": {"kind": "valve", "states": {"a": -1.0}, "ports": [{"to": "b", "on": "impact"}]}}
+    assert client.problems("/api/machine", {"case": bad})[0]["key"] == "load.ports[0].to"
+
+
+def test_the_search_for_a_cycle_can_be_given_up() -> None:
+    with halting(lambda: True), pytest.raises(Interrupted):
+        machine_frames(load_case("valve-drifter"))
 
 
 # -- experiments and reports ----------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import subprocess
@@ -29,7 +30,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_play
 
 from browser import FLAGS, chromium
 from percuss import palette
-from percuss.case import Case, load_case, simulation_answer
+from percuss.case import Case, load_case, machine_answer, simulation_answer
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of
 from percuss.cli import main
@@ -37,7 +38,7 @@ from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from percuss.web.page_files import Shelf
 
-PANELS = ("case", "map", "orbits", "motion", "blow", "report", "experiment", "lessons")
+PANELS = ("case", "map", "orbits", "motion", "machine", "blow", "report", "experiment", "lessons")
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
 WAIT = 60_000  # milliseconds, on a machine that does other things as well
 
@@ -1436,6 +1437,166 @@ def test_a_thick_piston_strikes_more_than_once(desk: Desk) -> None:
     expect(page.locator("#blow-sentence")).not_to_contain_text("contacts")
 
 
+# --- machine
+
+STATE = "import('/static/state.js').then"
+
+
+def driven(page: Page, modes: int = 32) -> None:
+    """Until the machine of the case as it is now is drawn, with so many modes."""
+    end = time.monotonic() + WAIT / 1000
+    stage = page.locator("#machine-stage")
+    while (stage.get_attribute("data-change"), stage.get_attribute("data-modes")) != (
+        str(knows(page, "state.js:data.changed")),
+        str(modes),
+    ):
+        assert time.monotonic() < end, page.locator("#panel-machine").inner_text()
+        page.wait_for_timeout(30)
+
+
+def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-drifter")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
+    assert figure(page, "blow energy") == "301.1J"
+    assert float(figure(page, "striking speed").removesuffix("m/s")) == pytest.approx(
+        si["impact_velocity_m_s"], rel=1e-3
+    )
+    assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=1e-3)
+    assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=1e-3)
+    until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
+    expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
+    page.click("#machine-play")
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    drawn = []
+    for part in (0, 350, 700):
+        page.locator("#machine-scrub").evaluate(
+            "(s, part) => { s.value = part; s.dispatchEvent(new Event('input')); }", part
+        )
+        drawn.append(ink(page, "#machine-stage"))
+    assert len(set(drawn)) == 3
+    expect(page.locator("#machine-charts canvas").first).to_have_attribute("data-drawn", re.compile(r"\d"))
+    expect(page.locator("#machine-changes tr")).to_have_count(7)  # margins and what changes it come later
+    expect(page.locator("#machine-facts")).to_contain_text("Margins")
+    expect(page.locator("#reason")).to_contain_text("It starts from rest on the tool")
+    page.locator("#panel-machine").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("Space")
+    expect(page.locator("#machine-play")).to_have_text("Pause")
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-breaker")
+    driven(page)
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    rate, drawn = figure(page, "blows a minute"), ink(page, "#machine-stage")
+    slide(page, "load-ports-0-behind", 70)  # the short stroke
+    driven(page)
+    assert float(rate) == pytest.approx(567, abs=1) and float(figure(page, "blows a minute")) > 700
+    assert ink(page, "#machine-stage") != drawn
+    until(page, "location.hash.includes('load.ports=')")
+    slide(page, "load-pressure", 80)
+    expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
+    expect(page.locator("#machine-sentence")).to_contain_text(
+        re.compile(r"force at the wall 2\.4\d* kN, which must be below 0 N")
+    )
+    expect(page.locator("#machine-obstacle")).to_contain_text("What would be needed: make the return force pull")
+    expect(page.locator("#machine-play")).to_be_hidden()
+    slide(page, "load-pressure", 200)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    expect(page.locator("#machine-play")).to_be_visible()
+    slide(page, "contact-restitution", 0)
+    driven(page)
+    assert knows(page, "state.js:data.tables.contact.restitution") == 0
+
+
+def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
+    ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
+    load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
+    page = desk.open(f"panel=machine&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
+    driven(page)
+    speed = math.sqrt(2.0 * 2.2 / (1.0 - 0.2**2))
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    slide(page, "load-states", 2)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
+    assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=2e-3)
+    page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
+    driven(page)
+    expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^1"))
+    slide(page, "load-states", 0.25)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
+
+
+def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=mini-breaker")
+    expect(page.locator("#machine-clocked")).to_contain_text("This case is clocked")
+    expect(page.locator("#machine-stage")).to_be_hidden()
+    page.click("#machine-open")
+    expect(page.locator("#machine-clocked")).to_be_hidden()
+    driven(page)
+    expect(page.locator("#machine")).to_have_value("valve-breaker")
+    for name in ("map", "orbits", "motion", "report", "experiment"):  # they say so, each in a sentence
+        page.click(f"#tab-{name}")
+        expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
+        assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
+            "all => all.every(one => one.offsetParent === null)"
+        )
+    page.locator("#panel-experiment .own button").click()
+    expect(page.locator("#machine-stage")).to_be_visible()
+    page.click("#tab-blow")
+    assert "A blow of" in blown(page)
+    page.click("#tab-motion")
+    page.select_option("#machine", "mini-breaker")
+    moved(page)
+    expect(page.locator("#panel-motion > .own")).to_be_hidden()
+    expect(page.locator("#slide-load_factor")).to_be_visible()
+
+
+def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=case&machine=heavy-breaker")
+    page.select_option("#field-load-kind", "valve")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("mm$"))
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    rate = float(figure(page, "blow rate").removesuffix("Hz"))
+    page.fill("#field-load-ports-0-behind", "-3 mm")
+    expect(page.locator("#field-load-ports-0-behind-problem")).to_contain_text("greater than 0")
+    page.fill("#field-load-ports-0-behind", "200 mm")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    assert float(figure(page, "blow rate").removesuffix("Hz")) != rate
+    page.click("#form-plain")
+    expect(page.locator("#field-load-states-power")).to_be_visible()
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    page.click("#form-si")
+    page.select_option("#field-load-kind", "square")
+    expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
+    expect(page.locator("#slide-kappa")).to_be_visible()
+
+
+def test_the_lesson_of_the_valve(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    scene(page, 8, 1)
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    speed = float(figure(page, "striking speed"))
+    scene(page, 8, 3)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=2e-3)
+    expect(page.locator("#reason")).to_contain_text(re.compile("a disturbance (39|40)"))
+    scene(page, 8, 4)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.8)
+    driven(page)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.95)
+    driven(page)
+    expect(page.locator("#verdict")).to_contain_text("Double blow")
+
+
 # --- report, experiment, lessons
 
 
@@ -1507,9 +1668,9 @@ def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
 
 def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
     page = desk.open("panel=lessons")
-    expect(page.locator(".lesson")).to_have_count(7)
+    expect(page.locator(".lesson")).to_have_count(8)
     seen = []
-    for number in range(1, 8):
+    for number in range(1, 9):
         page.click("#tab-lessons")
         page.get_by_role("button", name=f"Begin lesson {number}").click()
         scenes = page.locator("#lesson-strip .try button")
@@ -1523,7 +1684,7 @@ def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
                 seen.append(page.locator("#stage").get_attribute("data-label"))
     assert seen[:4] == ["z=1/1", "z=2/2", "z=4/4", "aperiodic"]  # period doubling, heard
     assert seen[4:6] == ["chatter/1", "rest"]
-    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")  # the last scene of all
+    expect(page.locator("#verdict")).to_have_text("Runs")  # the last scene of all
 
 
 def scene(page: Page, lesson: int, number: int) -> None:
@@ -1663,13 +1824,22 @@ def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
 # --- for everybody
 
 
+def show_panel(page: Page, name: str) -> None:
+    """A panel of the case, or the machine of another one."""
+    if name == "a valve":
+        page.click("#tab-machine")
+        page.click("#machine-open")
+        return driven(page)
+    page.click(f"#tab-{name}")
+    page.wait_for_timeout(300)
+
+
 @pytest.mark.parametrize("desk", [{"color_scheme": "light"}, {"color_scheme": "dark"}], indirect=True)
 def test_no_serious_accessibility_violation(desk: Desk) -> None:
     found = []
     page = desk.open("panel=case&machine=mini-breaker")
-    for panel in PANELS:
-        page.click(f"#tab-{panel}")
-        page.wait_for_timeout(300)
+    for panel in (*PANELS, "a valve"):
+        show_panel(page, panel)
         for violation in Axe().run(page).response["violations"]:
             if violation["impact"] in ("serious", "critical"):
                 where = [node["html"][:160] for node in violation["nodes"][:3]]
@@ -1699,9 +1869,8 @@ def test_dark_and_light(desk: Desk) -> None:
 @pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)
 def test_a_phone_shows_one_column_and_nothing_sticks_out(desk: Desk) -> None:
     page = desk.open("panel=case&machine=mini-breaker")
-    for panel in PANELS:
-        page.click(f"#tab-{panel}")
-        page.wait_for_timeout(300)
+    for panel in (*PANELS, "a valve"):
+        show_panel(page, panel)
         assert page.evaluate("document.documentElement.scrollWidth") <= 390, panel
         assert page.evaluate("document.querySelector('main').clientWidth") > 340, panel
 
@@ -1820,6 +1989,7 @@ def test_pictures(desk: Desk) -> None:
         "map": "panel=map&machine=mini-breaker",
         "orbits": "panel=orbits&machine=hydraulic-drifter",
         "motion": "panel=motion&machine=hydraulic-drifter",
+        "machine": "panel=machine&machine=valve-breaker",
         "blow": "panel=blow&machine=stepped-drifter",
         "report": "panel=report&machine=hydraulic-drifter",
         "experiment": "panel=experiment&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic"
@@ -1834,6 +2004,9 @@ def test_pictures(desk: Desk) -> None:
             page.wait_for_timeout(8000)  # the last points of the curves
         if name == "motion":
             page.click("#play")
+        if name == "machine":
+            until(page, "document.querySelector('#machine-stage').dataset.whole === 'true'")
+            page.locator("#machine-scrub").evaluate("s => { s.value = 530; s.dispatchEvent(new Event('input')); }")
         if name == "blow":
             blown(page)
             page.locator("#blow-scrub").evaluate("s => { s.value = 100; s.dispatchEvent(new Event('input')); }")

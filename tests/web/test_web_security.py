@@ -348,6 +348,8 @@ BIG: list[tuple[str, dict[str, Any], str]] = [
     ("/api/motion", {"frames": 2001}, "frames"),
     ("/api/motion", {"places": 130}, "places"),
     ("/api/motion", {"cycles": 65}, "cycles"),
+    ("/api/machine", {"modes": 257}, "modes"),
+    ("/api/machine", {"points": 2001}, "points"),
     ("/api/experiment", {"starts": 100_001}, "starts"),
     ("/api/experiment", {"starts": 100_000, "modes": 32}, "starts"),
     ("/api/experiment", {"impacts": 20_001}, "impacts"),
@@ -421,6 +423,7 @@ _FIELDS = {
     "/api/quick": {"periods": 1, "curve": 3, "modes": 4, "multipliers": True, "values": {"restitution": 0.2}},
     "/api/curves": {"periods": 1, "points": 5, "branches": 4, "load_factor": [0.1, 0.9], "modes": 3},
     "/api/motion": {"orbit": 1, "periods": 1, "cycles": 1, "frames": 4, "places": 3, "end_points": 9, "window": [0, 1]},
+    "/api/machine": {"modes": 2, "points": 9, "whole": False, "machine": "valve-drifter"},
     "/api/blow": {"show": "start", "frames": 3, "cells": 4, "whole": False},
     "/api/simulate": {"start": {"position": -0.5}, "simulation": {"modes": 2, "impacts": 20}, "events": 3},
     "/api/place": {"values": {"restitution": 0.2, "load.frequency": 17.0}},
@@ -449,7 +452,7 @@ _JUNK = st.one_of(
 def test_no_field_breaks_the_server(path: str, data: st.DataObject) -> None:
     client = _shared()
     asked = {**MACHINE, **_FIELDS[path]}
-    name = data.draw(st.sampled_from(sorted(_FIELDS[path])))
+    name = data.draw(st.sampled_from(sorted(_FIELDS[path].keys() - {"machine"})))
     if path == "/api/motion" and name not in ("orbit", "periods") and data.draw(st.booleans()):
         del asked["orbit"]
         asked["simulation"] = {"modes": 2, "impacts": 20}

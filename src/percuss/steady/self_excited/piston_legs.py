@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.piston_flight import Flight, response
@@ -73,6 +74,7 @@ class _Going:
 
     def leg(self) -> Leg:
         """Goes on to the next blow."""
+        look()
         for _ in range(_MOST_EVENTS):
             self._carry_out()
             until = self.orders.pending[0][0] - self.time if self.orders.pending else math.inf

@@ -5,7 +5,7 @@ import { number } from "./format.js";
 import { data } from "./state.js";
 
 /** What of it the headline depends on. */
-export const machineKey = () => [data.machine?.changed, data.machine?.modes, data.machine?.whole];
+export const machineKey = () => [data.machine?.changed, data.machine?.modes, Boolean(data.machine?.more)];
 
 /** [the kind of the badge, its text, the sentence below it]. */
 export function machineVerdict() {
@@ -15,11 +15,11 @@ export function machineVerdict() {
 }
 
 /** A running machine in a sentence or two. */
-function running({ answer, modes, whole }) {
+function running({ answer, more }) {
   const left = Math.hypot(...(answer.multipliers[0] ?? [0, 0]));
   const settles = `One blow a cycle, switched by the piston. Stable: of a disturbance ${number(100 * left, 3)} % is left after a cycle.`;
-  const starts = !whole ? "" : answer.starts_from_rest ? " It starts from rest on the tool." : " It does not start from rest on the tool: it must be pushed off.";
-  return `${settles}${starts}${whole || modes ? "" : " (Rigid piston; elastic modes follow.)"}`;
+  if (!more) return settles;
+  return `${settles} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
 }
 
 /** Its figures: rows of [name, value, unit]. */

@@ -48,7 +48,7 @@ const blown = (diameter, tool = { sections: [{ diameter: "32 mm" }], end: "infin
 const CLOCK = {
   case: {
     title: "Square wave, clocked",
-    system: { s: 200, d: 0.0, restitution: 0.4 },
+    system: { s: 200, d: 0.0, restitution: 0.4, strain: "reversed" },
     load: { kind: "square", amplitude: 1.0, kappa: 1.659 },
   },
 };
@@ -262,7 +262,7 @@ export const LESSONS = [
         "The same machine with a valve",
         { panel: "machine" },
         valve(0),
-        "The same piston, the same two forces, the same period of 2π. Now the piston switches them: a port 1.839 bar lengths behind the wall orders the push, the blow orders the pull. It runs, and of a disturbance 16 % is left after each blow: R², whatever the ports and forces are. Move every slider: it settles at once.",
+        "The same piston, the same two forces, the same period of 2π, the same speed. Now the piston switches them: a port 1.839 bar lengths behind the wall orders the push, the blow orders the pull. It runs: of a disturbance no more than R, 40 %, is left after each blow; of its rhythm R², 16 %, whatever the ports and the forces are. Move every slider: it settles at once.",
       ),
       scene(
         "A valve that is late",

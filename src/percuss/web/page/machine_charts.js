@@ -107,16 +107,18 @@ function loop(motion, { length, force }, values) {
   charts.loop.draw({ x, y: { label: inUnit("force", force.name), from, to }, items });
 }
 
-/** Keep the curve of a whole answer, and the pressure that it belongs to. */
+/** Keep the curve of an answer that has one, and the pressure that it belongs to. */
 export function keepCurve(motion) {
-  if (!motion.whole) return;
-  const { pressure_curve: rows, blows, period, si: figures } = motion.answer;
+  const { more } = motion;
+  if (!more || curve?.more === more) return;
+  const { pressure_curve: rows, blows, period, si: figures } = more;
   curve = null;
   if (!rows.length) return;
   const energy = figures?.blow_energy_J ?? Math.max(...blows.map((blow) => blow.energy));
   const rate = figures?.blow_rate_Hz ?? blows.length / period;
   const values = (key, base) => rows.map((row) => (row[key] === null ? null : base * (1 + row[key])));
   curve = {
+    more,
     changed: motion.changed,
     push: pushOf(motion),
     bar: motion.pressure_Pa ? motion.pressure_Pa / 1e5 : null,

@@ -93,7 +93,7 @@ function draw(motion) {
   mark(stage.time);
   const { canvas } = stage;
   canvas.setAttribute("aria-label", `Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`);
-  Object.assign(canvas.dataset, { change: String(motion.changed), modes: String(motion.modes), whole: String(motion.whole) });
+  Object.assign(canvas.dataset, { change: String(motion.changed), modes: String(motion.modes), whole: String(Boolean(motion.more)) });
   if (!motion.arrays.t) return pauseMachine();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) beginMachine();
 }
@@ -116,12 +116,12 @@ function struck() {
 function words() {
   const motion = data.machine;
   if (!shownNow() || !switchesItself() || !motion) return;
-  const { answer, runs, modes, whole } = motion;
-  const body = modes ? `${modes} elastic modes` : "a rigid piston";
-  const waits = whole ? "" : " Elastic modes, margins and the curve over the pressure come when nothing moves.";
-  put(parts.sentence, `${motion.sentence ?? `The machine runs with one blow a cycle.`} Computed with ${body}.${waits}`);
-  put(parts.obstacle, runs ? notes(answer) : obstacle(motion));
-  if (answer.period) put(parts.facts, figures(motion), whole && margins(motion), whole && changes(answer));
+  const { answer, runs, modes, more } = motion;
+  const body = modes ? `with ${modes} elastic modes` : "with a rigid piston; elastic modes follow when nothing moves";
+  const waits = more ? "Margins and curves over the pressure are those of a rigid piston." : "Margins and curves over the pressure take some seconds.";
+  put(parts.sentence, `${motion.sentence ?? "The machine runs with one blow a cycle."} Computed ${body}. ${runs ? waits : ""}`);
+  put(parts.obstacle, runs ? notes(more ?? answer) : obstacle(motion));
+  if (answer.period) put(parts.facts, figures(motion), more && margins(more, motion.scales), more && changes(more));
 }
 
 const notes = ({ warnings = [] }) => warnings.map((text) => h("p", { class: "note warn" }, `${text[0].toUpperCase()}${text.slice(1)}.`));
@@ -164,8 +164,7 @@ function figures({ answer, scales }) {
   ];
 }
 
-function margins({ answer, scales }) {
-  const found = answer.margins;
+function margins({ margins: found }, scales) {
   if (!found) return null;
   const time = (value) => (scales ? si(value * scales.time_s, "s") : number(value));
   const from = (value) => (value < 0 ? `${time(-value)} before the blow` : `${time(value)} after it`);

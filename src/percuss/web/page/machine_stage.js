@@ -61,7 +61,7 @@ export class MachineStage extends Stage {
   /** Pixels of lengths and of thicknesses. */
   scales(width, height) {
     const room = width - LEFT - RIGHT;
-    const near = this.ports.map(({ behind }) => behind ?? 0).filter((behind) => behind <= 3 * this.stroke);
+    const near = this.ports.map(({ behind }) => behind ?? 0).filter((behind) => !this.stroke || behind <= 3 * this.stroke);
     const reach = 1.08 * Math.max(this.stroke, ...near, 1e-3 * this.bar);
     const along = room / (this.bar + reach);
     const bar = Math.min(Math.max(along * this.bar, 0.25 * room), room - LEAST);
@@ -76,8 +76,8 @@ export class MachineStage extends Stage {
     const { along, travel, across } = this.scales(900, 300);
     const larger = (ratio, what) => (Math.abs(ratio - 1) > 0.05 ? `${what} ×${number(ratio, 2)}` : "");
     const words = [larger(travel / along, "travel"), this.sections && larger(across / along, "thickness")].filter(Boolean);
-    const plain = this.sections ? "To scale" : "Travel to scale; the thickness is not known";
-    return words.length ? `${this.sections ? "The piston is" : "Drawn"} to scale, ${words.join(" and ")} of it.` : `${plain}.`;
+    const beside = words.length ? `; beside its length ${words.join(", ")}` : "";
+    return this.sections ? `The piston is drawn to scale${beside}.` : `The thickness of the piston is not known${beside}.`;
   }
 
   paint(pen, width, height) {

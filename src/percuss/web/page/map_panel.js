@@ -54,10 +54,13 @@ function startMap(panel) {
   on("tables", () => {
     if (!moveOnly()) since = data.changed;
   });
-  on("info view quick", () => view.panel === "map" && (choices(parts.choice), compute()));
+  on("info view quick", () => ready() && (choices(parts.choice), compute()));
   on("theme", () => (plane && picture(plane), repaint()));
   on("tables quick view steady", repaint);
 }
+
+/** Whether the panel is in sight and the case has parameters for its axes; a machine that switches itself has none. */
+const ready = () => view.panel === "map" && data.info?.parameters.length > 0;
 
 /** Whether the last change of the case moved along the map's own axes: the map is the same then. */
 const moveOnly = () => data.moved?.every((name) => (name === view.x || name === view.y) && name !== "load.scale");
@@ -159,7 +162,7 @@ function design() {
 }
 
 const repaint = framed(() => {
-  if (view.panel !== "map" || !data.info) return;
+  if (!ready()) return;
   const x = axis("x");
   const y = axis("y");
   const same = shownHere(x, y);

@@ -126,8 +126,10 @@ export const REST = 220;
 const refresh = settled((question) => {
   if (question.count !== data.changed) return; // a move is on its way: its answer comes back here
   askInfo(question);
-  if (switchesItself()) askWhole(question);
-  else askSteady(question);
+  if (!switchesItself()) return askSteady(question);
+  askElastic(question);
+  asking = new AbortController();
+  askMore({ ...question, signal: asking.signal });
 }, REST);
 
 const askInfo = latest(
@@ -151,7 +153,7 @@ const askSteady = latest(
   refused,
 );
 
-/** The cycle of a rigid piston, which is there at once; elastic modes, margins and the curve come when nothing moves. */
+/** The cycle of a rigid piston, which is there at once; what takes longer comes when nothing moves. */
 const askMachine = latest(
   ({ tables }) => postBinary("machine", { case: tables, modes: 0, points: 241, whole: false }),
   (machine, question) => {
@@ -162,14 +164,28 @@ const askMachine = latest(
   refused,
 );
 
-const askWhole = latest(
-  ({ tables }) => postBinary("machine", { case: tables }),
+const askElastic = latest(
+  ({ tables }) => postBinary("machine", { case: tables, whole: false }),
   (machine, { count }) => count === data.changed && takeMachine(machine, count),
   refused,
 );
 
+let asking = new AbortController(); // of the question that takes seconds
+
+/** Margins, and the curve over the pressure, of a rigid piston. */
+const askMore = latest(
+  ({ tables, signal }) => postBinary("machine", { case: tables, modes: 0, points: 2 }, signal),
+  ({ answer }, { count }) => {
+    if (count !== data.changed || !data.machine) return;
+    data.machine = { ...data.machine, more: answer };
+    tell("machine");
+  },
+  () => {}, // the cycle is there without it
+);
+
 function takeMachine(machine, count) {
-  data.machine = Object.assign(machine, { changed: count });
+  const before = data.machine?.changed === count ? data.machine : null;
+  data.machine = Object.assign(machine, { changed: count, more: before?.more ?? null });
   data.problems = [];
   tell("problems");
   tell("machine");
@@ -187,6 +203,7 @@ function changedCase(names) {
   data.changed += 1;
   data.moved = names;
   data.steady = null;
+  asking.abort();
   const own = switchesItself();
   if (own) data.quick = null;
   else data.machine = null;
