@@ -21,7 +21,15 @@ from unittest import mock
 from pydantic.fields import FieldInfo
 from sphinx.pycode import ModuleAnalyzer
 
-from percuss.case.file_format import damping_table, load_tables, schema, section_tables, tool_tables, values
+from percuss.case.file_format import (
+    damping_table,
+    load_tables,
+    schema,
+    section_tables,
+    tool_tables,
+    values,
+    valve_tables,
+)
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.parser import Parser
@@ -116,6 +124,13 @@ _VALUES: list[tuple[Any, str]] = [
     (damping_table.SystemDamping, "table"),
     (section_tables.SectionTables, "list of tables"),
     (tool_tables.ToolSections, "list of tables"),
+    (valve_tables.States, "table of forces or tables"),
+    (valve_tables.PlainStates, "table of numbers"),
+    (valve_tables.Ports, "list of tables"),
+    (valve_tables.PlainPorts, "list of tables"),
+    (valve_tables.ChamberTable, "table"),
+    (valve_tables.PlainChamber, "table"),
+    (valve_tables.Reads, '`"centre"` or number'),
     (values.Mass, "mass"),
     (values.Stiffness, "stiffness"),
     (values.Restitution, 'number or `"from the blow"`'),

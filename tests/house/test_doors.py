@@ -38,6 +38,7 @@ from percuss.model import (
     Chamber,
     External,
     KelvinVoigt,
+    Machine,
     Port,
     Ratio,
     Reversed,
@@ -238,6 +239,7 @@ SHORT = Stop(impacts=3)
 VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
+MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
 PLAIN = """
 [system]
 s = 20.0
@@ -295,6 +297,7 @@ def table(folder: Path) -> dict[str, Entry]:
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
+    machined = room_of_cases.machine_answer(room_of_cases.load_case("valve-drifter"), modes=0)
     hammer = room_of_cases.load_case("laboratory-striker")
     one_blow = room_of_cases.blow_answer(hammer)
     by_key = room_of_cases.CaseFamily(hammer, {"bar.length": "mm"})
@@ -458,11 +461,10 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Orbit.impact_field": (orbit.impact_field, {"x": 0.5}, {"x": PLACES}),
         "steady.Orbit.impact_history": (orbit.impact_history, {"impacts": 2}, {}),
         "steady.self_excited_motion": (
-            steady.self_excited_motion, {"valve": VALVE, "contact": Kept(0.2), "drag": 0.1, "room": 9.0},
-            {"room": OPTIONAL},
+            steady.self_excited_motion, {"machine": MACHINE, "modes": 1, "room": 9.0}, {"room": OPTIONAL},
         ),
         "steady.valve_margins": (
-            steady.valve_margins, {"motion": steady.self_excited_motion(VALVE, Kept(0.2))}, {},
+            steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.orbits": (
             steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1}, {},
@@ -756,6 +758,10 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"seed": 0, "most": 20, "progress": None},
             {"below": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "case.machine_answer": (
+            room_of_cases.machine_answer, {"case": room_of_cases.load_case("valve-drifter"), "modes": 0},
+            {"modes": OPTIONAL},
+        ),
         "case.simulation_answer": (
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),
@@ -785,6 +791,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
+        "plot.machine": (plot.machine, {"answer": machined}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),

@@ -77,12 +77,17 @@ TABLES = {
     "StepsForce": ("si", "load"),
     "FourierForce": ("si", "load"),
     "HistoryForce": ("si", "load"),
+    "ValveForce": ("si", "load"),
+    "PortTable": ("si", "load.ports"),
+    "ChamberTable": ("si", "load.chamber"),
+    "AreasTable": ("si", "load.states"),
     "SystemTable": ("plain", "system"),
     "HarmonicLoad": ("plain", "load"),
     "SquareLoad": ("plain", "load"),
     "StepsLoad": ("plain", "load"),
     "FourierLoad": ("plain", "load"),
     "HistoryLoad": ("plain", "load"),
+    "ValveLoad": ("plain", "load"),
     "StartTable": ("plain", "start"),
     "SimulationTable": ("plain", "simulation"),
     "ToolTable": ("si", "tool"),
@@ -107,7 +112,7 @@ def rows(table: str) -> dict[str, list[str]]:
     [
         (form, kind)
         for form in (schema.PhysicalCase, schema.PlainCase)
-        for kind in ("harmonic", "square", "fourier", "steps")
+        for kind in ("harmonic", "square", "fourier", "steps", "valve")
     ]
     + [(schema.PhysicalCase, "history"), (schema.PlainCase, "history")],
     ids=lambda value: value if isinstance(value, str) else value.__name__,
@@ -136,10 +141,21 @@ CASES = {
         "load": {"kind": '"harmonic"', "mean": "0.9", "amplitude": "1.0"},
     },
 }
+VALVE = {
+    "kind": '"valve"',
+    "states": '{return = "-4 kN", power = "9 kN"}',
+    "ports": '[{behind = "0.5 mm", side = "back", to = "power"}, {on = "impact", to = "return"}]',
+}
 LOADS = {
     "SquareForce": {"kind": '"square"', "amplitude": '"9 kN"', "kappa": "1.3", "frequency": '"60 Hz"'},
     "FourierForce": {"kind": '"fourier"', "coefficients": "[[4, 0], [9, 0]]", "unit": '"kN"', "frequency": '"60 Hz"'},
     "StepsForce": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[4, -9]", "unit": '"kN"', "frequency": '"60 Hz"'},
+    "ValveForce": dict(VALVE),
+    "ValveLoad": {
+        "kind": '"valve"',
+        "states": "{return = -0.4, power = 1.8}",
+        "ports": '[{behind = 0.5, side = "back", to = "power"}, {on = "impact", to = "return"}]',
+    },
     "SquareLoad": {"kind": '"square"', "amplitude": "1.0", "kappa": "1.3"},
     "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
     "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
@@ -198,12 +214,20 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables |= {"tool": {"end": '"free"'}, name: dict(SECTION)}
     elif name in STRUCK[form]:
         tables |= {part: dict(keys) for part, keys in STRUCK[form].items()}
+    if name.startswith("load."):
+        tables["load"] = {part: held for part, held in VALVE.items() if part != name.removeprefix("load.")}
+    if table == "PortTable":
+        tables[name] = {"behind": '"0.5 mm"', "side": '"back"', "to": '"power"'}
+    if table == "AreasTable":
+        tables["load"] |= {"pressure": '"160 bar"'}
+        tables["load.states"] = {"power": '"9 kN"'}
+        name = "load.states.return"
     keys = tables.setdefault(name, {})
     keys |= {**BESIDE.get((table, key), {}), key: value}
     lines = []
     for part, content in tables.items():
         lines += [
-            f"[[{part}]]" if part.endswith(".sections") else f"[{part}]",
+            f"[[{part}]]" if part.endswith((".sections", ".ports")) else f"[{part}]",
             *(f"{k} = {v}" for k, v in content.items() if v is not None),
         ]
     return Case.from_text("\n".join(lines))
@@ -212,7 +236,8 @@ def case_with(table: str, key: str, value: str | None) -> Case:
 def computed(table: str, case: Case) -> object:
     """What the tables of a case come to, in a form that can be compared."""
     if table not in ("StartTable", "SimulationTable"):
-        return case.system(), case.timed_law(), case.blow_question()
+        moved = case.machine() if case.is_machine else (case.system(), case.timed_law())
+        return moved, case.room(), case.blow_question()
     simulation = case.simulation()
     motion = run(case.system(), case.start(4), modes=4, stop=Stop(impacts=5))
     return simulation, motion.begin_time, [(event.time, event.impact_velocity) for event in motion.events]
@@ -281,6 +306,7 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
 
 
 ANSWERS = {
+    "machine": ("machine valve-breaker --modes 1", "machine stalling.toml", "machine valve-drifter --modes 0"),
     "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
     "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
@@ -298,7 +324,7 @@ ANSWERS = {
 }
 """For each command that prints JSON questions whose answers have every key that there can be."""
 
-FREE = {"at", "sessions[].versions", "ask", "best_case"}
+FREE = {"at", "sessions[].versions", "ask", "best_case", "machine.states"}
 """Objects whose keys are names of axes, packages and whatever the question holds."""
 
 SQUARE = """
@@ -325,6 +351,18 @@ mean = 0.9
 amplitude = 1.0
 """
 """A hammer whose blows take time."""
+
+STALLING = """
+[system]
+s = 20.0
+d = 0.0
+restitution = 0.2
+[load]
+kind = "valve"
+states = {return = 0.4, power = 1.8}
+ports = [{behind = 1.0, side = "back", to = "power"}]
+"""
+"""A machine that stays on the wall."""
 
 STRUCK_ROD = """
 [system]
@@ -371,6 +409,7 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     """Both ways: every key of an answer is in the table of its object, every key of a table is in some answer."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
+    (tmp_path / "stalling.toml").write_text(STALLING, encoding="utf-8")
     (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
     (tmp_path / "struck.toml").write_text(STRUCK_ROD, encoding="utf-8")
     waves = blow_answer(load_case("laboratory-striker"), gauge=0.6).waves

@@ -11,12 +11,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from percuss.errors import ParameterError
-from percuss.model import Chamber, Kept, Port, Reversed, Valve
-from percuss.steady import Obstacle, self_excited_motion, valve_margins
+from percuss.model import Chamber, Contact, External, Kept, Machine, Port, Reversed, UniformBar, Valve
+from percuss.steady import Obstacle, SelfExcited, self_excited_motion, valve_margins
 from percuss.steady.self_excited.piston_flight import Flight, response
 from percuss.steady.self_excited.piston_records import Piston
 from percuss.steady.self_excited.settled_cycle import followed_legs
 from valve_oracle import simulated
+
+
+def rigid(valve: Valve, contact: Contact, drag: float = 0.0, room: float | None = None) -> SelfExcited:
+    return self_excited_motion(Machine(UniformBar(20.0, External(drag)), valve, contact), modes=0, room=room)
 
 
 def two_force(
@@ -67,7 +71,7 @@ CYCLES = {
 @pytest.mark.parametrize("case", CYCLES)
 def test_cycles_known_to_many_digits(case: str) -> None:
     valve, R, d, blows, period, speed, stroke, multiplier = CYCLES[case]
-    cycle = self_excited_motion(valve, Kept(R), d).cycle
+    cycle = rigid(valve, Kept(R), d).cycle
     assert cycle.blows == blows
     assert cycle.period == pytest.approx(period, rel=1e-13)
     assert cycle.blow_speed == pytest.approx(speed, rel=1e-13)
@@ -76,7 +80,7 @@ def test_cycles_known_to_many_digits(case: str) -> None:
 
 
 def test_events_of_the_breaker() -> None:
-    cycle = self_excited_motion(breaker(), Kept(0.15), 0.5).cycle
+    cycle = rigid(breaker(), Kept(0.15), 0.5).cycle
     rear, front = cycle.uncoverings
     assert (rear.port, rear.time, rear.velocity) == pytest.approx((0, 0.054550710015983217595, 3.1279382543528920911))
     assert (front.port, front.time, front.velocity) == pytest.approx((1, 0.10541029875077616, -9.0878865203787310508))
@@ -86,7 +90,7 @@ def test_events_of_the_breaker() -> None:
 
 
 def test_figures_of_the_breaker() -> None:
-    motion = self_excited_motion(breaker(), Kept(0.15), 0.5)
+    motion = rigid(breaker(), Kept(0.15), 0.5)
     cycle = motion.cycle
     assert motion.runs and motion.starts_from_rest
     assert 88.8 * cycle.blow_energy == pytest.approx(3751.0, abs=0.5)
@@ -95,25 +99,25 @@ def test_figures_of_the_breaker() -> None:
     assert cycle.duty == pytest.approx(0.437, abs=5e-4)
     assert 88.8 * cycle.work / cycle.period == pytest.approx(35.25e3, rel=1e-3)
     assert 88.8 * cycle.taken / cycle.period == pytest.approx(34.6e3, rel=2e-3)
-    legs = followed_legs(Piston(motion.valve, Kept(0.15), 0.5), 0.039)[:3]
+    legs = followed_legs(Piston(motion.machine.valve, Kept(0.15), 0.5), 0.039)[:3]
     assert list(accumulate(leg.duration for leg in legs)) == pytest.approx([0.120, 0.227, 0.333], abs=5e-4)
     assert [leg.blow_speed for leg in legs] == pytest.approx([8.78, 9.18, 9.19], abs=5e-3)
 
 
 def test_the_breaker_with_a_shorter_stroke_and_with_more_nitrogen() -> None:
-    short = self_excited_motion(breaker(port=0.07), Kept(0.15), 0.5).cycle
+    short = rigid(breaker(port=0.07), Kept(0.15), 0.5).cycle
     assert (88.8 * short.blow_energy, 60.0 / short.period) == pytest.approx((2128.0, 744.0), abs=0.5)
-    more = self_excited_motion(breaker(1.15), Kept(0.15), 0.5)
+    more = rigid(breaker(1.15), Kept(0.15), 0.5)
     assert (88.8 * more.cycle.blow_energy, 60.0 / more.cycle.period) == pytest.approx((3646.0, 546.7), abs=0.5)
-    assert not self_excited_motion(breaker(1.29), Kept(0.15), 0.5).starts_from_rest
-    stalled = self_excited_motion(breaker(1.34), Kept(0.15), 0.5)
+    assert not rigid(breaker(1.29), Kept(0.15), 0.5).starts_from_rest
+    stalled = rigid(breaker(1.34), Kept(0.15), 0.5)
     assert stalled.obstacle is Obstacle.NO_PORT
     assert stalled.found < stalled.needed == 0.13
 
 
 def test_the_drifter() -> None:
     ports = (Port("power", 0.022, "back", 0.001), Port("return", 0.005, "front", 0.0005))
-    motion = self_excited_motion(Valve({"return": -2040.0 / 5.05, "power": 9180.0 / 5.05}, ports), Kept(0.2), 6.0)
+    motion = rigid(Valve({"return": -2040.0 / 5.05, "power": 9180.0 / 5.05}, ports), Kept(0.2), 6.0)
     cycle = motion.cycle
     assert cycle.blow_speed == pytest.approx(10.92, abs=5e-3)
     assert 5.05 * cycle.blow_energy == pytest.approx(301.0, abs=0.5)
@@ -124,7 +128,7 @@ def test_the_drifter() -> None:
 
 
 def test_margins_of_the_breaker() -> None:
-    margins = valve_margins(self_excited_motion(breaker(), Kept(0.15), 0.5))
+    margins = valve_margins(rigid(breaker(), Kept(0.15), 0.5))
     assert margins.beyond is Obstacle.DOUBLE_BLOW
     assert margins.return_time == pytest.approx(6.236e-5, rel=1e-3)
     assert margins.latest_return == pytest.approx(7.9e-3, abs=1e-4)
@@ -147,7 +151,7 @@ def test_without_delay_and_drag(pair, R, kappa, law) -> None:
     """The work theorem, and one multiplier R² whatever the chamber."""
     back, power = pair
     assume(R**2 * (2.0 * (back + power) / (1.0 - R**2)) + 2.0 * back > 1.01 * kappa)
-    cycle = self_excited_motion(two_force(back, power, kappa=kappa), law(R)).cycle
+    cycle = rigid(two_force(back, power, kappa=kappa), law(R)).cycle
     assert cycle.blow_speed**2 == pytest.approx(2.0 * (back + power) / (1.0 - R**2), rel=1e-11)
     assert cycle.multiplier == pytest.approx(R**2, abs=1e-9)
     assert cycle.swept_length == pytest.approx(1.0)
@@ -156,7 +160,7 @@ def test_without_delay_and_drag(pair, R, kappa, law) -> None:
 @given(forces, rebounds, st.floats(0.0, 0.5), st.floats(0.05, 0.6), st.floats(0.0, 0.3), st.floats(0.0, 0.3))
 @settings(max_examples=60)
 def test_the_work_of_the_switches_is_what_the_blows_take(pair, R, rear, front, late, kappa) -> None:
-    motion = self_excited_motion(two_force(*pair, rear=rear, front=front, late=late, kappa=kappa), Kept(R))
+    motion = rigid(two_force(*pair, rear=rear, front=front, late=late, kappa=kappa), Kept(R))
     if motion.cycle is not None:
         assert motion.cycle.work == pytest.approx(motion.cycle.taken, rel=1e-9)
 
@@ -166,7 +170,7 @@ def test_three_states_and_a_chamber() -> None:
     ports = (Port("middle", 0.5, "back"), Port("power", 1.0, "back"), Port("return", on="impact"))
     for kappa in (0.0, 0.1):
         valve = Valve({"return": -0.8, "middle": 0.2, "power": 1.0}, ports, chamber=Chamber(0.0, kappa))
-        cycle = self_excited_motion(valve, Kept(0.3)).cycle
+        cycle = rigid(valve, Kept(0.3)).cycle
         assert cycle.blow_speed**2 * (1.0 - 0.09) == pytest.approx(2.0 * (1.0 * 0.5 + 0.8 * 1.0))
         assert [switch.to for switch in cycle.switches] == ["return", "middle", "power"]
 
@@ -176,7 +180,7 @@ def test_three_states_and_a_chamber() -> None:
 def test_the_two_force_machine_with_a_delayed_rear_port(pair, R, rear, drag) -> None:
     """Multiplier R² e^{−dT} (1 + (a_r + a_p) S e^{dτ}/v_j), S = (1 − e^{−dτ})/d; period and stroke without drag."""
     back, power = pair
-    motion = self_excited_motion(two_force(back, power, rear=rear), Kept(R), drag)
+    motion = rigid(two_force(back, power, rear=rear), Kept(R), drag)
     cycle = motion.cycle
     assume(cycle is not None and cycle.blows == 1)
     at_port = cycle.uncoverings[0].velocity
@@ -197,7 +201,7 @@ def test_the_two_force_machine_with_a_delayed_rear_port(pair, R, rear, drag) -> 
 def test_the_multiplier_with_a_late_return(R: float, back: float, sigma: float) -> None:
     """R² − (a_r + a_p) σ R/v, for a return due σ after the blow that orders it."""
     power = 1.0
-    cycle = self_excited_motion(two_force(back, power, late=sigma), Kept(R)).cycle
+    cycle = rigid(two_force(back, power, late=sigma), Kept(R)).cycle
     assert cycle.blows == 1
     late = R**2 - (back + power) * sigma * R / cycle.blow_speed
     assert cycle.multiplier == pytest.approx(late, abs=1e-10)
@@ -206,7 +210,7 @@ def test_the_multiplier_with_a_late_return(R: float, back: float, sigma: float) 
 @pytest.mark.parametrize(("R", "back"), [(0.2, 0.3), (0.5, 1.0), (0.15, 0.2), (0.3, 3.0), (0.8, 0.3)])
 def test_the_latest_return_before_a_double_blow(R: float, back: float) -> None:
     """σ = (Rv/a_p)(1 + √(a_r/(a_r + a_p))), where v² = 2 (a_r + a_p) S."""
-    margins = valve_margins(self_excited_motion(two_force(back, 1.0), Kept(R)))
+    margins = valve_margins(rigid(two_force(back, 1.0), Kept(R)))
     v = math.sqrt(2.0 * (1.0 + back))
     assert margins.beyond is Obstacle.DOUBLE_BLOW
     assert margins.latest_return == pytest.approx(R * v * (1.0 + math.sqrt(back / (1.0 + back))), rel=1e-6)
@@ -216,9 +220,9 @@ def test_the_latest_return_before_a_double_blow(R: float, back: float) -> None:
 def test_the_flip_of_a_late_return(R: float, back: float) -> None:
     """σ = (1 + R²) v/((a_r + a_p) R), which comes first for (1 + q) + √(q(1 + q)) > 1 + 1/R², q = a_r/a_p."""
     assert (1.0 + back) + math.sqrt(back * (1.0 + back)) > 1.0 + 1.0 / R**2
-    motion = self_excited_motion(two_force(back, 1.0), Kept(R))
+    motion = rigid(two_force(back, 1.0), Kept(R))
     margins = valve_margins(motion)
-    last = self_excited_motion(two_force(back, 1.0, late=margins.latest_return), Kept(R)).cycle
+    last = rigid(two_force(back, 1.0, late=margins.latest_return), Kept(R)).cycle
     assert margins.beyond is Obstacle.FLIP
     assert last.multiplier == pytest.approx(-1.0, abs=1e-6)
     expected = (1.0 + R**2) * last.blow_speed / ((1.0 + back) * R)
@@ -230,7 +234,7 @@ def test_the_flip_of_a_late_return(R: float, back: float) -> None:
 def test_when_a_chamber_lets_the_machine_start(back: float, kappa: float) -> None:
     """From rest it needs 2 a_r S > κS²; running it needs R²w + 2 a_r S > κS²."""
     assume(abs(2.0 * back - kappa) > 1e-6)
-    motion = self_excited_motion(two_force(back, 1.0, kappa=kappa), Kept(0.5))
+    motion = rigid(two_force(back, 1.0, kappa=kappa), Kept(0.5))
     running = 0.25 * 2.0 * (1.0 + back) / 0.75 + 2.0 * back
     assume(abs(running - kappa) > 1e-6)
     assert motion.runs == (running > kappa)
@@ -241,25 +245,25 @@ def test_when_a_chamber_lets_the_machine_start(back: float, kappa: float) -> Non
 
 
 def test_obstacles_in_their_order() -> None:
-    assert self_excited_motion(two_force(0.5, 1.0), Kept(1.0)).obstacle is Obstacle.NO_LOSS
-    lying = self_excited_motion(two_force(-0.1, 1.0), Kept(0.3))
+    assert rigid(two_force(0.5, 1.0), Kept(1.0)).obstacle is Obstacle.NO_LOSS
+    lying = rigid(two_force(-0.1, 1.0), Kept(0.3))
     assert (lying.obstacle, lying.found, lying.needed) == (Obstacle.ON_THE_WALL, pytest.approx(0.1), 0.0)
-    assert self_excited_motion(two_force(0.3, 1.0, kappa=1.5), Kept(0.5)).obstacle is Obstacle.NO_PORT
-    tight = self_excited_motion(two_force(0.4, 1.8), Kept(0.2), room=1.2)
+    assert rigid(two_force(0.3, 1.0, kappa=1.5), Kept(0.5)).obstacle is Obstacle.NO_PORT
+    tight = rigid(two_force(0.4, 1.8), Kept(0.2), room=1.2)
     assert (tight.obstacle, tight.needed) == (Obstacle.NO_ROOM, 1.2)
     assert tight.found == pytest.approx(1.2731481481481481)
-    early = self_excited_motion(two_force(3.0, 1.0, front=1.2), Kept(0.3))
+    early = rigid(two_force(3.0, 1.0, front=1.2), Kept(0.3))
     assert early.obstacle is Obstacle.NO_BLOW and early.found > 0.0
-    double = self_excited_motion(two_force(0.3, 1.0, front=0.05, late=1.7), Kept(0.5))
+    double = rigid(two_force(0.3, 1.0, front=0.05, late=1.7), Kept(0.5))
     assert double.obstacle is Obstacle.DOUBLE_BLOW and double.found > double.needed
-    assert self_excited_motion(two_force(3.0, 1.0, front=0.02, late=0.95), Kept(0.8)).obstacle is Obstacle.FLIP
+    assert rigid(two_force(3.0, 1.0, front=0.02, late=0.95), Kept(0.8)).obstacle is Obstacle.FLIP
     for motion in (lying, tight, early, double):
         assert motion.obstacle.remedy in str(motion) and not motion.runs
 
 
 def test_margins_ask_for_a_machine_that_runs() -> None:
     with pytest.raises(ParameterError, match="a machine that runs"):
-        valve_margins(self_excited_motion(two_force(-0.1, 1.0), Kept(0.3)))
+        valve_margins(rigid(two_force(-0.1, 1.0), Kept(0.3)))
 
 
 # -- the second program --
@@ -327,8 +331,8 @@ def test_units_do_not_matter(length: float, time: float) -> None:
         chamber=Chamber(0.1, 0.2),
     )  # fmt: skip
     scaled, one = (
-        self_excited_motion(valve, Kept(0.25), 0.08 / time).cycle,
-        self_excited_motion(plain, Kept(0.25), 0.08).cycle,
+        rigid(valve, Kept(0.25), 0.08 / time).cycle,
+        rigid(plain, Kept(0.25), 0.08).cycle,
     )
     assert scaled.period / time == pytest.approx(one.period, rel=1e-10)
     assert scaled.blow_speed * time / length == pytest.approx(one.blow_speed, rel=1e-10)
@@ -341,7 +345,7 @@ def test_small_delays_stiffnesses_and_drags_change_little(what: str) -> None:
 
     def period(size: float) -> float:
         valve = two_force(0.4, 1.8, rear=size if what == "delay" else 0.0, kappa=size if what == "stiffness" else 0.0)
-        return self_excited_motion(valve, Kept(0.2), size if what == "drag" else 0.0).cycle.period
+        return rigid(valve, Kept(0.2), size if what == "drag" else 0.0).cycle.period
 
     changes = [period(size) - period(0.0) for size in (1e-3, 1e-4, 1e-5)]
     assert all(later / earlier == pytest.approx(0.1, rel=0.02) for earlier, later in pairwise(changes))
@@ -350,7 +354,7 @@ def test_small_delays_stiffnesses_and_drags_change_little(what: str) -> None:
 def test_the_derivative_agrees_with_differences() -> None:
     """The multiplier of the chamber's machine, from two neighbouring starts."""
     valve = two_force(0.3, 1.0, rear=0.2, front=0.3, late=0.1, kappa=0.3)
-    cycle = self_excited_motion(valve, Kept(0.5), 0.1).cycle
+    cycle = rigid(valve, Kept(0.5), 0.1).cycle
     ends = []
     for shift in (1e-6, -1e-6):
         legs = followed_legs(Piston(valve, Kept(0.5), 0.1), 0.0, cycle.rebound.speed + shift, 2)

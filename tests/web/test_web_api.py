@@ -30,7 +30,7 @@ from percuss.recordings.recording import read_recording
 from percuss.stability import stability_plane
 from web_client import Client, events
 
-NAMES = [machine.name for machine in MACHINES]
+NAMES = [machine.name for machine in MACHINES if not machine.valve]
 PLAIN = {
     "system": {"s": 20, "d": 0.0048, "restitution": 0.6},
     "load": {"kind": "harmonic", "mean": 0.9, "amplitude": 1.0},

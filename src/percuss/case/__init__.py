@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
+    from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -33,6 +34,7 @@ __all__ = [
     "CaseErrors",
     "CaseFamily",
     "Machine",
+    "MachineAnswer",
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
@@ -46,6 +48,7 @@ __all__ = [
     "blow_answer",
     "experiment_job_of",
     "load_case",
+    "machine_answer",
     "measured_gauge",
     "resumed_answer",
     "simulation_answer",
@@ -62,6 +65,7 @@ _HOME = {
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
     "Machine": "catalogue.sample_cases",
+    "MachineAnswer": "answers.machine_answer",
     "MeasuredGauge": "answers.gauge_record",
     "OrbitAnswer": "answers.steady_answer",
     "PeriodAnswer": "answers.steady_answer",
@@ -75,6 +79,7 @@ _HOME = {
     "blow_answer": "answers.blow_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
+    "machine_answer": "answers.machine_answer",
     "measured_gauge": "answers.measured_gauge",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",

@@ -14,6 +14,7 @@ from percuss.case.answers.clock_note import clock_note
 from percuss.case.file_format.building import Parts, Recording, check_motion, recording_of, system_of
 from percuss.case.file_format.contact_from_blow import blow_note, blow_of, law_note
 from percuss.case.file_format.dotted_keys import with_value
+from percuss.case.file_format.machine_building import check_clock, machine_of
 from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.reading import parsed, text_of
 from percuss.case.file_format.schema import (
@@ -26,6 +27,8 @@ from percuss.case.file_format.schema import (
 )
 from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
 from percuss.case.file_format.suggest import did_you_mean
+from percuss.case.file_format.valve_building import room_of
+from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
 from percuss.case.file_format.writing import toml_text
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
@@ -36,7 +39,7 @@ if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
     from percuss.case.file_format.load_tables import AnyLoad
     from percuss.case.file_format.tool_building import BlowQuestion
-    from percuss.model import Load, System
+    from percuss.model import Load, Machine, System
     from percuss.model.contact import Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
@@ -161,9 +164,10 @@ class Case:
         Raises
         ------
         CaseError
-            When the recording cannot be read or used, or the case describes one blow and has no load.
+            When the recording cannot be read or used, the case describes one blow and has no load, or the piston
+            switches its load.
         """
-        check_motion(self.tables, self.file)
+        check_clock(self.tables, self.file)
         load = self._parts.load if self._recording is None else self._recording[0]
         assert load is not None  # the parts have raised otherwise
         return load
@@ -185,6 +189,36 @@ class Case:
             When the recording cannot be read or used, or does not fit the case, or the case describes one blow only.
         """
         return self._system
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether the piston switches the load: the case then has a `machine` and no `system`."""
+        return isinstance(self.tables.load, ValveForce | ValveLoad)
+
+    def machine(self) -> Machine:
+        """The machine of a case whose load the piston switches.
+
+        Raises
+        ------
+        CaseError
+            When the load is another.
+
+        Examples
+        --------
+        >>> from percuss.case import load_case
+        >>> load_case("valve-breaker").machine().valve.start
+        'return'
+        """
+        return self._machine
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return machine_of(self.tables, self._parts, self.file)
+
+    def room(self) -> float | None:
+        """How far behind the wall the piston of a machine can go, in bar lengths; None without a limit."""
+        found = None if not isinstance(self.tables.load, ValveForce | ValveLoad) else room_of(self.tables.load)
+        return found if found is None or not self.is_si else found / self.machine().length_scale
 
     # -- the blow --
 
@@ -218,7 +252,7 @@ class Case:
     @property
     def history_report(self) -> HistoryReport | None:
         """What was found in the recording, or None when the load is a formula."""
-        return self.system().load.report
+        return None if self.is_machine else self.system().load.report
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -226,14 +260,15 @@ class Case:
         read = () if self._recording is None else self._recording[1]
         question = self.blow_question() if self.is_from_blow else None
         from_blow = "" if question is None else blow_note(blow_of(question), question)
-        others = (clock_note(self.load()), from_blow, law_note(self._contact_table))
+        clock = "" if self.is_machine else clock_note(self.load())
+        others = (clock, from_blow, law_note(self._contact_table))
         return (*read, *(note for note in others if note))
 
     # -- simulation --
 
     def simulation(self) -> Simulation:
         """Modes and stop rule of the table [simulation]; what it leaves out has the defaults of `percuss.run`."""
-        return simulation_of(self.tables.simulation, self.system())
+        return simulation_of(self.tables.simulation, self._moving)
 
     def start(self, modes: int | None = None) -> Start:
         """The start that the table [start] describes: by default at rest one bar length off the wall.
@@ -250,7 +285,12 @@ class Case:
             When the case has no such steady motion.
         """
         kept = self.simulation().modes if modes is None else count("modes", modes, least=0, most=MAX_MODES)
-        return start_of(self.tables.start, self.system(), kept, self.file)
+        return start_of(self.tables.start, self._moving, kept, self.file)
+
+    @property
+    def _moving(self) -> System | Machine:
+        """What a simulation moves."""
+        return self.machine() if self.is_machine else self.system()
 
     def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:
         """The same hammer with other keys in [simulation], or with another [start]; None leaves a table as it is.

@@ -16,6 +16,7 @@ __all__ = ["COMMANDS", "run"]
 
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
+    "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
     "simulate": "how a hammer moves from a start, impact by impact",
     "blow": "one blow by waves: what tool and rock get, forces, stresses, what comes back",
     "sweep": "quantities over a parameter or a plane: maps",
@@ -46,6 +47,7 @@ A case is a TOML file that describes a hammer, or the name of a machine of the c
 examples:
   percuss machines
   percuss steady hydraulic-drifter
+  percuss machine valve-breaker
   percuss new mini-breaker -o breaker.toml
   percuss steady breaker.toml --periods 1..3 --plot breaker.png
   percuss simulate breaker.toml --plot motion.png

@@ -15,6 +15,7 @@ The catalogue of sample cases: sizes and figures of public data sheets, syntheti
 _EXAMPLES = """\
   percuss machines
   percuss steady mini-breaker
+  percuss machine valve-breaker
   percuss new mini-breaker -o breaker.toml"""
 
 
@@ -37,4 +38,6 @@ def run(arguments: Sequence[str]) -> int:
         figures = f"{f'{m.mass:g} kg':>9}{f'{m.blow_rate:g} Hz':>11}{quantity(m.blow_energy, 'J', 3):>13}"
         print(f"{m.name:<20}{figures}   {m.title}")
     print("\nRun one with 'percuss steady MACHINE', start from one with 'percuss new MACHINE -o FILE'.")
+    valves = ", ".join(f"'percuss machine {m.name}'" for m in MACHINES if m.valve)
+    print(f"Those that switch their own valve have a command of their own: {valves}.")
     return 0

@@ -44,8 +44,15 @@ def run(arguments: Sequence[str]) -> int:
     files = [case, case.with_name(HISTORY_FILE)] if history else [case]
     _check(parser, files, options.force)
     _write(files, text)
-    print(f"wrote {' and '.join(str(file) for file in files)}; next: percuss steady {case}")
+    print(f"wrote {' and '.join(str(file) for file in files)}; next: percuss {_command(options.machine)} {case}")
     return 0
+
+
+def _command(name: str) -> str:
+    """The command that answers for a machine of the catalogue."""
+    from percuss.case.catalogue.sample_cases import MACHINES
+
+    return "machine" if any(machine.valve for machine in MACHINES if machine.name == name) else "steady"
 
 
 def _check(parser: Parser, files: list[Path], force: bool) -> None:

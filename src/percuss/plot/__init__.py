@@ -9,12 +9,13 @@ if TYPE_CHECKING:
     from percuss.plot.best_picture import best
     from percuss.plot.blow_picture import blow
     from percuss.plot.canvas import save
+    from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["basins", "best", "blow", "experiment", "save", "steady", "sweep", "trajectory"]
+__all__ = ["basins", "best", "blow", "experiment", "machine", "save", "steady", "sweep", "trajectory"]
 
 
 _HOME = {
@@ -22,6 +23,7 @@ _HOME = {
     "best": "best_picture",
     "blow": "blow_picture",
     "experiment": "starts_picture",
+    "machine": "machine_picture",
     "save": "canvas",
     "steady": "steady_picture",
     "sweep": "map_picture",

@@ -13,6 +13,13 @@ if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress
     from percuss.simulate.events import Event, Events
+    from percuss.simulate.machine.machine_balance import MachineBalance
+    from percuss.simulate.machine.machine_ensemble import MachineEnsemble, simulate_machines
+    from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
+    from percuss.simulate.machine.machine_running import run_machine
+    from percuss.simulate.machine.machine_start import MachineStart
+    from percuss.simulate.machine.machine_summary import MACHINE_OUTCOMES, STALLS, MachineCycle, machine_label
+    from percuss.simulate.machine.machine_trajectory import MachineTrajectory
     from percuss.simulate.many import simulate_many
     from percuss.simulate.running import run
     from percuss.simulate.start import Start
@@ -25,13 +32,22 @@ ensure_cache()  # before anything here is compiled
 
 __all__ = [
     "DISTRIBUTIONS",
+    "MACHINE_OUTCOMES",
     "OUTCOMES",
+    "STALLS",
     "Cycle",
     "EnergyBalance",
     "Ensemble",
     "EnsembleProgress",
     "Event",
     "Events",
+    "MachineBalance",
+    "MachineCycle",
+    "MachineEnsemble",
+    "MachineEvent",
+    "MachineEvents",
+    "MachineStart",
+    "MachineTrajectory",
     "Progress",
     "SISummary",
     "Start",
@@ -39,7 +55,10 @@ __all__ = [
     "Stop",
     "Summary",
     "Trajectory",
+    "machine_label",
     "run",
+    "run_machine",
+    "simulate_machines",
     "simulate_many",
 ]
 
@@ -54,6 +73,18 @@ _HOME = {
     "EnergyBalance": "balance",
     "Event": "events",
     "Events": "events",
+    "MACHINE_OUTCOMES": "machine.machine_summary",
+    "STALLS": "machine.machine_summary",
+    "MachineBalance": "machine.machine_balance",
+    "MachineCycle": "machine.machine_summary",
+    "MachineEnsemble": "machine.machine_ensemble",
+    "simulate_machines": "machine.machine_ensemble",
+    "MachineEvent": "machine.machine_events",
+    "MachineEvents": "machine.machine_events",
+    "MachineStart": "machine.machine_start",
+    "MachineTrajectory": "machine.machine_trajectory",
+    "machine_label": "machine.machine_summary",
+    "run_machine": "machine.machine_running",
     "Progress": "engine",
     "SISummary": "summary",
     "Start": "start",

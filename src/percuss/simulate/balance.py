@@ -12,7 +12,7 @@ from percuss.model.checks import Array, finite
 from percuss.shown import Shown
 from percuss.simulate.simulated_motion import SimulatedMotion
 
-__all__ = ["EnergyBalance", "energy_balance"]
+__all__ = ["EnergyBalance", "energy_balance", "panels"]
 
 _TURN = 2.0 * np.pi
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -60,7 +60,7 @@ def energy_balance(motion: SimulatedMotion, first: float | None = None, last: fl
     for a, b in pairwise(edges):
         if b - a <= 1e-14 * max(abs(a), 1.0):
             continue
-        t, w = _rule(a, b, fastest, max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0))))
+        t, w = panels(a, b, fastest, max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0))))
         velocity = motion.modal(t).velocity
         driven = velocity[0] + at_load @ velocity[1:]
         put_in += float(w @ (np.asarray(motion.system.load.value(t)) * driven))
@@ -79,7 +79,7 @@ def _breaks(motion: SimulatedMotion, begin: float, end: float) -> Array:
     return np.asarray(every[(every > begin) & (every < end)])
 
 
-def _rule(a: float, b: float, fastest: float, d: float) -> tuple[Array, Array]:
+def panels(a: float, b: float, fastest: float, d: float) -> tuple[Array, Array]:
     """Gauss's rule on panels of at most two radians of the fastest wave.
 
     What an impact or a step of the load leaves at `a` dies out at rates up to d, the drift and overdamped modes among

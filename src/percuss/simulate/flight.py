@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from percuss.model.checks import Array
 from percuss.simulate.spectrum import Spectrum
 
-__all__ = ["Anchor", "Modes", "modal_motion"]
+__all__ = ["Anchor", "Modes", "drift", "free_motion", "modal_motion"]
 
 _TURN = 2.0 * np.pi
+
+
+class Oscillators(Protocol):
+    """Damped oscillators, each array of shape (N,); a `Spectrum` is such."""
+
+    @property
+    def omega(self) -> Array: ...
+    @property
+    def damping(self) -> Array: ...
+    @property
+    def square(self) -> Array: ...
+    @property
+    def lam(self) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -71,18 +85,18 @@ def _within(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
     turned = np.exp(1j * k * anchor.phase)
     waves = turned[:, None] * np.exp(1j * np.outer(k, tau))  # e^{ik(θ+τ)}, shape (K, T)
     start, _ = spectrum.modal(anchor.z, anchor.gap, anchor.rigid_rate, anchor.phase, mean)
-    left, h, h_rate = _free_motion(spectrum, tau)
+    left, h, h_rate = free_motion(spectrum, tau)
     z0, w0 = anchor.z[0][:, None], spectrum.free_rate(anchor.z)[:, None]
     q = z0 * left + w0 * h
     rate = w0 * h_rate - z0 * (spectrum.omega[:, None] ** 2 * h)
     q = q + (spectrum.response.T @ waves).real + mean * spectrum.statics[:, None]
     rate = rate + ((1j * k[:, None] * spectrum.response).T @ waves).real
 
-    first, second = _drift(d, tau)
-    drift = anchor.rigid_rate - float(((1j * k * turned) @ spectrum.rigid).real)
+    first, second = drift(d, tau)
+    drifting = anchor.rigid_rate - float(((1j * k * turned) @ spectrum.rigid).real)
     steps = turned[:, None] * _turn_less_one(np.outer(k, tau))
-    u0 = start[0] + drift * first + mean * second + (spectrum.rigid @ steps).real
-    v0 = anchor.rigid_rate + (mean - d * drift) * first + ((1j * k * spectrum.rigid) @ steps).real
+    u0 = start[0] + drifting * first + mean * second + (spectrum.rigid @ steps).real
+    v0 = anchor.rigid_rate + (mean - d * drifting) * first + ((1j * k * spectrum.rigid) @ steps).real
     unit = spectrum.unit[:, None]
     return Modes(np.vstack([u0, q / unit]), np.vstack([v0, rate / unit]))
 
@@ -96,7 +110,7 @@ def _over_step(spectrum: Spectrum, anchor: Anchor, ahead: float, piece: int) -> 
     return Anchor(phase, piece, float(u[0] + spectrum.unit @ u[1:]), float(v[0]), z)
 
 
-def _free_motion(spectrum: Spectrum, tau: Array) -> tuple[Array, Array, Array]:
+def free_motion(spectrum: Oscillators, tau: Array) -> tuple[Array, Array, Array]:
     """e, h and h' of the free motion q = q(0) e + q'(0) h, q' = q'(0) h' − q(0) ω² h; each of shape (N, T)."""
     half, square = 0.5 * spectrum.damping[:, None], spectrum.square[:, None]
     t = tau[None, :]
@@ -115,7 +129,7 @@ def _free_motion(spectrum: Spectrum, tau: Array) -> tuple[Array, Array, Array]:
     return e, h, rate
 
 
-def _drift(d: float, tau: Array) -> tuple[Array, Array]:
+def drift(d: float, tau: Array) -> tuple[Array, Array]:
     """(1 − e^{−dτ})/d and its integral, for any d ≥ 0."""
     x = d * tau
     small = x < 0.5

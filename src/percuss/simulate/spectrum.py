@@ -66,6 +66,11 @@ class Spectrum:
         """d_n, shape (N,)."""
         return self.elastic.damping
 
+    @property
+    def inertia(self) -> Array:
+        """What q_n'²/2 is multiplied by to be the kinetic energy of mode n; shape (N,)."""
+        return self.elastic.inertia
+
     @cached_property
     def square(self) -> Array:
         """λ_n² = ω_n² − d_n²/4, negative where overdamped; shape (N,)."""

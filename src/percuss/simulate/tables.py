@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +14,9 @@ from percuss.model.checks import Array
 from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
 from percuss.simulate.kernels.layout import BAR, Harmonics, Modes, Table
 from percuss.simulate.kernels.load import release_phases
-from percuss.simulate.spectrum import Spectrum, units
+from percuss.simulate.spectrum import Spectrum
 
-__all__ = ["prepared", "table_of", "to_change"]
+__all__ = ["bar_of", "prepared", "table_of", "tabled_modes", "to_change"]
 
 _EQUAL = 4.0 * np.finfo(float).eps
 
@@ -74,16 +75,11 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     load = Load(np.array([0.0, *harmonics]), at=at)
     spectrum = Spectrum(System(body, load, Kept(0.0)), modes)
     k, pk, response = spectrum.k, spectrum.pk, spectrum.response
-    bar = np.zeros(1, BAR)[0]
-    bar["damping"] = body.damping.rigid
+    bar = bar_of(body, spectrum)
     for order, name in enumerate(("reach", "rate", "curve", "jerk")):
         bar[name] = float(np.sum(k**order * np.abs(spectrum.gap))) * (1.0 + 1e-12)
     bar["force"] = float(np.abs(pk).sum())
     bar["bend"] = float(np.sum(k**2 * np.abs(pk))) * (1.0 + 1e-12)
-    bar["ripple"] = 1e-3
-    if modes:
-        bar["wave"], bar["ripple"] = (1.0 + 0.5 / modes) * body.transit_time, 0.5 * np.pi / spectrum.omega[-1]
-    bar["contact"] = 2.0 * body.transit_time
     bar["sway"] = float(np.sum(k * np.abs(spectrum.rigid)))
     bar["swing"] = bar["sway"] + float(np.sum(k[:, None] * np.abs(response)))
     parts = (part for values in (spectrum.gap, spectrum.rigid, pk) for part in (values.real, values.imag))
@@ -91,7 +87,7 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     none = np.empty(0)
     return Table(
         bar,
-        _modes(spectrum, bar),
+        tabled_modes(spectrum, bar),
         Harmonics(*(np.array(part, order="C") for part in parts)),
         coupling,
         none,
@@ -100,7 +96,39 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     )
 
 
-def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
+class ElasticModes(Protocol):
+    """What is asked of the elastic modes; a `Spectrum` has it."""
+
+    @property
+    def omega(self) -> Array: ...
+    @property
+    def damping(self) -> Array: ...
+    @property
+    def square(self) -> Array: ...
+    @property
+    def lam(self) -> Array: ...
+    @property
+    def creeps(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def statics(self) -> Array: ...
+    @property
+    def unit(self) -> Array: ...
+    @property
+    def inertia(self) -> Array: ...
+
+
+def bar_of(body: Body, modes: ElasticModes) -> np.void:
+    """The numbers of a bar that do not depend on its load; all others are 0."""
+    bar: np.void = np.zeros(1, BAR)[0]
+    bar["damping"], bar["whole"], bar["ripple"] = body.damping.rigid, 1.0, 1e-3
+    if modes.omega.size:
+        bar["wave"] = (1.0 + 0.5 / modes.omega.size) * body.transit_time
+        bar["ripple"] = 0.5 * np.pi / modes.omega[-1]
+    bar["contact"] = 2.0 * body.transit_time
+    return bar
+
+
+def tabled_modes(spectrum: ElasticModes, bar: np.void) -> Modes:
     """The elastic modes, and what `bar` says of all of them."""
     omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
     oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
@@ -132,8 +160,8 @@ def _modes(spectrum: Spectrum, bar: np.void) -> Modes:
         delta=delta,
         oscillates=oscillates,
         statics=spectrum.statics,
-        unit=units(spectrum.elastic),
-        inertia=0.5 * spectrum.elastic.inertia,
+        unit=spectrum.unit,
+        inertia=0.5 * spectrum.inertia,
         creeping=np.flatnonzero(creeps),
     )
 

@@ -38,13 +38,17 @@ HISTORY_FILE = "drifter_pressure.csv"
 
 @dataclass(frozen=True)
 class Machine:
-    """A sample case and the figures that it is meant to meet: mass in kg, blow rate in Hz, blow energy in J."""
+    """A sample case and the figures that it is meant to meet: mass in kg, blow rate in Hz, blow energy in J.
+
+    `valve` says that its piston switches the load, for which `percuss machine` answers.
+    """
 
     name: str
     title: str
     mass: float
     blow_rate: float
     blow_energy: float
+    valve: bool = False
 
     @property
     def text(self) -> str:
@@ -63,6 +67,8 @@ MACHINES: tuple[Machine, ...] = (
     Machine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
     Machine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
     Machine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
+    Machine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
+    Machine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
 )
 
 

@@ -12,7 +12,7 @@ from percuss.case.file_format.body_building import plain_body, sized_body
 from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
 from percuss.case.file_format.contact_from_blow import restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
-from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
 from percuss.case.file_format.recorded_load import history_load
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
@@ -25,15 +25,16 @@ from percuss.case.file_format.tool_building import (
     rock_of,
     sized_target,
 )
+from percuss.case.file_format.valve_building import valve_of
 from percuss.errors import CaseError, ParameterError
-from percuss.model import Contact, Load, SizedBody, System
+from percuss.model import Contact, Load, SizedBody, System, Valve
 from percuss.model.body import Body
 from percuss.model.contact import Timed
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
 
-__all__ = ["Parts", "Recording", "check_motion", "recording_of", "system_of"]
+__all__ = ["Parts", "Recording", "check_motion", "extreme", "recording_of", "system_of"]
 
 Recording = tuple[Load, tuple[str, ...]]
 """The load of a recording, and what was assumed in reading it."""
@@ -53,6 +54,7 @@ class Parts:
         self.body: Body | None = None
         self.contact: Contact | None = None
         self.load: Load | None = None
+        self.valve: Valve | None = None
         self.target: Rod | Wall | None = None
         self.blow: BlowQuestion | None = None
         self._problems: list[CaseError] = []
@@ -73,7 +75,9 @@ class Parts:
             self.body = self._try("system", tables.system, plain_body)
             make = partial(plain_contact, tool=tables.tool is not None)
             self.contact = self._try("system", tables.system, make)
-        if tables.load is not None and not isinstance(tables.load, HistoryForce):
+        if isinstance(tables.load, ValveForce | ValveLoad):
+            self.valve = self._try("load", tables.load, valve_of)
+        elif tables.load is not None and not isinstance(tables.load, HistoryForce):
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
         self._look_at_blow(tables)
@@ -116,7 +120,7 @@ class Parts:
             return
         if (law := self._law(tables)) is not None:
             self._try(*_contact_table(tables), lambda table: check_body(table, law, body))
-        if self.load is not None or isinstance(tables.load, HistoryForce):
+        if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryForce):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
     def _law(self, tables: PhysicalCase | PlainCase) -> type[Contact] | None:
@@ -164,7 +168,7 @@ class Parts:
             given = {} if table is None else table.model_dump(by_alias=True)
             self._problems.append(from_parameter(error, self._file, name, given))
         except ArithmeticError:
-            self._problems.append(_extreme(self._file, name))
+            self._problems.append(extreme(self._file, name))
         return None
 
 
@@ -230,7 +234,7 @@ def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: 
             raise _out_of_scale(error, tables, file) from None
         raise from_parameter(error, file, "load", {}) from None
     except ArithmeticError:
-        raise _extreme(file, "") from None
+        raise extreme(file, "") from None
     return system
 
 
@@ -252,5 +256,6 @@ def _out_of_scale(error: ParameterError, tables: PhysicalCase | PlainCase, file:
     return CaseError(file, _MEANING[error.name], error.value, f"expected {error.accepted}", remedy)
 
 
-def _extreme(file: str, key: str) -> CaseError:
+def extreme(file: str, key: str) -> CaseError:
+    """The problem of a case whose numbers cannot be computed with."""
     return CaseError(file, key, None, "sizes so large or small that numbers overflow", "check the units")

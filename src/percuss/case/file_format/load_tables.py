@@ -23,6 +23,7 @@ from percuss.case.file_format.values import (
     Table,
     Time,
 )
+from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
 
 __all__ = [
     "AnyLoad",
@@ -38,6 +39,8 @@ __all__ = [
     "SquareLoad",
     "StepsForce",
     "StepsLoad",
+    "ValveForce",
+    "ValveLoad",
 ]
 
 
@@ -167,10 +170,10 @@ class HistoryLoad(HistoryForce):
     """The force that counts as $p = 1$. Allowed: greater than 0."""
 
 
-PhysicalLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | StepsForce
+PhysicalLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | StepsForce | ValveForce
 """The loads of the SI form."""
 
-PlainLoad = HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad
+PlainLoad = HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad | ValveLoad
 """The loads of the dimensionless form."""
 
 AnyLoad = PhysicalLoad | PlainLoad

@@ -78,7 +78,7 @@ def from_validation(
     problems: list[CaseError] = []
     for key, item in extra.items():
         table, _, name = key.rpartition(".")
-        known = fields.get(re.sub(r"\[\d+\]", "", table), ())  # a table in a list has the keys of every other
+        known = fields.get(_OF_ITS_KIND.sub("", table), ())
         hint = _MEANT.get(key) or did_you_mean(name, known) or ("" if "." in table else _belongs(name, fields))
         meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
         hint = hint or _ONLY_IN_SI.get(key, "")
@@ -97,6 +97,10 @@ def without_blow(file: str, table: str) -> CaseError:
     """The problem of a case that describes one blow and nothing else, when it is asked for a motion."""
     remedy = f"only 'percuss blow' works without it; add {_how_to_give(table)}"
     return CaseError(file, table, None, "missing", remedy)
+
+
+_OF_ITS_KIND = re.compile(r"\[\d+\]|(?<=^load\.states)\..*")
+"""What is taken off the name of a table in a list, or of a state: it has the keys of every other."""
 
 
 def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:
@@ -184,7 +188,7 @@ _ONLY_IN_SI = {
 }
 """What only a case in SI has, where a dimensionless one is told why."""
 
-_KINDS = "harmonic, square, fourier, history, steps"
+_KINDS = "harmonic, square, fourier, history, steps, valve"
 
 _EXAMPLES = {
     "bar": "a table [bar] with length and diameter (or area), or with sections",
@@ -203,6 +207,8 @@ _EXAMPLES = {
     "load.amplitude": "the amplitude of the load, in SI with its unit",
     "load.breaks": "give the phases of the jumps in radians, for example [0.0, 2.0]",
     "load.values": "give the load from each phase to the next, for example [1.0, -0.5]",
+    "load.states": 'the force of each state, for example states = {return = "-13 kN", power = "12 kN"}',
+    "load.ports": 'what demands states, for example [{behind = "130 mm", side = "back", to = "power"}]',
     "load.kappa": "a number between 0 and 2: the load pushes for the phases 0 to kappa times pi",
 }
 

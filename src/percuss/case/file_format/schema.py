@@ -38,10 +38,12 @@ from percuss.case.file_format.values import (
     Stress,
     Table,
 )
+from percuss.case.file_format.valve_tables import AreasTable, ChamberTable, PlainChamber, PlainPort, PortTable
 
 __all__ = [
     "BarTable",
     "BlowTable",
+    "ChamberTable",
     "ContactTable",
     "DampingTable",
     "PhysicalCase",
@@ -50,6 +52,7 @@ __all__ = [
     "PlainSimulation",
     "PlainStart",
     "PlainTool",
+    "PortTable",
     "RockTable",
     "SimulationTable",
     "StartTable",
@@ -148,11 +151,12 @@ class StartTable(Table):
 
     position: NumberOrLength | None = None
     """Rigid: position of the bar. With `orbit`, added to that motion, and 0 unless given. Allowed: 0 (on the wall) or
-    less. When left out: −1."""
+    less. When left out: −1, and 0 with a load of the kind `"valve"`."""
     velocity: NumberOrVelocity | None = None
     """Rigid: velocity of the bar, positive toward the wall. With `orbit`, added to that motion. When left out: 0."""
     time: NumberOrTime | None = None
-    """Load phase at the start, in radians; not allowed with `orbit`. When left out: 0."""
+    """Load phase at the start, in radians; not allowed with `orbit`, and for a valve, which starts at 0. When left out:
+    0."""
     modal_displacement: Numbers | None = None
     r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. With `orbit`, added to that
     motion. When left out: 0."""
@@ -184,7 +188,8 @@ class SimulationTable(Table):
     impacts: int | None = None
     """End after this many impacts. Allowed: 0 to 1e9. When left out: 2000, or a million with `time`."""
     time: NumberOrTime | None = None
-    """End after this time from the start, in radians. Allowed: greater than 0. When left out: `impacts` decides."""
+    """End after this time from the start, in radians, or in the unit of time that a dimensionless valve has. Allowed:
+    greater than 0. When left out: `impacts` decides."""
     periodic: bool | None = None
     """Whether to end when a periodic motion is found. When left out: true."""
     tolerance: float | None = None
@@ -257,6 +262,11 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
         fields["bar.sections"], fields["tool.sections"] = keys_of(SectionTable), keys_of(ToolSectionTable)
     load = _LOADS[form].get(kind) if isinstance(kind, str) else None
     fields["load"] = keys_of(load) if load else ["kind"]
+    if kind == "valve":
+        plain = form is PlainCase
+        fields["load.ports"] = keys_of(PlainPort if plain else PortTable)
+        fields["load.chamber"] = keys_of(PlainChamber if plain else ChamberTable)
+        fields["load.states"] = [] if plain else keys_of(AreasTable)
     return fields
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.schema import SimulationTable, StartTable
 from percuss.errors import CaseError, ParameterError
+from percuss.model import Machine, System
 from percuss.model.checks import count
 from percuss.simulate import Start, Stop
 from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
-    from percuss.model import System
     from percuss.steady import Orbit
 
 __all__ = [
@@ -60,7 +60,7 @@ class _Scales:
     time: float = 1.0
 
     @classmethod
-    def of(cls, system: System) -> _Scales:
+    def of(cls, system: System | Machine) -> _Scales:
         return cls(system.length_scale, system.speed_scale, system.time_scale) if system.is_si else cls()
 
     def number(self, value: float | str | None, dimension: str, name: str, default: float = 0.0) -> float:
@@ -83,7 +83,7 @@ def checked_simulation(table: SimulationTable) -> Simulation:
     return _simulation(table, _Scales())
 
 
-def simulation_of(table: SimulationTable | None, system: System) -> Simulation:
+def simulation_of(table: SimulationTable | None, system: System | Machine) -> Simulation:
     """The table [simulation] of a case, and the defaults without it."""
     return _simulation(table or SimulationTable(), _Scales.of(system))
 
@@ -122,7 +122,7 @@ def checked_start(table: StartTable) -> None:
         count("seed", table.seed, least=0)
 
 
-def start_of(table: StartTable | None, system: System, modes: int, file: str) -> Start:
+def start_of(table: StartTable | None, system: System | Machine, modes: int, file: str) -> Start:
     """The start that a table describes.
 
     Raises
@@ -131,9 +131,10 @@ def start_of(table: StartTable | None, system: System, modes: int, file: str) ->
         When there is no steady motion of that number, or the start does not fit the simulation's modes.
     """
     if table is None:
-        return Start.rigid()
+        return Start.rigid(_place_without(system))
     kind = _kind(table)
-    orbit = _orbit(table, system, modes, file) if kind == "orbit" else None
+    _check_of_machine(table, kind, system, file)
+    orbit = _orbit(table, system, modes, file) if kind == "orbit" and isinstance(system, System) else None
     try:
         with _by_its_key(table):
             start = _made(table, kind, system, orbit)
@@ -141,6 +142,20 @@ def start_of(table: StartTable | None, system: System, modes: int, file: str) ->
     except ParameterError as error:
         raise CaseError(file, f"start.{error.name}", error.value, f"expected {error.accepted}", error.remedy) from None
     return start
+
+
+def _place_without(system: System | Machine) -> float:
+    """Where a bar starts that is not placed: a machine on the wall, where its own valve must start it."""
+    return -1.0 if isinstance(system, System) else 0.0
+
+
+def _check_of_machine(table: StartTable, kind: str, system: System | Machine, file: str) -> None:
+    """Refuse for a machine that switches itself what only a load that keeps time has."""
+    if isinstance(system, Machine):
+        for key in ("orbit", "random", "time"):
+            if (given := getattr(table, key)) is not None:
+                accepted = "expected a start by position and velocity, or by modes, of a machine that switches itself"
+                raise CaseError(file, f"start.{key}", given, accepted, f"remove {key}: the valve starts at time 0")
 
 
 @contextmanager
@@ -161,21 +176,21 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
         raise ParameterError(name, getattr(table, name), accepted, error.remedy) from None
 
 
-def _made(table: StartTable, kind: str, system: System, orbit: Orbit | None) -> Start:
+def _made(table: StartTable, kind: str, system: System | Machine, orbit: Orbit | None) -> Start:
     """The start of a kind; `orbit` is the motion that one on a steady motion begins on."""
     if orbit is not None:
         return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
     if kind == "random":
-        assert table.random is not None  # checked when the case was made
+        assert table.random is not None and isinstance(system, System)  # checked before
         start = Start.random(system, seed=table.seed or 0, distribution=table.random)
         return start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
-    return _start(table, kind, _Scales.of(system))
+    return _start(table, kind, _Scales.of(system), _place_without(system))
 
 
-def _start(table: StartTable, kind: str, scales: _Scales) -> Start:
+def _start(table: StartTable, kind: str, scales: _Scales, place: float = -1.0) -> Start:
     time = scales.number(table.time, "time", "time")
     if kind == "rigid":
-        position = scales.number(table.position, "length", "position", -1.0)
+        position = scales.number(table.position, "length", "position", place)
         return Start.rigid(position, scales.number(table.velocity, "velocity", "velocity"), time)
     return Start.modal(*_vectors(table), time)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.compiled import inlined, inner
+from percuss.simulate.kernels.creeping import creep
 
 
 @inner
@@ -55,6 +56,25 @@ def drift(d, tau):
         return tau * (1.0 - x * total), tau * tau * total
     first = -math.expm1(-x) / d
     return first, (tau - first) / d
+
+
+@inner
+def sway(d, spring, tau):
+    """The answer h to a unit push of a damped motion on a spring and its integral: `drift` with a frequency.
+
+    h is 0 and h' = 1 − d h − ω² ∫h is 1 at τ = 0; smooth in d and ω, down to 0.
+    """
+    if spring == 0.0:
+        return drift(d, tau)
+    square = spring * spring
+    if d >= 1.9 * spring or spring * tau < 0.5:
+        g, h, _, _ = creep(d, (spring - 0.5 * d) * (spring + 0.5 * d), spring, tau)
+        return h, g / square
+    half = 0.5 * d
+    lam = math.sqrt((spring - half) * (spring + half))
+    fade = math.exp(-half * tau)
+    h = fade * math.sin(lam * tau) / lam
+    return h, (1.0 - fade * math.cos(lam * tau) - half * h) / square
 
 
 @inner

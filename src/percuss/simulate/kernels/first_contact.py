@@ -120,7 +120,7 @@ def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free
         step = reach(u2, rate, bounds.up)
         if n and step <= 0.0:
             step = reach(u1, rate + bounds.sup1, bounds.up)
-        if at > TURN:  # … or, from afar, by the drift with a bound of all that oscillates …
+        if at > TURN and bar.spring == 0.0:  # … or, from afar, by the drift with a bound of all that oscillates …
             far = now.gap + now.drift * first + bar.mean * part[4] + way.beat + bounds.top + noise
             if far < 0.0:
                 step = max(step, reach(far, now.drift + way.pull * first, bounds.up - bar.curve))
@@ -143,7 +143,7 @@ def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free
             break
         if n == 0 and step < 1e-14 * t:
             break
-        if bar.mean <= 0.0 and away(bar, now, u2, t):
+        if bar.mean <= 0.0 and bar.spring == 0.0 and away(bar, now, u2, t):
             return AWAY, t, at, part, noise, looks, bounds, risen
     return OPEN, t, at, part, noise, looks, bounds, risen
 

@@ -46,7 +46,9 @@ def bounds_at_anchor(table, motion, desk):
     """What holds for the whole flight, and the bounds from its beginning on."""
     bar, modes, now, osc = table.bar, table.modes, motion.now, desk.osc
     pull = bar.mean - bar.damping * now.drift
-    curve, up = bar.curve + abs(pull), bar.curve + max(pull, 0.0)
+    curve, up, bend = bar.curve + abs(pull), bar.curve + max(pull, 0.0), bar.jerk + bar.damping * abs(pull)
+    if bar.spring > 0.0:
+        curve, up, bend = swaying(bar, now, pull)
     ring = (now.sup, now.sup1, now.sup2, now.sup3)
     most, sup1, sup2, sup3 = 0.0, now.sup1, now.sup2, now.sup3
     if modes.creeping.shape[0]:
@@ -58,13 +60,23 @@ def bounds_at_anchor(table, motion, desk):
     for k in range(osc.shape[1]):
         beat -= osc[0, k]
     way = Way(pull, beat, ring, blur_of(bar, modes, motion, osc, ring[1], ring[2], curve))
-    jerk = bar.jerk + bar.damping * abs(pull) + sup3
+    jerk = bend + sup3
     return way, Bounds(ring[0] - now.free_oscillating + most, sup1, sup2, jerk, curve, up)
+
+
+@inlined
+def swaying(bar, now, pull):
+    """Bounds of S'', twice, and of S‴ on a gas chamber: |h'| ≤ 1, |h| ≤ 1/ω and |h''| ≤ d + ω (`sway`)."""
+    curve = abs(pull) + bar.spring * abs(now.drift)
+    jerk = abs(pull) * (bar.damping + bar.spring) + bar.spring * bar.spring * abs(now.drift)
+    return curve * GROWN, curve * GROWN, jerk * GROWN
 
 
 @inlined
 def smooth_bounds(bar, way, bounds, first):
     """The bounds of S'' anew, with what is left of the drift's acceleration; `first` is that of `drift`."""
+    if bar.spring > 0.0:
+        return bounds
     left = way.pull * (1.0 - bar.damping * first)
     curve, up = bar.curve + abs(left), bar.curve + max(left, 0.0) + 4.0 * EPS * abs(way.pull)
     return Bounds(bounds.top, bounds.sup1, bounds.sup2, bounds.jerk, curve, up)
@@ -87,4 +99,7 @@ def bounds_anew(table, motion, desk, way, tau, first):
     left = way.pull * (1.0 - bar.damping * first)
     curve, up = bar.curve + abs(left), bar.curve + max(left, 0.0) + 4.0 * EPS * abs(way.pull)
     jerk = bar.jerk + bar.damping * (abs(left) + 4.0 * EPS * abs(way.pull)) + sup3
+    if bar.spring > 0.0:
+        curve, up, jerk = swaying(bar, motion.now, way.pull)
+        jerk += sup3
     return Bounds(rung - motion.now.free_oscillating + most, sup1, sup2, jerk, curve, up)

@@ -8,7 +8,7 @@ from percuss.simulate.kernels.modes import forced_modes
 
 
 @summed
-def kinetic_energy(modes, z, now, work):
+def kinetic_energy(bar, modes, z, now, work):
     """½ ∫ u_t² dx, with the forced velocities in `work`."""
     total = 0.0
     for j in range(modes.omega.shape[0]):
@@ -18,7 +18,7 @@ def kinetic_energy(modes, z, now, work):
         j = modes.creeping[i]
         rate = work.forced[j] + z[1, j]
         total += modes.inertia[j] * rate * rate
-    return 0.5 * now.rigid_rate * now.rigid_rate + total
+    return 0.5 * bar.whole * now.rigid_rate * now.rigid_rate + total
 
 
 @summed
@@ -38,7 +38,7 @@ def turn_over(bar, modes, z, now, work):
     for i in range(modes.creeping.shape[0]):
         j = modes.creeping[i]
         z[1, j] = work.aside_im[j]
-    return 0.5 * now.rigid_rate * now.rigid_rate + total
+    return 0.5 * bar.whole * now.rigid_rate * now.rigid_rate + total
 
 
 @summed
@@ -73,7 +73,7 @@ def impact(table, motion, desk):
             taken = turn_strain(bar, modes, z, desk)
         amplitudes(bar, modes, z, now)
     else:
-        now.kinetic_energy = 0.5 * now.rigid_rate * now.rigid_rate
+        now.kinetic_energy = 0.5 * bar.whole * now.rigid_rate * now.rigid_rate
     now.rigid_rate *= -bar.restitution
     now.gap_rate *= -bar.restitution
     now.gap = 0.0
@@ -85,7 +85,7 @@ def all_energy(table, motion, desk):
     """Kinetic and elastic energy of the bar at the anchor: ½ ∫ u_t² dx + ½ s² ∫ u_x² dx."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
-    total = kinetic_energy(modes, z, now, desk)
+    total = kinetic_energy(bar, modes, z, now, desk)
     forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         q = modes.omega[j] * (z[0, j] + desk.forced[j] + bar.mean * modes.statics[j])

@@ -20,6 +20,8 @@ Wholes = npt.NDArray[np.int64]
 BAR = np.dtype(
     [
         ("damping", "f8"),  # of the rigid motion
+        ("spring", "f8"),  # its own frequency on a gas chamber, 0 without one
+        ("whole", "f8"),  # its modal mass where its place is that of the striking end: 1 without a chamber
         ("restitution", "f8"),
         ("mean", "f8"),  # the constant part of the load: its mean, or the step that holds
         ("strain", "f8"),  # what an impact multiplies the elastic displacements by: 1, or −R

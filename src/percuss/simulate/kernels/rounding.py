@@ -54,6 +54,6 @@ def blur(size, tau, first, second):
     the oscillating modes, whose phase is known to eps λτ while they last, e^{−dτ/2} τ ≤ 2/(e d); and the creeping
     ones, |q'(0)| h + |q(0)| g with h ≤ `first` and g ≤ ω² `second` (`creep`).
     """
-    total = size.at + size.drifting * first + size.push * second + size.swing * min(tau, 2.0)
+    total = size.at + size.drifting * abs(first) + size.push * second + size.swing * min(tau, 2.0)
     total = total + size.ring * min(tau, size.lasting)
     return total + min(size.place, size.creeps * second)

@@ -1,19 +1,27 @@
-"""The smooth part of the gap: all but the free elastic part (theory §2)."""
+"""The smooth part of the gap: all but the free elastic part (theory §2).
+
+The drift of the bar as a whole, under the constant part of the load, and what the load's harmonics add. On a gas
+chamber the drift is a motion on a spring; `bar.mean` is then its acceleration at the anchor, without drag.
+"""
 
 from __future__ import annotations
 
 from percuss.compiled import inlined
-from percuss.simulate.kernels.elementary import drift, sine_cosine
+from percuss.simulate.kernels.elementary import drift, sine_cosine, sway
 
 
 @inlined
 def smooth_and_drift(bar, now, osc, tau):
-    """S(τ) − S(0), S'(τ), S''(τ), the gap without the free elastic part; and what `drift` said."""
+    """S(τ) − S(0), S'(τ), S''(τ), the gap without the free elastic part; and what `sway` said."""
     d, b = bar.damping, now.drift
-    first, second = drift(d, tau)
+    first, second = sway(d, bar.spring, tau)
     y = b * first + bar.mean * second
     v = now.smooth_rate + (bar.mean - d * b) * first
     a = (bar.mean - d * b) * (1.0 - d * first)
+    if bar.spring > 0.0:
+        square = bar.spring * bar.spring
+        v -= square * b * second
+        a -= square * ((bar.mean - d * b) * second + b * first)
     if osc.shape[1]:
         sh, ch = sine_cosine(0.5 * tau)
         er1, ei1 = -2.0 * sh * sh, 2.0 * sh * ch  # e^{iτ} − 1, exact for small τ
@@ -49,6 +57,10 @@ def rigid_rate(bar, harmonics, drifted, c, s):
 @inlined
 def drifted(bar, now, tau):
     """Velocity of the drift at τ."""
+    if bar.spring > 0.0:
+        first, second = sway(bar.damping, bar.spring, tau)
+        late = bar.spring * bar.spring * now.drift * second
+        return now.drift + (bar.mean - bar.damping * now.drift) * first - late
     first, _ = drift(bar.damping, tau)
     return now.drift + (bar.mean - bar.damping * now.drift) * first
 

@@ -1,15 +1,22 @@
-"""The rigid piston that switches its own valve, in closed form: cycles, what prevents them, margins."""
+"""The machine that switches its own valve: cycles, what prevents them, margins; the rigid piston in closed form."""
 
+from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
 from percuss.steady.self_excited.margins import ValveMargins, valve_margins
 from percuss.steady.self_excited.obstacle import Obstacle
 from percuss.steady.self_excited.piston_records import Leg, Rebound, Segment, Switch, Uncovering
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.rigid_cycle import RigidCycle
 from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 __all__ = [
+    "Blow",
+    "ElasticCycle",
     "Leg",
     "Obstacle",
     "Rebound",
+    "Rhythm",
+    "RigidCycle",
     "Segment",
     "SelfExcited",
     "Switch",

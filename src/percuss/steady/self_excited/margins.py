@@ -12,16 +12,16 @@ from percuss.model.checks import instance
 from percuss.shown import Shown
 from percuss.steady.self_excited.obstacle import Obstacle
 from percuss.steady.self_excited.piston_legs import leg_from
-from percuss.steady.self_excited.piston_records import Piston, Switch
-from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
+from percuss.steady.self_excited.piston_records import Switch
+from percuss.steady.self_excited.rigid_cycle import RigidCycle
+from percuss.steady.self_excited.self_switching import SelfExcited, piston_of, self_excited_motion
 from percuss.steady.self_excited.settled_cycle import continued
-from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 __all__ = ["ValveMargins", "valve_margins"]
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
 _MOST_STEPS = 256
-_CLOSE = 1e-11  # of a step
+_CLOSE = 1e-8  # of a step
 _BEYOND = 1e-6
 
 
@@ -53,7 +53,8 @@ class ValveMargins(Shown):
 def valve_margins(motion: SelfExcited) -> ValveMargins:
     """The margins of a machine that runs.
 
-    Every limit is that of the cycle itself, which is followed while the delay of the return, or the chamber, grows.
+    Every limit is that of the cycle of the rigid piston, which is followed while the delay of the return, or the
+    chamber, grows.
 
     Parameters
     ----------
@@ -63,40 +64,46 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     Raises
     ------
     ParameterError
-        When the machine does not run.
+        When the machine does not run with a rigid piston.
 
     Examples
     --------
-    >>> from percuss.model import Kept, Port, Valve
+    >>> from percuss.model import Kept, Machine, Port, UniformBar, Valve
     >>> from percuss.steady import self_excited_motion
     >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    >>> margins = valve_margins(self_excited_motion(Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2)))
+    >>> machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2))
+    >>> margins = valve_margins(self_excited_motion(machine, modes=0))
     >>> print(f"{margins.latest_return:.4f}, then {margins.beyond.value}")
     0.3324, then double blow
     """
     instance("motion", motion, SelfExcited)
-    if not motion.runs or motion.cycle is None:
+    if motion.modes:
+        room = motion.room if math.isfinite(motion.room) else None
+        motion = self_excited_motion(motion.machine, modes=0, room=room)
+    if not motion.runs or not isinstance(motion.cycle, RigidCycle):
         why = "" if motion.obstacle is None else motion.obstacle.remedy
         raise ParameterError("motion", str(motion), "a machine that runs", why)
-    switch = _return_of(motion.valve, motion.cycle)
+    valve = motion.machine.valve
+    switch = _return_of(valve, motion.cycle)
 
     def later(extra: float) -> Valve:
         ports = tuple(
-            replace(port, delay=port.delay + extra) if port.to == switch.to else port for port in motion.valve.ports
+            replace(port, delay=port.delay + extra) if port.to == switch.to else port
+            for port in motion.machine.valve.ports
         )
-        return replace(motion.valve, ports=ports)
+        return replace(motion.machine.valve, ports=ports)
 
     latest, last = _limit(motion, later, 0.0, _STEP * motion.cycle.period)
     return_time, beyond = _after_blow(switch, motion.cycle), None
     room = motion.room if math.isfinite(motion.room) else None
     if latest is not None:
         past = later(latest + _BEYOND * motion.cycle.period)
-        beyond = self_excited_motion(past, motion.contact, motion.drag, room).obstacle
+        beyond = self_excited_motion(motion.machine.with_valve(past), modes=0, room=room).obstacle
     longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
     return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion))
 
 
-def _return_of(valve: Valve, cycle: ValveCycle) -> Switch:
+def _return_of(valve: Valve, cycle: RigidCycle) -> Switch:
     """The change to a lower force that is nearest to the wall."""
     state, falls = cycle.rebound.state, []
     for switch in cycle.switches:
@@ -106,17 +113,17 @@ def _return_of(valve: Valve, cycle: ValveCycle) -> Switch:
     return min(falls, key=lambda switch: switch.behind)
 
 
-def _after_blow(switch: Switch, cycle: ValveCycle) -> float:
+def _after_blow(switch: Switch, cycle: RigidCycle) -> float:
     """The time of a switch after the blow that is nearest in time."""
     return switch.time if 2.0 * switch.time < cycle.period or cycle.rests else switch.time - cycle.period
 
 
 def _limit(
     motion: SelfExcited, changed: Callable[[float], Valve], start: float, step: float
-) -> tuple[float | None, ValveCycle]:
+) -> tuple[float | None, RigidCycle]:
     """The least value from `start` on at which the cycle ends or is no longer stable, and the last cycle before it."""
     cycle = motion.cycle
-    assert cycle is not None
+    assert isinstance(cycle, RigidCycle)
     value = start
     for _ in range(_MOST_STEPS):
         found = _running(motion, changed(value + step), cycle)
@@ -136,22 +143,22 @@ def _limit(
     return low, cycle
 
 
-def _running(motion: SelfExcited, valve: Valve, near: ValveCycle) -> ValveCycle | None:
+def _running(motion: SelfExcited, valve: Valve, near: RigidCycle) -> RigidCycle | None:
     """The stable cycle of another valve, near a cycle."""
-    cycle = continued(Piston(valve, motion.contact, motion.drag), near)
+    cycle = continued(piston_of(motion.machine.with_valve(valve)), near)
     return cycle if cycle is not None and cycle.stable and cycle.stroke <= motion.room else None
 
 
 def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
-    chamber = motion.valve.chamber
+    chamber = motion.machine.valve.chamber
     if chamber.force <= 0.0 and chamber.stiffness == 0.0:
         return None, None
 
     def filled(factor: float) -> Valve:
-        return replace(motion.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
+        return replace(motion.machine.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
 
     def starts(factor: float) -> bool:
-        return leg_from(Piston(filled(factor), motion.contact, motion.drag), 0.0, 0.0).ending == "blow"
+        return leg_from(piston_of(motion.machine.with_valve(filled(factor))), 0.0, 0.0).ending == "blow"
 
     run, _ = _limit(motion, filled, 1.0, _STEP)
     low, high = 0.0, 1.0 + _STEP * _MOST_STEPS if run is None else run

@@ -8,10 +8,11 @@ from typing import Self, TypedDict
 
 import numpy as np
 
+from percuss.steady.self_excited.elastic_cycle import ElasticCycle
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
-from percuss.steady.self_excited.valve_cycle import ValveCycle
+from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-__all__ = ["Obstacle", "Reasoned", "latest_return", "why_none", "why_several"]
+__all__ = ["Obstacle", "Reasoned", "latest_return", "why_more_blows", "why_none", "why_several", "why_unstable"]
 
 _LATELY = 12  # flights that tell what a machine without a cycle does
 
@@ -55,6 +56,11 @@ class Obstacle(Enum):
         "the piston comes to no port that would change the state, and does not strike",
         "put the port nearer to the wall, make the return force greater, or the chamber softer",
     )
+    BOUNCES = (
+        "bounces",
+        "the bar strikes again and again and comes to no port",
+        "make the restitution or the return force greater, or put the port nearer to the wall",
+    )
     NO_ROOM = (
         "no room",
         "the piston goes farther back than there is room",
@@ -80,6 +86,21 @@ class Obstacle(Enum):
         "weak and strong blows alternate, farther and farther apart (period doubling)",
         "shorten the delay of the return, or lower the restitution",
     )
+    SPIRAL = (
+        "spiral",
+        "a slow beat of the blows grows: two multipliers are beyond the unit circle, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
+    GROWS = (
+        "grows",
+        "a disturbance grows from blow to blow, as of ringing that the blows feed",
+        "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
+    )
+    UNEVEN = (
+        "uneven blows",
+        "the blows differ from each other, and repeat after a few of them",
+        "damp the elastic modes, or lower the restitution",
+    )
     IRREGULAR = (
         "irregular",
         "the blows do not repeat",
@@ -95,11 +116,25 @@ class Reasoned(TypedDict, total=False):
     needed: float | None
 
 
+def why_unstable(multiplier: complex) -> Obstacle:
+    """How a cycle with a multiplier of modulus 1 or more is left."""
+    if multiplier.imag != 0.0:
+        return Obstacle.SPIRAL
+    return Obstacle.FLIP if multiplier.real < 0.0 else Obstacle.GROWS
+
+
+def why_more_blows(cycle: ElasticCycle) -> Obstacle:
+    """Why a cycle of an elastic machine has several blows: the valve changes once for each of them, or less often."""
+    first = cycle.switches[0].to
+    turns = sum(switch.to == first for switch in cycle.switches)
+    return Obstacle.UNEVEN if turns >= cycle.blows else Obstacle.DOUBLE_BLOW
+
+
 def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     """What the last flights of a machine without a cycle tell of it."""
     last = legs[-1]
     if last.ending == "on the wall":
-        state = last.switches[-1].to if last.switches else _state_before(legs)
+        state = last.switches[-1].to if last.switches else _state_before(piston, legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
     if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
         nearest = min(min([s.behind, *s.flight.turning_places(s.duration)]) for s in last.segments[1:])
@@ -112,14 +147,16 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.IRREGULAR}
 
 
-def _state_before(legs: list[Leg]) -> str:
-    """The state in which the last flight began."""
+def _state_before(piston: Piston, legs: list[Leg]) -> str:
+    """The state in which the last flight began; the first one begins in the state that pulls most."""
+    if len(legs) == 1:
+        return min(piston.valve.pairs, key=lambda pair: pair[1])[0]
     rebound = legs[-2].rebound
     assert rebound is not None
     return rebound.state
 
 
-def why_several(piston: Piston, cycle: ValveCycle) -> Reasoned:
+def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
     """Why a cycle has several blows: an order was replaced, or came too late after the strongest blow."""
     if any(leg.dropped for leg in cycle.legs):
         return {"obstacle": Obstacle.OVERTAKEN}

@@ -1,4 +1,4 @@
-"""The rigid piston that switches its own valve: its cycle, or what keeps it from running."""
+"""The machine that switches its own valve: its cycle, or what keeps it from running."""
 
 from __future__ import annotations
 
@@ -6,24 +6,31 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from percuss.model import Contact, Valve
-from percuss.model.checks import instance, non_negative, positive
+from percuss.errors import ParameterError
+from percuss.model import Machine
+from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
-from percuss.steady.self_excited.obstacle import Obstacle, why_none, why_several
+from percuss.steady.self_excited.elastic_cycle import ElasticCycle
+from percuss.steady.self_excited.elastic_settling import settled_from
+from percuss.steady.self_excited.obstacle import Obstacle, why_more_blows, why_none, why_several, why_unstable
 from percuss.steady.self_excited.piston_records import Piston
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.rigid_cycle import RigidCycle
 from percuss.steady.self_excited.settled_cycle import followed_legs, settled
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
-__all__ = ["SelfExcited", "self_excited_motion"]
+__all__ = ["SelfExcited", "piston_of", "self_excited_motion"]
+
+_MOST_MODES = 4096
 
 
 @dataclass(frozen=True)
 class SelfExcited(Shown):
-    """What a rigid piston does that switches its own valve.
+    """What a machine does that switches its own valve.
 
     Parameters
     ----------
-    valve, contact, drag, room
+    machine, modes, room
         What was asked.
     cycle
         The periodic motion; None when there is none. With `obstacle` "double blow" or "order overtaken" it has several
@@ -38,9 +45,8 @@ class SelfExcited(Shown):
         the strongest blow to the return, and the longest with which the piston does not fall back.
     """
 
-    valve: Valve
-    contact: Contact
-    drag: float
+    machine: Machine
+    modes: int
     room: float
     cycle: ValveCycle | None
     obstacle: Obstacle | None
@@ -55,12 +61,7 @@ class SelfExcited(Shown):
     @cached_property
     def starts_from_rest(self) -> bool:
         """Whether the machine keeps going when it starts at rest on the wall, with the valve in its starting state."""
-        return self.cycle is not None and followed_legs(self.piston)[-1].ending == "blow"
-
-    @property
-    def piston(self) -> Piston:
-        """What moves."""
-        return Piston(self.valve, self.contact, self.drag)
+        return self.cycle is not None and followed_legs(piston_of(self.machine))[-1].ending == "blow"
 
     def __str__(self) -> str:
         if self.obstacle is None:
@@ -70,23 +71,36 @@ class SelfExcited(Shown):
         return f"SelfExcited: {self.obstacle.value}{found} — {self.obstacle.remedy}"
 
 
-def self_excited_motion(valve: Valve, contact: Contact, drag: float = 0.0, room: float | None = None) -> SelfExcited:
-    """The cycle of a rigid piston that switches its own valve, in closed form, or what keeps it from running.
+def piston_of(machine: Machine) -> Piston:
+    """The machine with a rigid piston."""
+    return Piston(machine.valve, machine.contact, machine.drag)
 
-    The units of length and of time are free; the mass is 1. Every flight is closed (parabola, exponential or circle),
-    and Newton's method with exact derivatives finds the motion that repeats, for any number of ports, states and
-    delays. Ports are read at the centre of mass wherever they are, as the piston is rigid.
+
+def self_excited_motion(
+    machine: Machine, *, modes: int = 32, room: float | None = None, near: Rhythm | ValveCycle | None = None
+) -> SelfExcited:
+    """The cycle of a machine that switches its own valve, or what keeps it from running.
+
+    The units of length and of time are free; the mass is 1. For a rigid piston every flight is closed (parabola,
+    exponential or circle), and Newton's method with exact derivatives finds the motion that repeats, for any number of
+    ports, states and delays. Its ports are read at the centre of mass wherever they are.
+
+    With elastic modes the unknowns are the times at which ports are passed and blows fall: every mode follows from them
+    in closed form. Newton's method starts from the rhythm of the rigid piston. Where that leads to no cycle, or to an
+    unstable one, the machine is followed from blow to blow until it settles. Of every cycle it is proved that the bar
+    neither strikes nor enters the region of a port in between.
 
     Parameters
     ----------
-    valve
-        States, ports, chamber.
-    contact
-        How the piston leaves the wall.
-    drag
-        d of a drag that is proportional to the speed (dimensionless).
+    machine
+        Body, valve and contact.
+    modes
+        N, the elastic modes kept; 0 for a rigid piston.
     room
         Distance behind the wall that the piston can go; without limit by default.
+    near
+        With elastic modes: a rhythm near that of the cycle, as of a simulation, or another cycle; by default that of
+        the rigid piston.
 
     Raises
     ------
@@ -95,31 +109,70 @@ def self_excited_motion(valve: Valve, contact: Contact, drag: float = 0.0, room:
 
     Notes
     -----
-    Without delay and drag the square of the blow speed is 2 Σ Δ_i x_i/(1 − R²), with Δ_i the jump of the force at the
-    distance x_i behind the wall, and the multiplier is R².
+    Without delay and drag the square of the blow speed of a rigid piston is 2 Σ Δ_i x_i/(1 − R²), with Δ_i the jump of
+    the force at the distance x_i behind the wall, and the multiplier is R².
 
     Examples
     --------
-    >>> from percuss.model import Kept, Port, Valve
+    >>> from percuss.model import External, Machine, Port, Reversed, UniformBar, Valve
     >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    >>> print(self_excited_motion(Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2)))
-    SelfExcited: runs, ValveCycle: 1 blow, speed 2.14087, period 3.14892, stroke 1.27315, multiplier 0.04
+    >>> valve = Valve({"return": -0.4, "power": 1.8}, ports)
+    >>> machine = Machine(UniformBar(20.0, External(0.01)), valve, Reversed(0.2))
+    >>> print(self_excited_motion(machine, modes=0))
+    SelfExcited: runs, RigidCycle: 1 blow, speed 2.12761, period 3.15229, stroke 1.26743, multiplier 0.03876
+    >>> print(self_excited_motion(machine))
+    SelfExcited: runs, ElasticCycle: 1 blow, speed 2.04435, period 3.15231, stroke 1.27017, multiplier 0.197
     """
-    instance("valve", valve, Valve)
-    instance("contact", contact, Contact)
-    drag = non_negative("drag", drag)
+    instance("machine", machine, Machine)
+    modes = count("modes", modes, least=0, most=_MOST_MODES)
     space = math.inf if room is None else positive("room", room)
-    piston = Piston(valve, contact, drag)
-    asked = SelfExcited(valve, contact, drag, space, None, None)
-    if drag == 0.0 and contact.velocity_factor == -1.0:
+    near = _checked(near, modes)
+    piston = piston_of(machine)
+    asked = SelfExcited(machine, modes, space, None, None)
+    if machine.contact.is_lossless and machine.body.damping.is_zero:
         return replace(asked, obstacle=Obstacle.NO_LOSS)
-    cycle, last = settled(piston)
-    if cycle is None:
+    rigid, last = settled(piston) if modes == 0 or near is None else (None, [])
+    if modes:
+        rhythm = near if near is not None or rigid is None else Rhythm.of_rigid(rigid)
+        if rhythm is not None:
+            return _elastic(asked, rhythm, rigid)
+    if rigid is None:
         return replace(asked, **why_none(piston, last))
-    if cycle.blows > 1:
-        return replace(asked, cycle=cycle, **why_several(piston, cycle))
-    if cycle.stroke > space:
-        return replace(asked, cycle=cycle, obstacle=Obstacle.NO_ROOM, found=cycle.stroke, needed=space)
+    if rigid.blows > 1:
+        return replace(asked, cycle=rigid, **why_several(piston, rigid))
+    return _judged(asked, rigid)
+
+
+def _checked(near: object, modes: int) -> Rhythm | None:
+    if near is None:
+        return None
+    if modes == 0:
+        raise ParameterError("near", near, "nothing beside modes=0", "the rigid piston needs no start")
+    if isinstance(near, RigidCycle):
+        return Rhythm.of_rigid(near)
+    if isinstance(near, ElasticCycle):
+        return near.rhythm
+    return instance("near", near, Rhythm)
+
+
+def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> SelfExcited:
+    """What an elastic machine does, from a rhythm on."""
+    found = settled_from(asked.machine, asked.modes, rhythm, rigid)
+    if found.cycle is None:
+        ended = {"on the wall": Obstacle.ON_THE_WALL, "nothing follows": Obstacle.NO_PORT, "no blow": Obstacle.NO_BLOW}
+        return replace(asked, obstacle=ended.get(found.ending or "", Obstacle.IRREGULAR))
+    if not found.cycle.switches:
+        return replace(asked, cycle=found.cycle, obstacle=Obstacle.BOUNCES)
+    if found.cycle.blows > 1 and found.cycle.stable:
+        return replace(asked, cycle=found.cycle, obstacle=why_more_blows(found.cycle))
+    return _judged(asked, found.cycle)
+
+
+def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:
+    """Whether a cycle has room and is stable."""
+    if asked.room < math.inf and cycle.stroke > asked.room:
+        return replace(asked, cycle=cycle, obstacle=Obstacle.NO_ROOM, found=cycle.stroke, needed=asked.room)
     if not cycle.stable:
-        return replace(asked, cycle=cycle, obstacle=Obstacle.FLIP, found=abs(cycle.multiplier), needed=1.0)
+        why = why_unstable(cycle.multiplier)
+        return replace(asked, cycle=cycle, obstacle=why, found=abs(cycle.multiplier), needed=1.0)
     return replace(asked, cycle=cycle)

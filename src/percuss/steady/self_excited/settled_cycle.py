@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import islice
 
 from percuss.steady.self_excited.piston_legs import leg_after, leg_from
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
-from percuss.steady.self_excited.valve_cycle import ValveCycle, cycle_near
+from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
 
 __all__ = ["continued", "followed_legs", "settled"]
 
@@ -17,6 +18,8 @@ _MOST_IN_CYCLE = 8
 _ALIKE = 0.1  # speeds so near each other, as a part, are worth a try with several blows in a cycle
 _CHATTER = 1e-10  # of the greatest speed: a slower rebound at a wall to which the valve pushes is at rest
 _TRIES = 12
+_TRIES_IN_CYCLE = 3  # for each number of blows in a cycle
+_FEW_STEPS = 20  # of Newton's method from a cycle that differs little: at a distance of 1e-8 from where the cycles end
 
 
 def followed_legs(piston: Piston, behind: float = 0.0, velocity: float = 0.0, most: int = 6 * _MOST_BLOWS) -> list[Leg]:
@@ -34,7 +37,7 @@ def _followed(piston: Piston, first: Leg, most: int) -> list[Leg]:
     return legs
 
 
-def settled(piston: Piston) -> tuple[ValveCycle | None, list[Leg]]:
+def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     """The cycle in which a fast start ends, and the flights of the fastest start."""
     first: list[Leg] = []
     for part, most in ((1.0, _FEW), (1.0, _MOST_BLOWS), (0.5, _MOST_BLOWS), (0.25, _MOST_BLOWS), (2.0, _MOST_BLOWS)):
@@ -46,14 +49,14 @@ def settled(piston: Piston) -> tuple[ValveCycle | None, list[Leg]]:
     return None, first
 
 
-def continued(piston: Piston, cycle: ValveCycle) -> ValveCycle | None:
+def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
     """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
-    found = cycle_near(piston, cycle.rebound, 1)
+    found = cycle_near(piston, cycle.rebound, 1, _FEW_STEPS)
     if found is not None:
         return found
     legs = _followed(piston, leg_after(piston, cycle.rebound), _FEW)
     rebounds = [leg.rebound for leg in legs if leg.rebound is not None]
-    tried = (cycle_near(piston, rebound, 1) for rebound in reversed(rebounds))
+    tried = (cycle_near(piston, rebound, 1, _FEW_STEPS) for rebound in reversed(rebounds))
     return next((one for one in tried if one is not None and one.switches), None)
 
 
@@ -71,16 +74,20 @@ def _fast(piston: Piston, part: float) -> Rebound:
     return Rebound(speed, back, replace(valve.orders, last=back))
 
 
-def _cycle_at(piston: Piston, rebounds: list[Rebound]) -> ValveCycle | None:
+def _cycle_at(piston: Piston, rebounds: list[Rebound]) -> RigidCycle | None:
     """The cycle that one of the rebounds is near, with few blows rather than many."""
     for rebound in rebounds[:_TRIES]:
         cycle = cycle_near(piston, rebound, 1)
         if cycle is not None and cycle.switches:
             return cycle
     for blows in range(1, _MOST_IN_CYCLE + 1):
-        for now, before in zip(rebounds[:-_TRIES:-1], rebounds[-1 - blows : -_TRIES - blows : -1], strict=False):
-            if now.label == before.label and abs(now.speed - before.speed) <= _ALIKE * max(now.speed, before.speed):
-                cycle = cycle_near(piston, now, blows)
-                if cycle is not None and cycle.switches:
-                    return cycle
+        pairs = zip(rebounds[:-_TRIES:-1], rebounds[-1 - blows : -_TRIES - blows : -1], strict=False)
+        for now in islice((now for now, before in pairs if _alike(now, before)), _TRIES_IN_CYCLE):
+            cycle = cycle_near(piston, now, blows)
+            if cycle is not None and cycle.switches:
+                return cycle
     return None
+
+
+def _alike(now: Rebound, before: Rebound) -> bool:
+    return now.label == before.label and abs(now.speed - before.speed) <= _ALIKE * max(now.speed, before.speed)

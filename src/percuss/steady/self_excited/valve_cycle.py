@@ -1,64 +1,125 @@
-"""A periodic motion of a piston that switches its own valve, found by Newton's method, and its figures."""
+"""What a periodic motion of a machine that switches its own valve tells, whether its piston is rigid or elastic."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from functools import cached_property, reduce
+from abc import ABC, abstractmethod
+from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
-from percuss.model.checks import Array, ComplexArray
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.shown import Shown
-from percuss.steady.self_excited.piston_legs import leg_after
-from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound, Segment, Switch, Uncovering
+from percuss.steady.self_excited.piston_records import Switch, Uncovering
 
-__all__ = ["ValveCycle", "cycle_near"]
+__all__ = ["Place", "ValveCycle", "checked_place"]
 
-_STEPS = 40
-_CLOSED = 1e-13  # of the speed and of the period
-_HALVINGS = 6
+Place = Literal["centre"] | float
+"""Of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)."""
 
 
-@dataclass(frozen=True)
-class ValveCycle(Shown):
-    """A periodic motion of a rigid piston that switches its own valve; per unit of mass, as loads are.
+def checked_place(place: object) -> Place:
+    """A place of the body, or an error."""
+    if isinstance(place, str):
+        if place != "centre":
+            raise ParameterError("place", place, "'centre' or a place on the bar from 0 to 1")
+        return "centre"
+    return unit_interval("place", place)
 
-    Time 0 is just after the last blow of the cycle; the longest flight comes first.
 
-    Parameters
-    ----------
-    legs
-        Its flights from blow to blow.
-    rebound
-        The piston just after the blow at time 0.
-    level_difference
-        The greatest force of the valve minus the least.
+class ValveCycle(Shown, ABC):
+    """A periodic motion of a machine that switches its own valve; per unit of mass, as loads are.
+
+    Time 0 is just after the last blow of the cycle; the longest flight comes first. Speeds of blows are those of the
+    striking end just before.
     """
 
-    legs: tuple[Leg, ...]
-    rebound: Rebound
-    level_difference: float
+    # -- what each kind of cycle tells --
+
+    @property
+    @abstractmethod
+    def blow_times(self) -> Array:
+        """When the blows fall, the last one at the period."""
+
+    @property
+    @abstractmethod
+    def blow_speeds(self) -> Array:
+        """Speed just before each blow."""
+
+    @property
+    @abstractmethod
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each blow, that of the ringing with it."""
+
+    @property
+    @abstractmethod
+    def switches(self) -> tuple[Switch, ...]:
+        """Every change of the valve's state, in order of time."""
+
+    @property
+    @abstractmethod
+    def uncoverings(self) -> tuple[Uncovering, ...]:
+        """Where ports demand a new state, in order of time; blows that do are not among them."""
+
+    @property
+    @abstractmethod
+    def stroke(self) -> float:
+        """The greatest distance of the striking end from the wall."""
+
+    @property
+    @abstractmethod
+    def work(self) -> float:
+        """What the valve puts into the motion in a cycle; the blows and the damping take the same."""
+
+    @property
+    @abstractmethod
+    def taken(self) -> float:
+        """Energy that the blows of a cycle take."""
+
+    @property
+    @abstractmethod
+    def level_difference(self) -> float:
+        """The greatest force of the valve minus the least."""
+
+    @property
+    @abstractmethod
+    def rests(self) -> bool:
+        """Whether the piston lies on the wall for some time."""
+
+    @property
+    @abstractmethod
+    def multipliers(self) -> ComplexArray:
+        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
+
+    @abstractmethod
+    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
+        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
+
+        Parameters
+        ----------
+        times
+            Any; the motion is repeated with its period.
+        place
+            From 0 (driven end) to 1 (striking end), or "centre".
+
+        Raises
+        ------
+        ParameterError
+            When an argument is none of these.
+        """
+
+    # -- what follows --
 
     @property
     def period(self) -> float:
         """Duration of the cycle."""
-        return math.fsum(leg.duration for leg in self.legs)
+        return float(self.blow_times[-1])
 
     @property
     def blows(self) -> int:
         """Blows in a cycle."""
-        return len(self.legs)
-
-    @property
-    def blow_times(self) -> Array:
-        """When the blows fall, the last one at the period."""
-        return np.cumsum([leg.duration for leg in self.legs])
-
-    @property
-    def blow_speeds(self) -> Array:
-        """Speed just before each blow."""
-        return np.array([leg.blow_speed for leg in self.legs])
+        return self.blow_times.size
 
     @property
     def blow_speed(self) -> float:
@@ -68,52 +129,7 @@ class ValveCycle(Shown):
     @property
     def blow_energy(self) -> float:
         """Kinetic energy just before the strongest blow."""
-        return 0.5 * self.blow_speed**2
-
-    @property
-    def switches(self) -> tuple[Switch, ...]:
-        """Every change of the valve's state, in order of time."""
-        return tuple(
-            Switch(start + s.time, s.to, s.behind, s.velocity, s.work)
-            for start, leg in self._timed
-            for s in leg.switches
-        )
-
-    @property
-    def uncoverings(self) -> tuple[Uncovering, ...]:
-        """Where ports demand a new state, in order of time; blows that do are not among them."""
-        return tuple(
-            Uncovering(u.port, start + u.time, u.velocity) for start, leg in self._timed for u in leg.uncoverings
-        )
-
-    @property
-    def segments(self) -> tuple[Segment, ...]:
-        """The flights between events, in order of time."""
-        return tuple(
-            Segment(s.state, start + s.time, s.duration, s.flight, s.behind, s.velocity)
-            for start, leg in self._timed
-            for s in leg.segments
-        )
-
-    @property
-    def _timed(self) -> list[tuple[float, Leg]]:
-        return list(zip([0.0, *self.blow_times.tolist()], self.legs, strict=False))
-
-    @property
-    def stroke(self) -> float:
-        """The greatest distance behind the wall."""
-        return max(leg.farthest for leg in self.legs)
-
-    @property
-    def work(self) -> float:
-        """What the switches of the valve put into the motion in a cycle; the blows and the drag take the same."""
-        return math.fsum(switch.work for switch in self.switches)
-
-    @property
-    def taken(self) -> float:
-        """Energy that the blows of a cycle take."""
-        speeds = [(leg.blow_speed, leg.rebound.speed) for leg in self.legs if leg.rebound is not None]
-        return math.fsum(0.5 * (before**2 - after**2) for before, after in speeds)
+        return float(self.blow_energies.max())
 
     @property
     def swept_length(self) -> float:
@@ -130,18 +146,6 @@ class ValveCycle(Shown):
         return float((blow - rises[-1]) / self.period)
 
     @property
-    def rests(self) -> bool:
-        """Whether the piston lies on the wall for some time."""
-        return any(s.flight.v == s.velocity == s.behind == 0.0 for leg in self.legs for s in leg.segments)
-
-    @cached_property
-    def multipliers(self) -> ComplexArray:
-        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        slope: Array = reduce(lambda done, leg: leg.slope @ done, self.legs, np.eye(self.rebound.numbers.size))
-        found: ComplexArray = np.linalg.eigvals(slope).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
-
-    @property
     def multiplier(self) -> complex:
         """The greatest multiplier: what is left of a disturbance after a cycle."""
         return complex(self.multipliers[0])
@@ -151,70 +155,13 @@ class ValveCycle(Shown):
         """Whether disturbances die out."""
         return abs(self.multiplier) < 1.0
 
+    def _within(self, times: npt.ArrayLike) -> Array:
+        """The times, brought into the cycle that begins at 0."""
+        return np.asarray(np.mod(numbers("times", times), self.period))
+
     def __str__(self) -> str:
         blows = "1 blow" if self.blows == 1 else f"{self.blows} blows"
         return (
-            f"ValveCycle: {blows}, speed {self.blow_speed:.6g}, period {self.period:.6g}, stroke {self.stroke:.6g}, "
-            f"multiplier {abs(self.multiplier):.4g}"
+            f"{type(self).__name__}: {blows}, speed {self.blow_speed:.6g}, period {self.period:.6g}, "
+            f"stroke {self.stroke:.6g}, multiplier {abs(self.multiplier):.4g}"
         )
-
-
-def cycle_near(piston: Piston, rebound: Rebound, blows: int) -> ValveCycle | None:
-    """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
-    now, legs = rebound, _legs(piston, rebound, blows)
-    for _ in range(_STEPS):
-        if legs is None:
-            return None
-        error = _error(now, legs)
-        slope: Array = reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size))
-        try:
-            step: Array = np.linalg.solve(np.eye(slope.shape[0]) - slope, error).astype(float)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.all(np.isfinite(step)):
-            return None
-        scale = np.array([max(leg.blow_speed for leg in legs), *[sum(leg.duration for leg in legs)] * (step.size - 1)])
-        if np.all(np.abs(step) <= _CLOSED * scale):
-            return _made(piston, now, legs)
-        now, legs = _stepped(piston, now, step, blows)
-    return None
-
-
-def _legs(piston: Piston, rebound: Rebound, blows: int) -> tuple[Leg, ...] | None:
-    """The flights of so many blows, when they lead to a rebound of the same kind."""
-    legs: list[Leg] = []
-    now = rebound
-    for _ in range(blows):
-        legs.append(leg_after(piston, now))
-        following = legs[-1].rebound
-        if following is None:
-            return None
-        now = following
-    return tuple(legs) if now.label == rebound.label else None
-
-
-def _error(rebound: Rebound, legs: tuple[Leg, ...]) -> Array:
-    last = legs[-1].rebound
-    assert last is not None
-    return last.numbers - rebound.numbers
-
-
-def _stepped(piston: Piston, rebound: Rebound, step: Array, blows: int) -> tuple[Rebound, tuple[Leg, ...] | None]:
-    """The rebound after a step, or after a part of it where the whole one leads to another kind of motion."""
-    for halving in range(_HALVINGS):
-        numbers = rebound.numbers + 0.5**halving * step
-        if np.all(numbers >= 0.0):
-            following = rebound.with_numbers(numbers)
-            legs = _legs(piston, following, blows)
-            if legs is not None:
-                return following, legs
-    return rebound, None
-
-
-def _made(piston: Piston, rebound: Rebound, legs: tuple[Leg, ...]) -> ValveCycle:
-    """The cycle, with its longest flight first."""
-    longest = int(np.argmax([leg.duration for leg in legs]))
-    begins = [rebound, *(leg.rebound for leg in legs)][longest]
-    assert begins is not None
-    forces = [force for _, force in piston.valve.pairs]
-    return ValveCycle(legs[longest:] + legs[:longest], begins, max(forces) - min(forces))

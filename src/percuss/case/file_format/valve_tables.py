@@ -1,0 +1,182 @@
+"""The table [load] of a machine that switches its own valve: states, ports, gas chamber; in SI and in plain numbers.
+
+What stands for a key of the SI form holds for the dimensionless one that says nothing. `valve_of` makes the valve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Discriminator, Tag, ValidationInfo
+
+from percuss.case.file_format.values import (
+    Area,
+    Force,
+    Length,
+    PlainNumber,
+    Stiffness,
+    Stress,
+    Table,
+    Time,
+)
+from percuss.errors import ParameterError, UnitError
+
+__all__ = [
+    "AreasTable",
+    "ChamberTable",
+    "PlainChamber",
+    "PlainPort",
+    "PlainPorts",
+    "PlainStates",
+    "PortTable",
+    "Ports",
+    "Reads",
+    "States",
+    "ValveForce",
+    "ValveLoad",
+]
+
+
+class AreasTable(Table):
+    """A state by the areas on which the pressure of the supply acts."""
+
+    front: Area | None = None
+    """Area at which the pressure pushes the piston back. Allowed: 0 or greater. When left out: none."""
+    rear: Area | None = None
+    """Area at which it pushes the piston toward the wall. Allowed: 0 or greater. When left out: none."""
+
+
+class ChamberTable(Table):
+    """A gas chamber behind the piston, such as the nitrogen of a breaker, the same in every state."""
+
+    force: Force | None = None
+    """Its force toward the wall while the bar is at the wall. When left out: none."""
+    stiffness: Stiffness | None = None
+    """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
+
+
+class PlainChamber(Table):
+    """A gas chamber in plain numbers."""
+
+    force: PlainNumber | None = None
+    stiffness: PlainNumber | None = None
+
+
+def _reads(value: Any, info: ValidationInfo) -> Any:
+    if value == "centre" or (isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1.0):
+        return value
+    raise ParameterError("reads", value, '"centre", or a place on the bar from 0 (driven end) to 1 (striking end)')
+
+
+Reads = Annotated[str | float, BeforeValidator(_reads)]
+"""Whose place a port reads."""
+
+
+class PortTable(Table):
+    """What demands a state: a port that the piston uncovers, or the blow."""
+
+    to: str
+    """The state that is demanded."""
+    behind: Length | None = None
+    """Distance of the port's edge from the wall. Allowed: greater than 0. When left out: `on` is needed."""
+    side: Literal["back", "front"] | None = None
+    """Where the port is uncovered: with the bar farther from the wall than its edge, or nearer. When left out: `on` is
+    needed."""
+    delay: Time | None = None
+    """From the demand to the change of the state. Allowed: 0 or greater. When left out: none."""
+    reads: Reads | None = None
+    """Whose distance from the wall counts: `"centre"`, that of the centre of mass, or that of a place on the bar from 0
+    (driven end) to 1 (striking end). When left out: `"centre"`."""
+    on: Literal["impact"] | None = None
+    """Every blow demands the state; instead of `behind` and `side`. When left out: it is a port."""
+
+
+class PlainPort(Table):
+    """A port in plain numbers."""
+
+    to: str
+    behind: PlainNumber | None = None
+    side: Literal["back", "front"] | None = None
+    delay: PlainNumber | None = None
+    reads: Reads | None = None
+    on: Literal["impact"] | None = None
+
+
+def _several(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError('a list of ports, for example [{behind = …, side = "back", to = "power"}]')
+    return tuple(value)
+
+
+def _named(example: str) -> Callable[[Any], Any]:
+    """A check that a value is a table with at least one name."""
+
+    def checked(value: Any) -> Any:
+        if not isinstance(value, dict) or not value:
+            raise ValueError(f"a table with the force of each state, for example {example}")
+        return value
+
+    return checked
+
+
+def _written(value: Any) -> str:
+    """How a state is given."""
+    return "areas" if isinstance(value, dict | AreasTable) else "force"
+
+
+def _force(value: Any, info: ValidationInfo) -> Any:
+    """A force with its unit, in words of its own where it is none."""
+    if not isinstance(value, str):
+        remedy = "or areas beside a pressure: {front = …, rear = …}"
+        raise UnitError("states", value, 'a force with its unit, such as "-13 kN"', remedy)
+    return value
+
+
+State = Annotated[
+    Annotated[Force, BeforeValidator(_force), Tag("force")] | Annotated[AreasTable, Tag("areas")],
+    Discriminator(_written),
+]
+"""A state in SI."""
+
+States = Annotated[dict[str, State], BeforeValidator(_named('{return = "-13 kN", power = "12 kN"}'))]
+PlainStates = Annotated[dict[str, PlainNumber], BeforeValidator(_named("{return = -0.3, power = 1.0}"))]
+Ports = Annotated[tuple[PortTable, ...], BeforeValidator(_several)]
+PlainPorts = Annotated[tuple[PlainPort, ...], BeforeValidator(_several)]
+
+
+class ValveForce(Table):
+    """A load that the piston switches."""
+
+    kind: Literal["valve"]
+    """The kind of load, which decides the other keys."""
+    states: States
+    """The force of each state, positive toward the wall and without that of `chamber`: text with a unit, or with
+    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`. Allowed: up to 64 of them."""
+    ports: Ports
+    """What demands states, in order, see below. Allowed: up to 64 of them."""
+    start_state: str | None = None
+    """The state at the start. When left out: the first one."""
+    pressure: Stress | None = None
+    """The pressure of the supply, for states by areas, and for the oil that a cycle takes. Allowed: greater than 0.
+    When left out: the states are forces, and no oil flow is told."""
+    chamber: ChamberTable | None = None
+    """A gas chamber behind the piston, see below. When left out: there is none."""
+    room: Length | None = None
+    """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
+    at: int = 0
+    """Where the load acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
+    greater."""
+
+
+class ValveLoad(Table):
+    """A load that the piston switches, in plain numbers."""
+
+    kind: Literal["valve"]
+    states: PlainStates
+    """The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to 64 of them."""
+    ports: PlainPorts
+    start_state: str | None = None
+    chamber: PlainChamber | None = None
+    room: PlainNumber | None = None
+    at: int = 0

@@ -1,0 +1,250 @@
+"""The answer for a machine that switches itself, as the report that a person reads."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.machine_figures import machine_figures
+from percuss.case.answers.machine_in_words import headline, in_units
+from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+
+if TYPE_CHECKING:
+    from percuss.case import MachineAnswer
+    from percuss.case.answers.machine_figures import MachineFigures
+    from percuss.model import Machine
+    from percuss.steady.self_excited import SelfExcited, ValveCycle, ValveMargins
+
+__all__ = ["machine_report", "machine_section"]
+
+_FEW = 8  # multipliers that are told
+_NOTHING = 1e-12  # a multiplier that is rounding
+
+
+def machine_report(answer: MachineAnswer) -> Report:
+    """The report of `percuss machine`."""
+    sections: list[Section | Grid] = [machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)]
+    if not answer.runs:
+        sections.append(_obstacle_section(answer.motion))
+    if answer.cycle is not None:
+        sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
+        if answer.machine.is_si:
+            sections.append(_power_section(machine_figures(answer.machine, answer.cycle)))
+        sections.append(_stability_section(answer, answer.cycle))
+    if answer.margins is not None:
+        sections.append(_margins_section(answer, answer.margins))
+    if answer.sensitivities:
+        sections.append(_sensitivity_grid(answer))
+    if answer.machine.is_si and answer.cycle is not None:
+        sections.append(_blank_section(machine_figures(answer.machine, answer.cycle)))
+    return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))
+
+
+# -- the machine ------------------------------------------------------------------------------------------------------
+
+
+def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: float) -> Section:
+    """What was understood of the machine: bar, valve, ports, gas."""
+    rows: list[tuple[str, str]] = [("case", name)]
+    valve, bar = machine.valve, machine.bar
+    if bar is not None:
+        rows.append(("piston", f"{quantity(bar.length, 'm')} long, {number(bar.mass)} kg"))
+    rows.append(("contact", f"restitution R = {number(machine.contact.restitution)}; {machine.contact.sentence}"))
+    drag = machine.drag
+    rows.append(("drag", f"D/M = {number(drag)}{' per second' if bar is not None else ''}" if drag else "none"))
+    gas = valve.chamber
+    if gas.force or gas.stiffness:
+        at_wall = in_units(machine, gas.force, "force")
+        growth = gas.stiffness * (1.0 if bar is None else machine.force_scale / machine.length_scale)
+        more = number(growth) if bar is None else f"{quantity(growth, 'N')}/m"
+        rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back"))
+    if machine.pressure is not None:
+        rows.append(("supply", f"{number(machine.pressure / 1e5)} bar"))
+    with_gas = " with the gas at the wall" if gas.force else ""
+    for state, _ in valve.pairs:
+        begins = ", the state at the start" if state == valve.start else ""
+        force = valve.force(state)
+        where = "toward the wall" if force >= 0.0 else "away from the wall"
+        rows.append((state, f"{in_units(machine, abs(force), 'force')} {where}{with_gas}{begins}"))
+    for i in range(len(valve.ports)):
+        rows.append((f"ports[{i}]", _port_text(machine, i)))
+    if math.isfinite(room):
+        rows.append(("room", f"{in_units(machine, room, 'length')} behind the wall"))
+    rows += [("note", note) for note in notes]
+    return Section("Machine", tuple(rows))
+
+
+def _port_text(machine: Machine, number_of: int) -> str:
+    port = machine.valve.ports[number_of]
+    delay = f" after {in_units(machine, port.delay, 'time')}" if port.delay else ""
+    if port.on == "impact" or port.behind is None:
+        return f"every blow: {port.to}{delay}"
+    where = "farther than" if port.side == "back" else "nearer than"
+    whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
+    return f"{where} {in_units(machine, port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
+
+
+# -- what it does -----------------------------------------------------------------------------------------------------
+
+
+def _obstacle_section(motion: SelfExcited) -> Section:
+    obstacle = motion.obstacle
+    assert obstacle is not None
+    return Section(f"Why not: {obstacle.value}", (("what", obstacle.words), ("remedy", obstacle.remedy)), BAD)
+
+
+def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
+    machine = answer.machine
+    rows = [
+        ("period", in_units(machine, cycle.period, "time")),
+        ("stroke", in_units(machine, cycle.stroke, "length")),
+        ("duty", f"{percent(cycle.duty)} of the cycle pushed toward the wall before the blow"),
+    ]
+    if machine.is_si:
+        si = machine_figures(machine, cycle)
+        rate = f"{number(si.blow_rate_Hz)} Hz, {number(si.blow_rate_per_min)} blows/min"
+        rows[:0] = [
+            ("blow energy", quantity(si.blow_energy_J, "J")),
+            ("speed", f"{number(si.impact_velocity_m_s)} m/s"),
+            ("blow rate", rate),
+        ]
+        rows.append(("contact", f"{number(si.contact_time_us)} µs, one round trip of the waves, taken as no time"))
+    else:
+        rows[:0] = [("blow energy", number(cycle.blow_energy)), ("speed", number(cycle.blow_speed))]
+    other = answer.rigid
+    if other is not answer.motion and other.cycle is not None:
+        rows.append(("rigid piston", _rigid_text(machine, other.cycle)))
+    kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"
+    return Section(f"Cycle, {counted(cycle.blows, 'blow')} in it ({kind})", tuple(rows))
+
+
+def _rigid_text(machine: Machine, cycle: ValveCycle) -> str:
+    if not machine.is_si:
+        return f"speed {number(cycle.blow_speed)}, period {number(cycle.period)}"
+    si = machine_figures(machine, cycle)
+    return (
+        f"{quantity(si.blow_energy_J, 'J')}, {number(si.impact_velocity_m_s)} m/s, "
+        f"{number(si.blow_rate_per_min)} blows/min, stroke {quantity(si.stroke_m, 'm')}"
+    )
+
+
+def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
+    """Everything that happens in a cycle, in order."""
+    rows: list[tuple[float, str, float, float | None]]
+    rows = [
+        (one.time, f"ports[{one.port}] uncovered", -one.velocity, machine.valve.ports[one.port].behind)
+        for one in cycle.uncoverings
+    ]
+    rows += [(one.time, f"valve: {one.to}", -one.velocity, one.behind) for one in cycle.switches]
+    blows = zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)
+    rows += [(time, "blow", speed, 0.0) for time, speed in blows]
+    rows.sort(key=lambda row: row[0])
+    return Grid(
+        "Events, from just after the blow",
+        ("event", "time", "behind the wall", "speed toward it"),
+        tuple(
+            (
+                what,
+                in_units(machine, time, "time"),
+                "" if behind is None else in_units(machine, max(behind, 0.0), "length"),
+                in_units(machine, speed, "speed"),
+            )
+            for time, what, speed, behind in rows
+        ),
+    )
+
+
+def _power_section(si: MachineFigures) -> Section:
+    rows = []
+    if si.oil_flow_l_per_min is not None and si.oil_per_cycle_cm3 is not None:
+        flow = f"{number(si.oil_flow_l_per_min)} l/min, {number(si.oil_per_cycle_cm3)} cm³ a cycle, without leakage"
+        rows.append(("oil flow", flow))
+    rows += [
+        ("input power", f"{number(si.input_power_kW)} kW: pressure times oil flow"),
+        ("delivered", f"{number(si.delivered_power_kW)} kW, {quantity(si.delivered_energy_J, 'J')} a cycle"),
+    ]
+    if si.efficiency is not None:
+        text = (
+            f"{percent(si.efficiency)} of the input is delivered, drag and damping take the rest; the energy of the "
+            "rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
+            "0.55 to 0.75 of it"
+        )
+        rows.append(("efficiency", text))
+    return Section("Power and oil", tuple(rows))
+
+
+def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
+    felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
+    shown = ", ".join(_complex(z) for z in felt[:_FEW])
+    more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
+    rows = [
+        ("multipliers", f"{shown}{more}"),
+        ("margin", f"{number(1.0 - abs(cycle.multiplier))}, 1 minus the greatest modulus"),
+    ]
+    rigid = answer.rigid.cycle
+    if answer.motion.modes and rigid is not None:
+        rows.append(("rhythm", f"margin {number(1.0 - abs(rigid.multiplier))}, that of a rigid piston"))
+    rows.append(("compare", "the piston's own valve re-times the load after every blow: there is no phase to lose"))
+    return Section("Stability", tuple(rows), GOOD if cycle.stable else BAD)
+
+
+def _complex(z: complex) -> str:
+    return number(z.real, 3) if abs(z.imag) <= 1e-9 * abs(z) else f"{number(z.real, 3)} ± {number(abs(z.imag), 3)}i"
+
+
+def _margins_section(answer: MachineAnswer, margins: ValveMargins) -> Section:
+    machine = answer.machine
+    now = in_units(machine, abs(margins.return_time), "time")
+    side = "after" if margins.return_time >= 0.0 else "before"
+    if margins.latest_return is None:
+        late = f"it comes {now} {side} the blow; no limit was found within eight periods"
+    else:
+        latest = in_units(machine, abs(margins.latest_return), "time")
+        then = "the machine stops" if margins.beyond is None else margins.beyond.value
+        limit = "after" if margins.latest_return >= 0.0 else "before"
+        late = f"it comes {now} {side} the blow, and may come up to {latest} {limit} it: beyond, {then}"
+    rows = [("return", late)]
+    gas = machine.valve.chamber
+    if gas.force > 0.0 or gas.stiffness > 0.0:
+        rows.append(("gas, to run", _factor(margins.chamber_to_run, "no longer runs")))
+        rows.append(("gas, to start", _factor(margins.chamber_to_start, "no longer starts from rest")))
+    return Section("Margins (rigid piston)", tuple(rows))
+
+
+def _factor(factor: float | None, then: str) -> str:
+    if factor is None:
+        return "no limit was found"
+    if factor == 0.0:
+        return "does not start from rest, also without gas"
+    more = number(100.0 * (factor - 1.0), 3)
+    return f"above {number(factor)} times its force and stiffness ({more} % more) the machine {then}"
+
+
+def _sensitivity_grid(answer: MachineAnswer) -> Grid:
+    rows = []
+    for one in answer.sensitivities:
+        figures = ("", "") if one.energy is None or one.rate is None else (_signed(one.energy), _signed(one.rate))
+        stops = [f"{change}: {why}" for change, why in zip(("−10 %", "+10 %"), one.stops, strict=True) if why]
+        rows.append((one.parameter, *figures, "; ".join(stops)))
+    if any(row[3] for row in rows):
+        return Grid("For 10 % more of", ("parameter", "energy", "rate", "does not run at"), tuple(rows))
+    return Grid("For 10 % more of", ("parameter", "energy", "rate"), tuple(row[:3] for row in rows))
+
+
+def _signed(change: float) -> str:
+    return f"{'+' if change >= 0.0 else '−'}{number(100.0 * abs(change), 3)} %"
+
+
+def _blank_section(si: MachineFigures) -> Section:
+    energy, distance = quantity(si.blank_energy_J, "J"), si.blank_distance_m
+    if distance is None:
+        text = f"the piston passes the place of the blow with {energy}, and no port calls for the return: only a "
+        text += "cushion can stop it"
+    else:
+        text = (
+            f"the piston passes the place of the blow with {energy}; the return force alone would stop it after "
+            f"{quantity(distance, 'm', 3)}; a cushion of 20 mm must push back with "
+            f"{quantity(50.0 * si.blank_energy_J, 'N', 3)} on average"
+        )
+    return Section("Without the tool (blank blow)", (("blank blow", text),), PLAIN)

@@ -1,0 +1,164 @@
+"""The loop around the kernels of a machine: calls them stretch by stretch, gathers the events, reports progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.model.checks import Array
+from percuss.simulate.engine import Progress
+from percuss.simulate.kernels.calls import STATE_NUMBERS, Rules
+from percuss.simulate.kernels.codes import (
+    AT_REST,
+    BY_IMPACTS,
+    BY_TIME,
+    BY_WORK,
+    DEPARTED,
+    IN_CHAMBER,
+    ON_PORT,
+    PERIODIC,
+    PORT,
+)
+from percuss.simulate.kernels.valve_motion import follow_valve, wanders
+from percuss.simulate.kernels.valve_records import VALVE_EVENT, Plant, ValveLog
+from percuss.simulate.machine.machine_events import MachineEvents
+from percuss.simulate.machine.machine_summary import MachineCycle
+from percuss.simulate.machine.mechanism import Mechanism
+from percuss.simulate.machine.plant import NO_VALVE_LOG
+from percuss.simulate.stop import Stop
+
+__all__ = ["ENDS", "MachineStretch", "carried_on", "cycle_of", "followed", "room_for"]
+
+_STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
+_MOST_MEMORY = 1 << 30  # bytes of recorded events and states
+_MANY_STRIDES = 4096  # … of a motion that is not recorded
+_TOO_MANY = 16  # such strides without an event end a simulation
+ENDS = {
+    BY_IMPACTS: "impacts",
+    BY_TIME: "time",
+    PERIODIC: "periodic",
+    AT_REST: "on the tool",
+    IN_CHAMBER: "in the chamber",
+    ON_PORT: "on a port",
+    DEPARTED: "leaves",
+}
+"""What the kernels' ends are called; of a stall, where."""
+
+
+@dataclass(frozen=True)
+class MachineStretch:
+    """What a simulation gave: its events, the states after them, why it ended, and what its last changes look like.
+
+    `stalled`: whether it has been proved that only ever weaker blows can follow.
+    """
+
+    events: MachineEvents
+    states: Array
+    ended: str
+    stalled: bool
+    cycle: MachineCycle | None
+    wanders: bool
+    time: float
+
+
+def followed(
+    plant: Plant,
+    mechanism: Mechanism,
+    stop: Stop,
+    log: ValveLog,
+    begin_time: float,
+    progress: Callable[[Progress], object] | None = None,
+) -> MachineStretch:
+    """The motion of a plant on until the stop rule holds; its record so far may have events in it."""
+    count, valve, unit = plant.motion.count, plant.controls.now, mechanism.unit
+    time = np.inf if stop.time is None else stop.time / unit
+    stride = _STRIDE // (mechanism.modes + 30)
+    events: list[MachineEvents] = []
+    after: list[Array] = []
+    ended, idle, recorded = "", 0, 0
+    while not ended:
+        budget = (int(count["work"]) // stride + 1) * stride
+        rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        code = follow_valve(plant, rules, log)
+        n = int(count["events"])
+        ended, recorded = ENDS.get(code, ""), recorded + n * (log.events.itemsize + 8 * log.states.shape[1])
+        idle = idle + 1 if code == BY_WORK and not n else 0
+        if recorded > _MOST_MEMORY and not ended:
+            ended = "memory"
+        if idle > _TOO_MANY or (code == BY_WORK and not ended and int(count["work"]) < budget):
+            ended = "work"
+        events.append(_events(log.events[:n], mechanism, begin_time))
+        after.append(log.states[:n].copy())
+        count["events"] = 0
+        if progress is not None and not ended:
+            gone = float(valve["time"]) * unit
+            fraction = int(count["impacts"]) / max(stop.most_impacts, 1)
+            if stop.time is not None:
+                fraction = max(fraction, gone / stop.time)
+            if progress(Progress(int(count["impacts"]), gone, min(fraction, 1.0))):
+                ended = "cancelled"
+    return MachineStretch(
+        MachineEvents.of_all(events),
+        np.concatenate(after),
+        ended,
+        bool(valve["stalled"]),
+        cycle_of(plant, mechanism),
+        bool(wanders(plant.controls)),
+        float(valve["time"]) * unit,
+    )
+
+
+def carried_on(plant: Plant, mechanism: Mechanism, stop: Stop, stopped: Callable[[], bool]) -> tuple[str, bool]:
+    """A motion of which nothing is recorded, to its end: how it ended, and whether its last changes wander."""
+    count, stride = plant.motion.count, _STRIDE // (mechanism.modes + 30)
+    time = np.inf if stop.time is None else stop.time / mechanism.unit
+    for tries in range(1, _MANY_STRIDES + 1):
+        rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, tries * stride)
+        code = follow_valve(plant, rules, NO_VALVE_LOG)
+        ended = ENDS.get(code, "")
+        if ended or int(count["work"]) < tries * stride or stopped():
+            return ended or ("cancelled" if stopped() else "work"), bool(wanders(plant.controls))
+    return "work", bool(wanders(plant.controls))
+
+
+def room_for(mechanism: Mechanism, stop: Stop) -> ValveLog:
+    """A record of so many rows as a stretch may fill."""
+    width = 2 * mechanism.modes + STATE_NUMBERS
+    ports = mechanism.gear.to.size
+    rows = max(64, min((1 << 20) // width, 6 * (stop.most_impacts + 16), 4096)) + 2 * ports
+    return ValveLog(np.empty(rows, VALVE_EVENT), np.empty((rows, width)))
+
+
+def cycle_of(plant: Plant, mechanism: Mechanism) -> MachineCycle | None:
+    """The cycle that was found, in the machine's unit of time."""
+    valve, unit = plant.controls.now, mechanism.unit
+    if valve["confirmed"] < 2:
+        return None
+    return MachineCycle(
+        first=int(valve["found_at"]),
+        blows=int(valve["cycle_blows"]),
+        valve_cycles=int(valve["cycle_turns"]),
+        kind=int(valve["cycle_kind"]),
+        period=float(valve["period"]) * unit,
+        energy_lost=float(valve["cycle_taken"]) / unit**2,
+        blow_speed=float(valve["cycle_speed"]) / unit,
+    )
+
+
+def _events(log: np.ndarray[tuple[int], np.dtype[np.void]], mechanism: Mechanism, begin_time: float) -> MachineEvents:
+    unit = mechanism.unit
+    ports = log["kind"] == PORT
+    return MachineEvents(
+        code=log["kind"].astype(np.int8),
+        time=begin_time + log["time"] * unit,
+        velocity=log["before"] / unit,
+        rebound_velocity=log["after"] / unit,
+        energy_lost=log["lost"] / unit**2,
+        kinetic_energy=log["kinetic"] / unit**2,
+        state=log["state"].copy(),
+        port=np.where(ports, log["detail"], -1),
+        resolved=np.where(ports, 0, log["detail"]),
+        states=tuple(mechanism.states()),
+    )

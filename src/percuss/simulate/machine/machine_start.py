@@ -1,0 +1,76 @@
+"""Where a motion of a machine starts: the bar, and its valve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model import Load, Machine, System
+from percuss.model.checks import Array, instance
+from percuss.model.load.valve import Orders
+from percuss.shown import Shown
+from percuss.simulate.start import Start
+
+__all__ = ["ON_THE_WALL", "MachineStart"]
+
+ON_THE_WALL = Start.rigid(position=0.0)
+
+
+@dataclass(frozen=True)
+class MachineStart(Shown):
+    """The start of a motion of a machine.
+
+    Parameters
+    ----------
+    bar
+        Displacement and velocity of the bar: a `Start`, whose time is the time at which the motion begins. At rest on
+        the wall by default.
+    state
+        The state of the valve; that with which the valve starts by default.
+    orders
+        The last demand, and the orders that wait, by the time that is left to each. None by default: there are no
+        orders, the state was the last demand, and ports whose region is occupied demand at once, in their order.
+        Where orders are given the ports have demanded before.
+
+    Examples
+    --------
+    >>> from percuss.simulate import MachineStart, Start
+    >>> MachineStart(Start.rigid(-0.3), state="power").state
+    'power'
+    """
+
+    bar: Start = ON_THE_WALL
+    state: str | None = None
+    orders: Orders | None = None
+
+    def __post_init__(self) -> None:
+        instance("bar", self.bar, Start)
+        if self.orders is not None:
+            orders = instance("orders", self.orders, Orders)
+            times = [time for time, _ in orders.pending]
+            if any(time < 0.0 for time in times) or times != sorted(times):
+                raise ParameterError("orders", orders, "orders that are due from now on, in order")
+
+    def checked(self, machine: Machine) -> tuple[str, Orders]:
+        """The state of the valve, and the orders, of a machine that has these states.
+
+        Raises
+        ------
+        ParameterError
+            When it has not.
+        """
+        names = [name for name, _ in machine.valve.pairs]
+        state = machine.valve.start if self.state is None else self.state
+        orders = Orders(state or names[0]) if self.orders is None else self.orders
+        for name in (state, orders.last, *(to for _, to in orders.pending)):
+            if name not in names:
+                raise ParameterError("state", name, f"one of {', '.join(map(repr, names[:6]))}")
+        assert state is not None
+        return state, orders
+
+    def place(self, machine: Machine, modes: int) -> tuple[Array, Array, float]:
+        """B77's u_n and u_n', each of shape (modes+1,), and the gap; see `Start.state`."""
+        still = System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)
+        return self.bar.state(modes, still)

@@ -1,0 +1,223 @@
+"""A simulated motion of a machine: what happened, and where the bar is at any time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import Machine
+from percuss.model.checks import Array, array, choice
+from percuss.shown import Shown
+from percuss.simulate.kernels.codes import CHATTER, IMPACT, RELEASE, REST, VALVE
+from percuss.simulate.machine.machine_events import MachineEvents
+from percuss.simulate.machine.machine_flight import flight
+from percuss.simulate.machine.machine_summary import MachineCycle
+from percuss.simulate.machine.mechanism import Mechanism, mechanism
+from percuss.simulate.stop import Stop
+
+if TYPE_CHECKING:
+    from percuss.simulate.machine.machine_balance import MachineBalance
+
+__all__ = ["MachineTrajectory"]
+
+Side = Literal["left", "right"]
+
+
+@dataclass(frozen=True)
+class MachineTrajectory(Shown):
+    """A simulated motion of a machine that switches its own valve; made by `run_machine`.
+
+    Lengths are those of the bar, times in the machine's unit: seconds for a machine made from SI, with energies per
+    kilogram of it and bar length squared, see `Machine`.
+
+    Attributes
+    ----------
+    machine, modes
+        What moved, and N, the number of its elastic modes.
+    events
+        The event table.
+    states
+        The state after the start and after each event in the form of the engine, shape (events + 1, 2N + 2).
+    first_state
+        The number of the valve's state at the start.
+    resting
+        Whether the bar rests on the wall at the start.
+    outcome
+        How it ended: one of `percuss.simulate.MACHINE_OUTCOMES`.
+    label
+        What motion it is at the end, such as ``runs 1/1`` or ``stalls (on the tool)``: see
+        `percuss.simulate.machine_label`.
+    cycle
+        The periodic motion, or None when none was found.
+    stop
+        The rule it was stopped by.
+    begin_time, end_time
+        First and last time for which the motion is known.
+    """
+
+    machine: Machine
+    modes: int
+    events: MachineEvents
+    states: Array
+    first_state: int
+    resting: bool
+    outcome: str
+    label: str
+    cycle: MachineCycle | None
+    stop: Stop
+    begin_time: float
+    end_time: float
+
+    @property
+    def impacts(self) -> int:
+        """The number of impacts."""
+        return int(np.count_nonzero(self.events.code == IMPACT))
+
+    @property
+    def blow_times(self) -> Array:
+        """When the impacts fall; shape (impacts,)."""
+        return self.events.of("impact").time
+
+    @property
+    def blow_speeds(self) -> Array:
+        """Striking speed of each impact; shape (impacts,)."""
+        return self.events.of("impact").velocity
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each impact; shape (impacts,)."""
+        return self.events.of("impact").kinetic_energy
+
+    # -- the state --
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The machine's numbers."""
+        return mechanism(self.machine, self.modes)
+
+    @cached_property
+    def _times(self) -> Array:
+        return np.concatenate([[self.begin_time], self.events.time])
+
+    @cached_property
+    def _valve(self) -> npt.NDArray[np.int64]:
+        return np.concatenate([[self.first_state], self.events.state])
+
+    @cached_property
+    def _codes(self) -> npt.NDArray[np.int8]:
+        return np.concatenate([[REST if self.resting else RELEASE], self.events.code]).astype(np.int8)
+
+    @cached_property
+    def _lies(self) -> npt.NDArray[np.bool_]:
+        """Whether the bar rests on the wall after each event; dues come and go there, until it is released."""
+        lies, found = False, np.empty(self._codes.size, dtype=bool)
+        for i, code in enumerate(self._codes.tolist()):
+            lies = code == REST or (lies and code not in (RELEASE, IMPACT))
+            found[i] = lies
+        return found
+
+    def _after(self, t: Array, side: Side = "right") -> npt.NDArray[np.int64]:
+        """The event that each time follows, from 0, the start, on."""
+        if t.size and not (self.begin_time <= t.min() and t.max() <= self.end_time):
+            accepted = f"times from {self.begin_time:.6g} to {self.end_time:.6g}"
+            raise ParameterError("t", f"{t.min():.6g} … {t.max():.6g}", accepted, "simulate for longer")
+        return np.maximum(np.searchsorted(self._times, t, side=side) - 1, 0)
+
+    def ends(self, t: npt.ArrayLike, side: Side = "right") -> tuple[Array, Array]:
+        """q_i and q_i' at some times, each of shape (N+1, len(t))."""
+        choice("side", side, "left", "right")
+        times = array("t", t, -np.inf, np.inf)
+        last = self._after(times, side)
+        q, rate = np.zeros((self.modes + 1, times.size)), np.zeros((self.modes + 1, times.size))
+        for i in np.unique(last).tolist():
+            if self._lies[i]:
+                continue
+            here = np.flatnonzero(last == i)
+            place, speed = self._placed(i)
+            if i + 1 < self._codes.size and self._codes[i + 1] == CHATTER:
+                q[:, here] = place[:, None]  # infinitely many bounces of next to no height
+                continue
+            force = float(self.mechanism.forces[self._valve[i]])
+            tau = np.maximum(times[here] - self._times[i], 0.0)
+            q[:, here], rate[:, here] = flight(self.mechanism, place, speed, force, tau)
+        return q, rate
+
+    def _placed(self, i: int) -> tuple[Array, Array]:
+        return self.mechanism.placed(self.states[i], int(self._valve[i]))
+
+    def modal(self, t: npt.ArrayLike, side: Side = "right") -> tuple[Array, Array]:
+        """B77's u_n(t) and u_n'(t), each of shape (N+1, len(t)).
+
+        Parameters
+        ----------
+        t
+            Times from `begin_time` to `end_time`.
+        side
+            At the time of an event: the state after it (``right``) or before it (``left``).
+
+        Raises
+        ------
+        ParameterError
+            For times outside the simulated ones.
+        """
+        q, rate = self.ends(t, side)
+        return self.mechanism.bars(q), self.mechanism.bars(rate)
+
+    def before(self, x: npt.ArrayLike, t: float) -> float:
+        """u(x, t) at one place and time, before what happens then."""
+        return float((self._shapes(x) @ self.ends(np.array([t]), "left")[0])[0, 0])
+
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
+        return self._shapes(x) @ self.ends(t)[0]
+
+    def bar_velocity(self, x: npt.ArrayLike, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """u_t(x, t); shape (len(x), len(t))."""
+        return self._shapes(x) @ self.ends(t, side)[1]
+
+    def centre(self, t: npt.ArrayLike) -> Array:
+        """Position of the centre of mass; shape (len(t),)."""
+        own = self.machine.modes(self.modes).centre / self.mechanism.end
+        return np.asarray(own @ self.ends(t)[0])
+
+    def gap(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),)."""
+        return np.asarray(self.ends(t)[0].sum(axis=0))
+
+    def state(self, t: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """The number of the valve's state, in the order of its states; shape (len(t),)."""
+        return self._valve[self._after(array("t", t, -np.inf, np.inf))]
+
+    def force(self, t: npt.ArrayLike) -> Array:
+        """Force on the driven end, p_k − κu(0, t), with that of the chamber; shape (len(t),)."""
+        at_driven = self.position(self.machine.body.place(self.machine.at), t)[0]
+        return np.asarray(self.mechanism.forces[self.state(t)] - self.machine.valve.chamber.stiffness * at_driven)
+
+    def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """Kinetic and elastic energy of the bar, and that of the chamber, ½κu(0, t)²; shape (len(t),)."""
+        q, rate = self.ends(t, side)
+        m, speed = (q.T / self.mechanism.end).T, (rate.T / self.mechanism.end).T
+        omega = self.machine.modes(self.modes).omega[:, None]
+        return np.asarray(0.5 * (speed**2).sum(axis=0) + 0.5 * ((omega * m) ** 2).sum(axis=0))
+
+    def _shapes(self, x: npt.ArrayLike) -> Array:
+        places = array("x", x, 0.0, 1.0)
+        return self.machine.modes(self.modes).at(self.machine.body, places) / self.mechanism.end
+
+    def energy_balance(self, first: float | None = None, last: float | None = None) -> MachineBalance:
+        """The energy that the valve put in and where it went, between two times (default: the whole motion)."""
+        from percuss.simulate.machine.machine_balance import machine_balance
+
+        return machine_balance(self, first, last)
+
+    def __str__(self) -> str:
+        changes = int(np.count_nonzero(self.events.code == VALVE))
+        return (
+            f"MachineTrajectory {self.label}: {self.impacts} impacts and {changes} changes of the valve in "
+            f"{self.end_time - self.begin_time:.6g}, {self.modes} modes, ended by {self.outcome}"
+        )

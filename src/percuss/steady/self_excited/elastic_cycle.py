@@ -1,0 +1,158 @@
+"""A periodic motion of an elastic machine that switches its own valve, and its figures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model import Machine
+from percuss.model.checks import Array, ComplexArray
+from percuss.shown import Shown
+from percuss.steady.self_excited.elastic_chain import place_row
+from percuss.steady.self_excited.first_entering import farthest
+from percuss.steady.self_excited.modal_flight import ModalFlight
+from percuss.steady.self_excited.piston_records import Switch, Uncovering
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
+
+__all__ = ["Blow", "ElasticCycle"]
+
+
+@dataclass(frozen=True)
+class Blow(Shown):
+    """A blow of an elastic machine.
+
+    Attributes
+    ----------
+    time, speed
+        When, and the speed of the striking end just before.
+    kinetic, strain
+        Energies just before, per unit of mass.
+    """
+
+    time: float
+    speed: float
+    kinetic: float
+    strain: float
+
+
+@dataclass(frozen=True)
+class ElasticCycle(ValveCycle):
+    """A periodic motion of an elastic machine that switches its own valve.
+
+    Parameters
+    ----------
+    machine, modes
+        The machine, and N.
+    flights
+        The stretches between events, in order of time.
+    struck
+        The blows.
+    changed, passed
+        Changes of the valve's state, with place and velocity of the driven end; passages of ports that demand.
+    eigenvalues
+        Of the map from cycle to cycle.
+    rhythm
+        When it strikes and passes ports, and the valve at time 0.
+    lies
+        Whether the striking end lies on the wall for some time.
+    """
+
+    machine: Machine
+    modes: int
+    flights: tuple[ModalFlight, ...]
+    struck: tuple[Blow, ...]
+    changed: tuple[Switch, ...]
+    passed: tuple[Uncovering, ...]
+    eigenvalues: ComplexArray
+    rhythm: Rhythm
+    lies: bool = False
+
+    @property
+    def blow_times(self) -> Array:
+        """When the blows fall, the last one at the period."""
+        return np.array([blow.time for blow in self.struck])
+
+    @property
+    def blow_speeds(self) -> Array:
+        """Speed of the striking end just before each blow."""
+        return np.array([blow.speed for blow in self.struck])
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each blow, that of the ringing with it."""
+        return np.array([blow.kinetic for blow in self.struck])
+
+    @property
+    def switches(self) -> tuple[Switch, ...]:
+        """Every change of the valve's state, in order of time."""
+        return self.changed
+
+    @property
+    def uncoverings(self) -> tuple[Uncovering, ...]:
+        """Where ports demand a new state, in order of time; blows that do are not among them."""
+        return self.passed
+
+    @property
+    def multipliers(self) -> ComplexArray:
+        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
+        return self.eigenvalues
+
+    @property
+    def rests(self) -> bool:
+        """Whether the striking end lies on the wall for some time."""
+        return self.lies
+
+    @cached_property
+    def stroke(self) -> float:
+        """The greatest distance of the striking end from the wall."""
+        row = self.flights[0].modes.end
+        return max((farthest(flight, row) for flight in self.flights if flight.duration > 0.0), default=0.0)
+
+    @property
+    def level_difference(self) -> float:
+        """The greatest force of the valve minus the least."""
+        forces = [force for _, force in self.machine.valve.pairs]
+        return max(forces) - min(forces)
+
+    @cached_property
+    def work(self) -> float:
+        """Energy that the valve puts in in a cycle: its force, without the chamber, over the way of the driven end."""
+        forces, driven = dict(self.machine.valve.pairs), self.flights[0].modes.driven
+        ways = [(flight.end - flight.begin)[:, 0] @ driven for flight in self.flights]
+        return math.fsum(forces[flight.state] * float(way) for flight, way in zip(self.flights, ways, strict=True))
+
+    @property
+    def taken(self) -> float:
+        """Energy that the blows of a cycle take."""
+        return math.fsum(self.machine.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
+
+    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
+        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
+
+        Parameters
+        ----------
+        times
+            Any; the motion is repeated with its period.
+        place
+            From 0 (driven end) to 1 (striking end), or "centre".
+
+        Raises
+        ------
+        ParameterError
+            When an argument is none of these.
+        """
+        within = self._within(times)
+        row = place_row(self.machine, self.flights[0].modes, checked_place(place))
+        begins = np.array([flight.time for flight in self.flights])
+        which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
+        found = np.empty(within.shape)
+        for number, flight in enumerate(self.flights):
+            mine = which == number
+            if mine.any():
+                found[mine] = row @ flight.at(within[mine] - flight.time)[0]
+        return found

@@ -1,0 +1,218 @@
+"""The answer for a machine that switches its own valve: figures, outcomes, changes, JSON; never a hang."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from percuss.case import Case, MachineAnswer, load_case, machine_answer
+from percuss.case.answers.machine_course import course_of, cycle_table
+from percuss.case.answers.machine_figures import machine_figures
+from percuss.case.answers.machine_in_words import headline
+from percuss.errors import CaseError
+
+PORTS = load_case("valve-breaker").to_dict()["load"]["ports"]
+
+
+@cache
+def breaker() -> MachineAnswer:
+    return machine_answer(load_case("valve-breaker"), modes=0)
+
+
+def changed(load: dict[str, Any] | None = None, restitution: float | None = None, **ports: dict[str, Any]) -> Case:
+    """The breaker with other keys of [load], and of its ports p0 and p1."""
+    case = load_case("valve-breaker")
+    values: dict[str, Any] = {f"load.{key}": value for key, value in (load or {}).items()}
+    if ports:
+        values["load.ports"] = [{**port, **ports.get(f"p{i}", {})} for i, port in enumerate(PORTS)]
+    return case.varied(values if restitution is None else {**values, "contact.restitution": restitution})
+
+
+# -- figures --
+
+
+def test_energy_and_oil_close() -> None:
+    """Input = pressure x oil; what the blows take and the drag makes the input; (1 − R²) of the energy is delivered."""
+    answer = breaker()
+    si = machine_figures(answer.machine, answer.cycle)
+    rate = si.blow_rate_Hz
+    assert si.oil_per_cycle_cm3 * 1e-6 * 16e6 * rate == pytest.approx(1e3 * si.input_power_kW, rel=1e-12)
+    assert si.oil_flow_l_per_min == pytest.approx(6e4 * 1e-6 * si.oil_per_cycle_cm3 * rate, rel=1e-12)
+    assert si.delivered_energy_J == pytest.approx((1.0 - 0.15**2) * si.blow_energy_J, rel=1e-12)
+    times = np.linspace(0.0, answer.cycle.period, 20_001)
+    step = times[1]
+    speeds = np.diff(answer.cycle.position(times, "centre")) / step
+    drag = answer.machine.drag * float((step * speeds**2).sum()) * answer.machine.energy_scale
+    assert 1e3 * (si.input_power_kW - si.delivered_power_kW) / rate == pytest.approx(drag, rel=2e-3)
+    # the oil is what the rear area sweeps between the switches
+    swept = {switch.to: switch.behind for switch in answer.cycle.switches}
+    assert si.oil_per_cycle_cm3 == pytest.approx(16.0 * 1e2 * (swept["power"] - swept["return"]), rel=1e-12)
+
+
+def test_without_a_pressure_there_is_no_oil() -> None:
+    case = changed({"states": {"return": "-13.12 kN", "power": "12.48 kN"}, "pressure": None})
+    answer = machine_answer(case, modes=0)
+    si = machine_figures(answer.machine, answer.cycle)
+    assert si.oil_flow_l_per_min is None and si.oil_per_cycle_cm3 is None
+    assert si.input_power_kW == pytest.approx(35.25, rel=1e-3)
+
+
+def test_the_blank_blow() -> None:
+    """Against the return force and the gas, E = f x + κ x²/2; nothing calls for the return where only blows do."""
+    si = machine_figures(breaker().machine, breaker().cycle)
+    x = si.blank_distance_m
+    assert 4120.0 * x + 0.5 * 20e3 * x**2 == pytest.approx(si.blank_energy_J, rel=1e-12)
+    only_blows = machine_answer(changed(p1={"behind": None, "side": None, "on": "impact"}), modes=0)
+    assert machine_figures(only_blows.machine, only_blows.cycle).blank_distance_m is None
+
+
+def test_the_course_of_a_cycle() -> None:
+    answer = breaker()
+    course = course_of(answer.machine, answer.cycle)
+    assert course.times[0] == 0.0 and course.times[-1] == answer.cycle.period
+    assert (np.diff(course.times) >= 0.0).all()
+    assert course.centre.min() == pytest.approx(-answer.cycle.stroke, rel=1e-4)
+    assert {*course.states} == {"return", "power"} and course.states[0] == course.states[-1] == "power"
+    jumps = [i for i in range(len(course.states) - 1) if course.states[i] != course.states[i + 1]]
+    assert [course.times[i] for i in jumps] == [switch.time for switch in answer.cycle.switches]
+    work = float((0.5 * (course.force[1:] + course.force[:-1]) * np.diff(course.centre)).sum())
+    assert work == pytest.approx(answer.cycle.work, rel=1e-6)  # the area of the loop
+
+
+def test_the_table_of_a_cycle() -> None:
+    answer = breaker()
+    head, *rows = csv.reader(io.StringIO(cycle_table(answer.machine, answer.cycle)))
+    assert head == ["time_s", "striking_end_m", "centre_m", "force_N", "state"]
+    assert float(rows[-1][0]) == pytest.approx(0.10584, rel=1e-4) and rows[-1][-1] == "power"
+    assert min(float(row[1]) for row in rows) == pytest.approx(-0.1642, rel=1e-3)
+    assert float(rows[0][3]) == pytest.approx(21480.0)
+
+
+# -- changes --
+
+
+def test_sensitivities_are_those_of_the_formulas() -> None:
+    """Without delay, drag and gas: E ∝ p S/(1 − R²), rate ∝ sqrt(p/S)."""
+    text = """
+    [system]
+    s = 20.0
+    d = 0.0
+    restitution = 0.2
+    [load]
+    kind = "valve"
+    states = {return = -0.4, power = 1.8}
+    ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]
+    """
+    found = {one.parameter: one for one in machine_answer(Case.from_text(text), modes=0).sensitivities}
+    assert found.keys() == {"pressure", "ports[0].behind", "restitution"}
+    roots = math.sqrt(1.1), math.sqrt(0.9)
+    assert found["pressure"].energy == pytest.approx(0.1)
+    assert found["pressure"].rate == pytest.approx(0.5 * (roots[0] - roots[1]))
+    assert found["ports[0].behind"].energy == pytest.approx(0.1)
+    assert found["ports[0].behind"].rate == pytest.approx(0.5 * (1.0 / roots[0] - 1.0 / roots[1]))
+    squares = [1.0 / (1.0 - (0.2 * factor) ** 2) for factor in (1.1, 0.9)]
+    assert found["restitution"].energy == pytest.approx(0.5 * (1.0 - 0.2**2) * (squares[0] - squares[1]))
+    assert all(one.stops == (None, None) for one in found.values())
+
+
+def test_a_change_at_which_the_machine_stops_is_told() -> None:
+    answer = machine_answer(changed(p1={"delay": "8 ms"}), modes=0)
+    (late,) = [one for one in answer.sensitivities if one.parameter == "ports[1].delay"]
+    assert late.stops[0] is None and "strikes again" in str(late.stops[1])
+    assert late.energy is not None
+
+
+def test_the_curve_over_the_pressure() -> None:
+    curve = breaker().curve
+    at_case = next(one for one in curve if one.pressure == pytest.approx(1.0))
+    assert at_case.energy == pytest.approx(0.0, abs=1e-12) and at_case.rate == pytest.approx(0.0, abs=1e-12)
+    running = [one for one in curve if one.energy is not None]
+    assert [one.energy for one in running] == sorted(one.energy for one in running)
+    assert curve[0].energy is None  # at half the pressure the nitrogen keeps it on the tool
+
+
+# -- what keeps a machine from running --
+
+
+@pytest.mark.parametrize(
+    ("case", "outcome", "label", "told"),
+    [
+        (changed(p0={"behind": "2 m"}), "stalls", "in the chamber", "421.6 mm behind the wall, and the port is at 2 m"),
+        (changed({"chamber": None}, p0={"behind": "9 m"}), "runs", "1/1", "runs with one blow"),
+        (changed({"room": "150 mm"}), "no room", "1/1", "a stroke of 164.2 mm, and room for 150 mm"),
+        (changed({"chamber": {"force": "16 kN"}}), "stalls", "on the tool", "2.88 kN, which must be below 0 N"),
+        (changed({"states": {"power": "1 kN", "return": "2 kN"}, "chamber": None}), "stalls", "on the tool", "pushed"),
+        (changed(p1={"delay": "9 ms"}), "double blow", "2/1", "must come within 7.828 ms). It runs with 2 blows"),
+        (changed(p0={"delay": "1 s"}), "double blow", "2/1", "order overtaken"),
+        (changed(restitution=0.0), "runs with rest", "1/1", "with a rest on the wall"),
+        (changed({"ports": PORTS[:1]}), "stalls", "on the tool", "no order is pending"),
+        (changed({"chamber": None}, p1={"behind": "130 mm"}), "runs", "1/1", "runs with one blow"),
+        (changed({"chamber": None}, p0={"delay": "0 s"}, p1={"behind": "130 mm", "delay": "0 s"}),
+         "cycles without a blow", "", "turns the piston round before it strikes"),
+    ],
+)  # fmt: skip
+def test_outcomes(case: Case, outcome: str, label: str, told: str) -> None:
+    answer = machine_answer(case, modes=0)
+    assert (answer.outcome, answer.label) == (outcome, label)
+    assert told in headline(answer)
+    found = answer.motion.obstacle
+    assert answer.runs == (found is None) == outcome.startswith("runs")
+
+
+def test_a_machine_that_leaves() -> None:
+    """Nothing turns the piston back that has left the wall for a port that does not come."""
+    case = changed({"chamber": None, "ports": [{"behind": "9 m", "side": "front", "to": "return"}]})
+    answer = machine_answer(case, modes=0)
+    assert (answer.outcome, answer.label) == ("stalls", "leaves")
+
+
+def test_warnings() -> None:
+    assert breaker().warnings == ()
+    idle = changed({"ports": [*PORTS, {"behind": "1 m", "side": "back", "to": "return"}]})
+    assert machine_answer(idle, modes=0).warnings == (
+        "no switch of the cycle comes from ports[2]: never reached, or its state was demanded before",
+    )
+    gas = changed({"chamber": {"force": "11.7 kN", "stiffness": "26 kN/m"}})
+    assert "does not start from rest" in machine_answer(gas, modes=0).warnings[0]
+
+
+# -- JSON --
+
+
+def test_json_has_its_names_and_is_finite() -> None:
+    found = breaker().to_json_dict()
+    text = json.dumps(found, allow_nan=False)
+    assert json.loads(text) == found
+    assert found["outcome"] == "runs" and found["label"] == "1/1" and found["failed_condition"] is None
+    assert found["blows"] == [
+        {"time": found["period"], "speed": pytest.approx(9.193, rel=1e-4), "energy": pytest.approx(42.255, rel=1e-4)}
+    ]
+    assert [one["port"] for one in found["ports"]] == [0, 1]
+    assert [one["to"] for one in found["valve"]] == ["return", "power"]
+    assert found["ports"][0]["speed"] < 0.0 < found["ports"][1]["speed"]
+    assert found["work_per_cycle"] == pytest.approx(42.02, rel=1e-3)
+    assert found["multipliers"][0] == pytest.approx([0.02792, 0.0], rel=1e-3)
+    assert found["margins"]["latest_return"] == pytest.approx(7.828e-3, rel=1e-3)
+    assert found["margins"]["beyond"] == "double blow"
+    assert found["margins"]["chamber_to_run"] == pytest.approx(1.32, rel=5e-3)
+    assert found["margins"]["chamber_to_start"] == pytest.approx(1.27, rel=5e-3)
+
+
+def test_json_of_a_machine_that_does_not_run() -> None:
+    found = machine_answer(changed(p0={"behind": "2 m"}), modes=0).to_json_dict()
+    json.dumps(found, allow_nan=False)
+    condition = found["failed_condition"]
+    assert condition["condition"] == "reaches no port" and condition["needed"] == pytest.approx(2.0)
+    assert found["period"] is None and found["blows"] == [] and found["si"] is None and found["margins"] is None
+
+
+def test_a_case_with_a_clock_is_refused() -> None:
+    with pytest.raises(CaseError, match="expected 'valve'"):
+        machine_answer(load_case("mini-breaker"))

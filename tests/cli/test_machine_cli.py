@@ -1,0 +1,129 @@
+"""``percuss machine`` as a person uses it: the report, JSON, files, and what is mistyped."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from percuss.case import load_case
+from percuss.cli import main
+
+ROWS = ["0.0279", "132.2 l/min, 233.2 cm³ a cycle", "35.25 kW", "34.65 kW", "164.2 mm", "43.7 %", "7.828 ms after it"]
+
+
+def told(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> str:
+    assert main(["machine", *arguments]) == code
+    return capsys.readouterr().out
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(list(arguments)) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and "Traceback" not in printed.err
+    return printed.err
+
+
+def test_the_report_of_the_breaker(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    table = tmp_path / "cycle.csv"
+    text = told(capsys, "valve-breaker", "--modes", "0", "-o", str(table))
+    first = text.splitlines()[2]
+    assert first.startswith("The machine runs with one blow a cycle: 3.751 kJ at 9.448 Hz (566.9 blows/min), 9.193 m/s")
+    assert first.endswith("It starts from rest on the wall.")
+    for row in ROWS:
+        assert row in text, row
+    sections = (
+        "Machine",
+        "Power and oil",
+        "Stability",
+        "Margins (rigid piston)",
+        "For 10 % more of",
+        "Without the tool",
+    )
+    assert all(f"\n{section}" in text for section in sections)
+    assert "ports[0].behind" in text and f"table: {table}" in text
+    assert table.read_text(encoding="utf-8").startswith("time_s,striking_end_m,centre_m,force_N,state\n0.0,")
+
+
+def test_elastic_modes_stand_beside_the_rigid_piston(capsys: pytest.CaptureFixture[str]) -> None:
+    text = told(capsys, "valve-drifter", "--modes", "2")
+    assert "Cycle, 1 blow in it (2 elastic modes)" in text
+    assert "rigid piston    301.1 J, 10.92 m/s, 3672 blows/min" in text
+
+
+def test_a_dimensionless_machine_and_one_that_does_not_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    plain = """
+[system]
+s = 20.0
+d = 0.0
+restitution = 0.2
+[load]
+kind = "valve"
+states = {return = -0.4, power = 1.8}
+ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]
+"""
+    path = tmp_path / "plain.toml"
+    path.write_text(plain, encoding="utf-8")
+    text = told(capsys, str(path), "--modes", "0")
+    assert "striking speed 2.1409, period 3.1489; stable, a disturbance is down to 4 %" in text
+    assert "Power and oil" not in text and " kW" not in text and " mm" not in text
+    path.write_text(plain.replace("return = -0.4", "return = 0.4"), encoding="utf-8")
+    text = told(capsys, str(path), "--modes", "0", "--json")
+    assert json.loads(text)["failed_condition"]["condition"] in ("stays on the wall", "irregular", "double blow")
+    path.write_text(plain.replace('{on = "impact", to = "return"}', '{on = "impact", to = "power"}'), encoding="utf-8")
+    text = told(capsys, str(path), "--modes", "0")
+    assert "Why not: stays on the wall" in text and "remedy" in text
+    table = str(tmp_path / "none.csv")
+    assert "there is no cycle to write" in refused(capsys, "machine", str(path), "--modes", "0", "-o", table)
+    assert not Path(table).exists()
+
+
+def test_warnings_stand_on_the_standard_error(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    case = load_case("valve-drifter")
+    ports = [*case.to_dict()["load"]["ports"], {"behind": "80 mm", "side": "back", "to": "return"}]
+    path = tmp_path / "idle.toml"
+    path.write_text(case.varied({"load.ports": ports}).to_toml(), encoding="utf-8")
+    assert main(["machine", str(path), "--modes", "0", "--json"]) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    assert "ports[2]" in found["warnings"][0]
+    assert printed.err == f"percuss: warning: {found['warnings'][0]}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["machine", "mini-breaker"], "load.kind = '"),
+        (["machine", "valve-braker"], "did you mean 'valve-breaker'?"),
+        (["machine", "valve-breaker", "--mode", "3"], "did you mean '--modes'?"),
+        (["machine", "valve-breaker", "--modes", "-1"], "give a whole number from 0"),
+        (["machine", "valve-breaker", "--plot", "x.jpg"], "the name must end in .png, .svg or .pdf"),
+        (["machine", "valve-breaker", "-o", "x.toml"], "the name must end in .csv"),
+        (["machine", "valve-breaker", "-o", "/no/folder/x.csv"], "there is no folder"),
+        (["machine"], "the following arguments are required: CASE"),
+        (["machin", "valve-breaker"], "did you mean 'machine'?"),
+        (["steady", "valve-breaker"], "'percuss machine' answers for a valve that the piston switches"),
+        (["simulate", "valve-breaker", "--contact", "waves"], "'percuss machine' answers for a valve"),
+        (["experiment", "valve-breaker", "--starts", "4"], "'percuss machine' answers for a valve"),
+        (["basins", "valve-breaker", "--x", "time=0:6:2", "--y", "velocity=-6:-1:2"], "'percuss machine' answers"),
+        (["sweep", "valve-breaker", "--x", "restitution=0:0.8:3"], "'percuss machine' answers for a valve"),
+        (["serve", "valve-breaker"], "'percuss machine' answers for a valve"),
+    ],
+)  # fmt: skip
+def test_what_is_mistyped_or_asked_of_the_wrong_command(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refused(capsys, *arguments)
+
+
+def test_the_blow_of_a_machine_is_resolved_by_waves(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["blow", "valve-drifter", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["case"] == "valve-drifter"
+
+
+def test_the_next_command_of_a_new_case(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "breaker.toml"
+    assert main(["new", "valve-breaker", "-o", str(path)]) == 0
+    assert capsys.readouterr().out == f"wrote {path}; next: percuss machine {path}\n"
