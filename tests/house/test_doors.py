@@ -302,6 +302,7 @@ def table(folder: Path) -> dict[str, Entry]:
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
+    machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
@@ -617,6 +618,20 @@ def table(folder: Path) -> dict[str, Entry]:
             run, {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
             {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
+        "simulate.MachineStart": (
+            simulate.MachineStart, {"bar": Start.rigid(), "state": "power", "orders": VALVE.orders},
+            {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
+        ),
+        "simulate.run_machine": (
+            simulate.run_machine,
+            {"machine": MACHINE, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
+            {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.simulate_machines": (
+            simulate.simulate_machines,
+            {"machines": MACHINE, "starts": Start.rigid(), "modes": 0, "stop": SHORT, "threads": 1, "progress": None},
+            {"stop": OPTIONAL, "threads": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
         "simulate.simulate_many": (
             simulate.simulate_many,
             {"systems": SYSTEM, "starts": Start.rigid(), "modes": 0, "stop": SHORT, "keep": 1, "discard": 1}
@@ -625,6 +640,22 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"progress": OPTIONAL | {"class"}},
         ),
         "simulate.Events.of": (motion.events.of, {"kind": "impact"}, {}),
+        "simulate.MachineEvents.of": (machine_motion.events.of, {"kind": "impact"}, {}),
+        "simulate.MachineTrajectory.bar_velocity": (
+            machine_motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t,
+        ),
+        "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
+        "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
+        "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
+        "simulate.MachineTrajectory.energy_balance": (
+            machine_motion.energy_balance, {"first": 0.1, "last": 1.2}, {"first": OPTIONAL, "last": OPTIONAL},
+        ),
+        "simulate.MachineTrajectory.force": (machine_motion.force, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.gap": (machine_motion.gap, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.modal": (machine_motion.modal, {"t": 0.1} | side, t),
+        "simulate.MachineTrajectory.position": (machine_motion.position, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
+        "simulate.MachineTrajectory.state": (machine_motion.state, {"t": 0.1}, t),
         "simulate.Trajectory.bar_velocity": (motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t),
         "simulate.Trajectory.contact_force": (motion.contact_force, {"t": 0.1}, t),
         "simulate.Trajectory.continued": (

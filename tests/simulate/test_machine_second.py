@@ -8,6 +8,7 @@ import pytest
 from machine_oracle import Second
 from machine_strategies import random_machine, random_start
 from percuss.simulate import Stop, run_machine
+from percuss.simulate.machine.machine_start import placed
 
 CAP = 12.0
 
@@ -18,7 +19,7 @@ def agrees(seed: int, most: int) -> None:
     machine, modes = random_machine(rng)
     start = random_start(rng, machine, modes)
     motion = run_machine(machine, start, modes=modes, stop=Stop(time=CAP, impacts=60, periodic=False))
-    u, v, _ = start.place(machine, modes)
+    u, v, _ = placed(start, machine, modes)
     mechanism = motion.mechanism
     other = Second(machine, modes, mechanism.ends(u) / mechanism.end, mechanism.ends(v) / mechanism.end, start.state)
     other.run(CAP, len(other.events) + most)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
     from percuss.simulate.machine.machine_running import run_machine
     from percuss.simulate.machine.machine_start import MachineStart
-    from percuss.simulate.machine.machine_summary import MACHINE_OUTCOMES, STALLS, MachineCycle, machine_label
+    from percuss.simulate.machine.machine_summary import MACHINE_OUTCOMES, STALLS, MachineCycle
     from percuss.simulate.machine.machine_trajectory import MachineTrajectory
     from percuss.simulate.many import simulate_many
     from percuss.simulate.running import run
@@ -55,7 +55,6 @@ __all__ = [
     "Stop",
     "Summary",
     "Trajectory",
-    "machine_label",
     "run",
     "run_machine",
     "simulate_machines",
@@ -83,7 +82,6 @@ _HOME = {
     "MachineEvents": "machine.machine_events",
     "MachineStart": "machine.machine_start",
     "MachineTrajectory": "machine.machine_trajectory",
-    "machine_label": "machine.machine_summary",
     "run_machine": "machine.machine_running",
     "Progress": "engine",
     "SISummary": "summary",

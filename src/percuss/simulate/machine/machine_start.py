@@ -8,12 +8,12 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Load, Machine, System
-from percuss.model.checks import Array, instance
+from percuss.model.checks import Array, instance, text
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
 from percuss.simulate.start import Start
 
-__all__ = ["ON_THE_WALL", "MachineStart"]
+__all__ = ["ON_THE_WALL", "MachineStart", "placed", "state_and_orders"]
 
 ON_THE_WALL = Start.rigid(position=0.0)
 
@@ -47,30 +47,34 @@ class MachineStart(Shown):
 
     def __post_init__(self) -> None:
         instance("bar", self.bar, Start)
+        if self.state is not None:
+            text("state", self.state, "the name of a state")
         if self.orders is not None:
             orders = instance("orders", self.orders, Orders)
             times = [time for time, _ in orders.pending]
             if any(time < 0.0 for time in times) or times != sorted(times):
                 raise ParameterError("orders", orders, "orders that are due from now on, in order")
 
-    def checked(self, machine: Machine) -> tuple[str, Orders]:
-        """The state of the valve, and the orders, of a machine that has these states.
 
-        Raises
-        ------
-        ParameterError
-            When it has not.
-        """
-        names = [name for name, _ in machine.valve.pairs]
-        state = machine.valve.start if self.state is None else self.state
-        orders = Orders(state or names[0]) if self.orders is None else self.orders
-        for name in (state, orders.last, *(to for _, to in orders.pending)):
-            if name not in names:
-                raise ParameterError("state", name, f"one of {', '.join(map(repr, names[:6]))}")
-        assert state is not None
-        return state, orders
+def state_and_orders(start: MachineStart, machine: Machine) -> tuple[str, Orders]:
+    """The state of the valve, and the orders, of a machine that has these states.
 
-    def place(self, machine: Machine, modes: int) -> tuple[Array, Array, float]:
-        """B77's u_n and u_n', each of shape (modes+1,), and the gap; see `Start.state`."""
-        still = System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)
-        return self.bar.state(modes, still)
+    Raises
+    ------
+    ParameterError
+        When it has not.
+    """
+    names = [name for name, _ in machine.valve.pairs]
+    state = machine.valve.start if start.state is None else start.state
+    orders = Orders(state or names[0]) if start.orders is None else start.orders
+    for name in (state, orders.last, *(to for _, to in orders.pending)):
+        if name not in names:
+            raise ParameterError("state", name, f"one of {', '.join(map(repr, names[:6]))}")
+    assert state is not None
+    return state, orders
+
+
+def placed(start: MachineStart, machine: Machine, modes: int) -> tuple[Array, Array, float]:
+    """B77's u_n and u_n', each of shape (modes+1,), and the gap; see `Start.state`."""
+    still = System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)
+    return start.bar.state(modes, still)

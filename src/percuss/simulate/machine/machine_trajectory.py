@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import Machine
-from percuss.model.checks import Array, array, choice
+from percuss.model.checks import Array, array, choice, finite
 from percuss.shown import Shown
 from percuss.simulate.kernels.codes import CHATTER, IMPACT, RELEASE, REST, VALVE
 from percuss.simulate.machine.machine_events import MachineEvents
@@ -50,8 +50,9 @@ class MachineTrajectory(Shown):
     outcome
         How it ended: one of `percuss.simulate.MACHINE_OUTCOMES`.
     label
-        What motion it is at the end, such as ``runs 1/1`` or ``stalls (on the tool)``: see
-        `percuss.simulate.machine_label`.
+        What motion it is at the end: ``runs n/m``, n blows in a valve cycle and m valve cycles until it repeats;
+        ``double blow n/m`` with n of 2 or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see
+        `percuss.simulate.STALLS`; ``irregular``, or ``undecided`` where too little was followed to tell.
     cycle
         The periodic motion, or None when none was found.
     stop
@@ -170,7 +171,7 @@ class MachineTrajectory(Shown):
 
     def before(self, x: npt.ArrayLike, t: float) -> float:
         """u(x, t) at one place and time, before what happens then."""
-        return float((self._shapes(x) @ self.ends(np.array([t]), "left")[0])[0, 0])
+        return float((self._shapes(x) @ self.ends(np.array([finite("t", t)]), "left")[0])[0, 0])
 
     def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
         """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""

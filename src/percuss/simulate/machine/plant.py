@@ -9,7 +9,7 @@ from percuss.model.load.valve import Orders
 from percuss.simulate.kernels.codes import RESTING
 from percuss.simulate.kernels.valve_changes import begin_valve
 from percuss.simulate.kernels.valve_records import QUEUE, TURNING, VALVE_EVENT, VALVE_NOW, Controls, Plant, ValveLog
-from percuss.simulate.machine.machine_start import MachineStart
+from percuss.simulate.machine.machine_start import MachineStart, placed, state_and_orders
 from percuss.simulate.machine.mechanism import Mechanism
 from percuss.simulate.snapshot import Snapshot, desk_for
 from percuss.simulate.tables import to_change
@@ -51,8 +51,8 @@ def begun(plant: Plant, mechanism: Mechanism, start: MachineStart, log: ValveLog
         For a state that the valve does not have, a start beyond the wall, or one with more modes.
     """
     machine, unit = mechanism.machine, mechanism.unit
-    state, orders = start.checked(machine)
-    u, v, gap = start.place(machine, mechanism.modes)
+    state, orders = state_and_orders(start, machine)
+    u, v, gap = placed(start, machine, mechanism.modes)
     names, valve = mechanism.states(), plant.controls.now
     valve["state"], valve["last"] = names.index(state), names.index(orders.last)
     _wait(plant, orders, names, unit)
