@@ -500,13 +500,14 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         **{
             f"steady.{type(cycle).__name__}.position": (
-                cycle.position, {"times": 1.0, "place": 0.5}, {"times": ANY_NUMBERS, "place": PLACES},
+                cycle.position, {"times": 1.0, "place": 0.5}, {"times": ANY_NUMBERS},
             )
             for cycle in (steady.self_excited_motion(MACHINE, modes=n).cycle for n in (0, 1))
         },
         "steady.Rhythm": (
             steady.Rhythm,
-            {"blow_times": (3.1,), "passages": ((1.4, 0),), "state": "power", "orders": VALVE.orders}, {},
+            {"blow_times": (3.1,), "passages": ((1.4, 0),), "state": "power", "orders": VALVE.orders},
+            {"passages": {"empty"}, "state": TEXT},
         ),
         "steady.Rhythm.of_events": (
             steady.Rhythm.of_events,

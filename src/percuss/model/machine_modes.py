@@ -7,10 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.model.body import Body
-from percuss.model.checks import Array, count, non_negative
+from percuss.model.checks import Array, count, instance, non_negative, numbers
 
 __all__ = ["MachineModes", "machine_modes"]
+
+_MOST = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,10 @@ class MachineModes:
 
     def at(self, body: Body, x: Array) -> Array:
         """What m_i = 1 moves the places x (0 at the driven end to 1) of the body by; shape (len(x), N + 1)."""
-        x = np.asarray(x, dtype=float)
+        instance("body", body, Body)
+        x = numbers("x", x)
+        if np.any((x < 0.0) | (x > 1.0)):
+            raise ParameterError("x", x, "places from 0 (driven end) to 1")
         own = np.ones((x.size, 1))
         if self.size:
             own = np.hstack([own, body.shapes(x, self.size).displacement * body.modes(self.size).end])
@@ -101,4 +107,4 @@ def machine_modes(body: Body, at: int, stiffness: float, elastic: int) -> Machin
         N, the elastic modes kept.
     """
     body.place(at)
-    return _known(body, at, non_negative("stiffness", stiffness), count("modes", elastic, least=0))
+    return _known(body, at, non_negative("stiffness", stiffness), count("modes", elastic, least=0, most=_MOST))
