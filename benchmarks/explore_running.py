@@ -12,7 +12,8 @@ import numpy as np
 
 from percuss import Load, System
 from percuss.explore import Archive, carry_out
-from percuss.explore.sweep_job import SweepJob, sweep_job
+from percuss.explore.sweep_job import SweepJob
+from percuss.explore.sweep_question import sweep_job
 
 Row = tuple[str, str, str, str]
 

@@ -16,7 +16,7 @@ from percuss.errors import PercussError
 
 __all__ = ["ensure_cache"]
 
-_KERNELS = ("blow/kernels", "simulate/kernels", "stability", "explore")
+_KERNELS = ("blow/kernels", "simulate/kernels", "stability", "steady/self_excited", "explore")
 """Rooms with compiled functions."""
 
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from percuss.blow import Outcome, Rock, Rod, Wall, strike
 from percuss.errors import Interrupted
@@ -54,6 +56,31 @@ def test_a_touch_without_force_is_no_contact_but_is_counted():
         least = min(spell.impulse for spell in one.contacts)
         assert least > 1e-6 * one.impulse
         assert sum(spell.impulse for spell in one.contacts) == pytest.approx(one.impulse, rel=1e-12)
+
+
+ULP = np.spacing(1.0)
+
+
+@settings(max_examples=60)
+@given(
+    steps=st.lists(st.integers(-12, 12), min_size=2, max_size=5),
+    transits=st.lists(st.floats(0.2, 3.0), min_size=5, max_size=5),
+    end=st.sampled_from(["free", "fixed"]),
+)
+@example(steps=[10, 0, 10], transits=[1.0] * 5, end="free")
+def test_impedances_that_differ_by_rounding_are_one(steps, transits, end):
+    """What such a step sends back closes no gap, however long it goes on: once a blow did not end for it."""
+
+    def blow(most):
+        sections = [
+            unit_section(1.0 + min(most, abs(n)) * np.sign(n) * ULP, t) for n, t in zip(steps, transits, strict=False)
+        ]
+        return strike(SectionedBar(sections[:1]), Rod(sections[1:], end), 1.0, until=8.0)
+
+    same, one = blow(12), blow(0)
+    assert same.impulse == pytest.approx(one.impulse, abs=1e-12)
+    assert same.striker_momentum_after == pytest.approx(one.striker_momentum_after, abs=1e-12)
+    assert same.work_through_face == pytest.approx(one.work_through_face, abs=1e-12)
 
 
 def test_a_load_at_a_bar_that_touches_the_wall():

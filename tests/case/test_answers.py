@@ -12,7 +12,7 @@ import pytest
 
 from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
-from percuss.case.answers.clock_note import clock_in_short, clock_note
+from percuss.case.answers.clock_note import CLOCKED, clock_in_short, clock_note, clocked_because
 from percuss.case.answers.ends import Ends, ends_of
 from percuss.case.answers.ends_in_words import ends_sentence
 from percuss.cli import main
@@ -478,6 +478,7 @@ def drill(tmp_path):
 def test_a_record_that_switches_says_so_in_the_first_lines(drill, capsys, monkeypatch) -> None:
     monkeypatch.chdir(drill)
     short = "The recorded load switches as a valve does: stability is judged as if it kept time by itself"
+    turning = "This verdict is for a load that keeps time by itself"
     for command in (
         ["steady", "drill.toml"],
         ["simulate", "drill.toml", "--impacts", "20"],
@@ -485,22 +486,45 @@ def test_a_record_that_switches_says_so_in_the_first_lines(drill, capsys, monkey
     ):
         assert main(command) == 0
         told = capsys.readouterr().out
-        assert short in told.split("\n\n")[0], command
+        assert (turning if command[0] == "steady" else short) in told.split("\n\n")[0], command
         assert "the load switches between two levels" in told, command
         assert main([*command, "--json"]) == 0
         notes = json.loads(capsys.readouterr().out)["notes"]
         assert any("the load switches between two levels" in note for note in notes), command
 
 
-def test_a_formula_that_switches_has_the_note_but_not_the_first_line() -> None:
-    """Who types a formula has chosen its clock."""
+def test_a_formula_that_switches_has_the_note_and_the_first_lines_only_what_turns_on_the_clock() -> None:
+    """Who types a formula has chosen its clock, but not that this keeps the hammer from running."""
     case = Case.from_text(
         '[system]\ns = 20.0\nd = 0.01\nrestitution = 0.2\n[load]\nkind = "square"\namplitude = 1.0\nkappa = 1.2\n'
     )
     assert clock_in_short(case.load()) == ""
     assert any("as a valve does" in note for note in rows_of(case)["note"])
-    assert "valve" not in steady_report(steady_answer(case)).summary
+    answer = steady_answer(case)
+    assert answer.clocked == "no motion"
+    assert steady_report(answer).summary.endswith(CLOCKED)
+    assert answer.to_json_dict()["clocked"] == {"because": "no motion", "note": CLOCKED}
     assert not plain(0.3, 0.2).notes
+
+
+@pytest.mark.parametrize(
+    ("load", "levels", "motions", "because"),
+    [
+        (Load.square(3.0, 1.3), [(0.5, 1.0)], [(True, True)], None),
+        (Load.square(3.0, 1.3), [(0.5, 1.0)], [(True, True), (False, False)], None),
+        (Load.square(3.0, 1.3), [(0.5, 1.0)], [(True, True), (True, False)], "unstable"),
+        (Load.square(3.0, 1.3), [(0.5, 1.0)], [(True, False), (False, True)], "unstable"),
+        (Load.square(3.0, 1.3), [(0.5, 1.0)], [(False, True)], "no motion"),
+        (Load.square(3.0, 1.3), [(1.01, 1.0)], [], "no motion"),
+        (Load.square(3.0, 1.3), [(0.985, 1.0)], [(True, True)], "near the fold"),
+        (Load.square(3.0, 1.3), [(0.975, 1.0)], [(True, True)], None),
+        (Load.steps([0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [0.0, 0.5, 1.0, 1.0, 0.5, 0.0]), [(0.5, 1.0)],
+         [(True, True), (True, False)], None),
+        (Load.harmonic(0.9, 1.0), [(1.01, 1.0)], [], None),
+    ],
+)  # fmt: skip
+def test_when_a_verdict_turns_on_the_clock(load: Load, levels, motions, because) -> None:
+    assert clocked_because(load, levels, motions) == because
 
 
 @pytest.mark.parametrize(("low", "high"), [(-0.2, np.inf), (-0.5, 0.5), (-0.2, 0.2)])

@@ -22,6 +22,7 @@ COMPILED = {
     "simulate/kernels/impact.py",
     "simulate/kernels/rest.py",
     "simulate/kernels/many.py",
+    "simulate/kernels/valve_wall.py",
 }
 """Compiled functions see no objects: R comes to them as a number of their record."""
 

@@ -97,9 +97,11 @@ NO_DOORS: dict[str, str] = {
             "steady.Drag",
             "steady.Energy",
             "steady.Field",
+            "steady.FoundOrbits",
             "steady.ModalState",
             "steady.Nearest",
             "steady.Orbit",
+            "steady.PeriodicOrbit",
             "steady.Rest",
             "steady.SelfExcited",
             "steady.SIReport",
@@ -112,6 +114,7 @@ NO_DOORS: dict[str, str] = {
             "stability.ExactPlane",
             "stability.LinearMap",
             "stability.Multipliers",
+            "stability.OrbitMultipliers",
             "stability.Plane",
             "stability.Reduced",
             "stability.Stability",
@@ -123,6 +126,13 @@ NO_DOORS: dict[str, str] = {
             "simulate.EnsembleProgress",
             "simulate.Event",
             "simulate.Events",
+            "simulate.MachineBalance",
+            "simulate.MachineCycle",
+            "simulate.MachineEnsemble",
+            "simulate.MachineEvent",
+            "simulate.MachineEvents",
+            "simulate.MachineEvents.of_all",
+            "simulate.MachineTrajectory",
             "simulate.Progress",
             "simulate.SISummary",
             "simulate.Summary",
@@ -184,6 +194,7 @@ NO_DOORS: dict[str, str] = {
             "steady.TimedOrbit.rigid_motion",
             "steady.Orbit.transient",
             "steady.Orbit.modal_state",
+            "steady.PeriodicOrbit.modal_state",
         ],
         "takes arrays and counts that other floors have checked, millions of times",
     ),
@@ -215,7 +226,9 @@ NO_DOORS: dict[str, str] = {
         ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
         "a contract: the doors are its kinds",
     ),
-    **dict.fromkeys(["model.Modes", "model.Shape", "model.Result", "steady.Obstacle", "steady.Reason"], MADE_HERE),
+    **dict.fromkeys(
+        ["model.Modes", "model.Shape", "model.Result", "steady.Drop", "steady.Obstacle", "steady.Reason"], MADE_HERE
+    ),
     "errors.PercussError": "what comes out",
 }
 
@@ -282,6 +295,7 @@ def table(folder: Path) -> dict[str, Entry]:
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
+    several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
@@ -463,6 +477,26 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
+        "steady.orbits": (
+            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1}, {},
+        ),
+        "steady.orbit_near": (
+            steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
+        ),
+        "steady.parameter_column": (
+            steady.parameter_column, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9},
+            {"value": REAL},
+        ),
+        "steady.time_rates": (
+            steady.time_rates, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9}, {"value": REAL},
+        ),
+        "steady.PeriodicOrbit.off": (several.off, {"system": SYSTEM}, {}),
+        "steady.PeriodicOrbit.bordered": (several.bordered, {"xi": 1.0} | side, {"xi": REAL | {"complex"}}),
+        "steady.PeriodicOrbit.end_point": (several.end_point, {"t": 1.0}, {"t": ANY_NUMBERS}),
+        "steady.PeriodicOrbit.linearised": (several.linearised, {"xi": 1.0} | side, {"xi": REAL | {"complex"}}),
+        "steady.PeriodicOrbit.modal_determinants": (
+            several.modal_determinants, {"xi": 1.0}, {"xi": REAL | {"complex"}},
+        ),
         "steady.rest_on_wall": (steady.rest_on_wall, {"system": SYSTEM}, {}),
         "steady.si_report": (steady.si_report, {"orbit": steady_states(SI_SYSTEM).orbits[1]}, {}),
         "steady.drag_of": (steady.drag_of, {"orbit": orbit}, {}),
@@ -480,6 +514,11 @@ def table(folder: Path) -> dict[str, Entry]:
         "stability.timed_stability": (stability.timed_stability, {"orbit": slow.orbits[1]}, {}),
         "stability.linear_map": (stability.linear_map, {"orbit": orbit, "modes": 4} | side, {}),
         "stability.floquet_multipliers": (stability.floquet_multipliers, {"orbit": orbit, "modes": 4} | side, {}),
+        "stability.characteristic": (
+            stability.characteristic, {"orbit": several, "xi": 1.0} | side, {"xi": REAL | {"complex"}},
+        ),
+        "stability.orbit_map": (stability.orbit_map, {"orbit": several} | side, {}),
+        "stability.orbit_multipliers": (stability.orbit_multipliers, {"orbit": several} | side, {}),
         "stability.reduced_criterion": (stability.reduced_criterion, {"orbit": orbit}, {}),
         "stability.waveform_criterion": (stability.waveform_criterion, {"orbit": orbit}, {}),
         "stability.stability_plane": (

@@ -11,7 +11,8 @@ from percuss.case.answers.clock_note import clock_in_short, clock_note
 from percuss.case.answers.numerals import counted as _counted
 from percuss.case.answers.numerals import number, percent
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.explore.quantities import CELL_OUTCOMES, needs
+from percuss.explore.machine_quantities import MACHINE_QUANTITIES
+from percuss.explore.quantities import CELL_OUTCOMES, QUANTITIES, needs
 
 if TYPE_CHECKING:
     from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
@@ -50,7 +51,8 @@ def sweep_report(
 
 def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     rows = [(axis.name, _axis(axis)) for axis in found.axes]
-    asked = needs(found.ask["quantities"])
+    of_machines = bool(found.ask.get("machines"))
+    asked = needs(found.ask["quantities"], MACHINE_QUANTITIES if of_machines else QUANTITIES)
     of_orbits = asked & {"orbits", "exact"} and all(axis.name != "m" for axis in found.axes)
     per_impact = f"{_counted(found.ask['periods'], 'load period')} per impact" if of_orbits else ""
     if asked & {"exact", "simulation", "lyapunov"}:
@@ -58,6 +60,8 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
         if "simulated" in found.ask:
             told += f", simulated with {found.ask['simulated']}"
         rows.append(("modes", f"{told}{'; ' if per_impact else ''}{per_impact}"))
+    elif "machine" in asked:
+        rows.append(("bar", _bar(found.ask["modes"])))
     elif per_impact:
         rows.append(("periods", per_impact))
     codes, counts = np.unique(found["outcome"], return_counts=True)
@@ -68,6 +72,10 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     if failed:
         rows.append(("cells", f"{cells - int(counts[codes != 0].sum())} ok, {', '.join(failed)}"))
     return tuple(rows)
+
+
+def _bar(modes: int) -> str:
+    return "rigid" if modes == 0 else _counted(modes, "elastic mode")
 
 
 def _axis(axis: Axis) -> str:
@@ -178,7 +186,7 @@ def experiment_report(title: str, found: Experiment) -> Report:
     first = shares[0]
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
-        ("bar", "rigid" if found.modes == 0 else _counted(found.modes, "elastic mode")),
+        ("bar", _bar(found.modes)),
         ("ends", f"after at most {_counted(found.stop.most_impacts, 'impact')}, or when the motion is found"),
     ]
     tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
@@ -201,7 +209,7 @@ def basins_report(title: str, found: Basins) -> Report:
         for name, values in (found.x, found.y)
     ]
     rows += [(name, number(value)) for name, value in found.at]
-    rows.append(("bar", "rigid" if found.modes == 0 else _counted(found.modes, "elastic mode")))
+    rows.append(("bar", _bar(found.modes)))
     shares = found.shares
     summary = f"{_counted(len(over) * len(up), 'start')} over {x} and {y}: {_counted(len(shares), 'attractor')}."
     return Report(

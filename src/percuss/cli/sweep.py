@@ -32,6 +32,7 @@ _EXAMPLES = """\
   percuss sweep hydraulic-drifter --x restitution=0:0.9:90 --y load_factor=0.1:1:90 --plot map.png
   percuss sweep case.toml --x frequency="20 Hz:80 Hz:61" --quantity blow_energy,stable,label --csv map.csv
   percuss sweep laboratory-striker --x "rock.stiffness=50:400 kN/mm:36" --quantity rock_efficiency,peak_stress
+  percuss sweep valve-breaker --x "pressure=100:200 bar:50" --y "ports[0].behind=60:200 mm:50" --plot map.png
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr
   percuss sweep case.toml --x restitution=0:0.9:200 --y load_factor=0.01:1:200 --quantity label -o map.zarr --resume"""
 
@@ -43,7 +44,7 @@ def _parser() -> Parser:
     add("--x", metavar="RANGE", required=True, help="a parameter and its values: restitution=0:0.9:200")
     add("--y", metavar="RANGE", help="a second parameter, for a plane")
     add("--quantity", metavar="NAMES", type=_names, help="what to compute, separated by commas (default: exists,orbits,"
-        "phase,reduced_stable,stable,margin)")  # fmt: skip
+        "phase,reduced_stable,stable,margin, of a valve stall,blow_energy,rate,stroke)")  # fmt: skip
     add("--periods", metavar="M", type=periods, default=(1,), help="load periods per impact (default 1)")
     add("--modes", metavar="N", type=modes, help=f"elastic modes for every quantity, 0 to {MAX_MODES} (default: steady "
         "motions of the continuous bar with multipliers of 32 modes; simulations with the case's, or 32)")  # fmt: skip
@@ -62,18 +63,23 @@ def _parser() -> Parser:
 
 def _vocabulary() -> str:
     """The parameters and the quantities that there are."""
+    from percuss.explore.machine_quantities import MACHINE_QUANTITIES
     from percuss.explore.parameters import PARAMETERS, PERIODS
     from percuss.explore.quantities import QUANTITIES
 
     numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     struck = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
+    switching = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group == "machine"]
     steady = [name for name in QUANTITIES if name not in (*followed, *struck)]
     paragraphs = (
         "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "
         f"factor on the load; dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
         f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}; of one "
         f"blow by waves, as 'percuss blow' has it: {', '.join(struck)}.",
+        "of a piston that switches its own valve, parameters: pressure, states.NAME, chamber.force, chamber.stiffness, "
+        "ports[0].behind, ports[0].delay and the numbers of the bar and the contact; quantities: "
+        f"{', '.join(switching)}; and of one blow.",
     )
     return "\n".join(textwrap.fill(text, 120, break_on_hyphens=False) for text in paragraphs)
 
@@ -100,6 +106,10 @@ def run(arguments: Sequence[str]) -> int:
         parser.error("argument --curves: boundaries lie in a plane: give --y too")
     case = named_case(options.case)
     job = _job(case, options)
+    if options.curves and case.is_machine:
+        parser.error(
+            "argument --curves: boundaries are those of a load that keeps time; ask for stall to see what stops"
+        )
     if options.curves:
         from percuss.explore.boundary_curves.boundary import checked_boundaries
 
@@ -130,13 +140,12 @@ def run(arguments: Sequence[str]) -> int:
 def _job(case: Case, options: argparse.Namespace) -> SweepJob:
     from percuss.case import sweep_job_of
     from percuss.explore import Axis
-    from percuss.explore.quantities import DEFAULT_QUANTITIES
 
     axes = [Axis.parsed(text) for text in (options.x, options.y) if text is not None]
     return sweep_job_of(
         case,
         axes,
-        options.quantity or DEFAULT_QUANTITIES,
+        options.quantity,
         periods=options.periods[0],
         modes=options.modes,
         impacts=options.impacts,

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
     from percuss.explore.family import Family as Family
+    from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
     from percuss.explore.jobs.archive import Archive as Archive
     from percuss.explore.jobs.carrying_out import carry_out as carry_out
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import Lyapunov as Lyapunov
     from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
+    from percuss.explore.machine_quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
+    from percuss.explore.machine_quantities import STALLS as STALLS
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import vary as vary
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
     from percuss.explore.quantities import REASONS as REASONS
     from percuss.explore.sweeps import Sweep as Sweep
     from percuss.explore.sweeps import sweep as sweep
+    from percuss.explore.valve_parameters import machine_parameters as machine_parameters
+    from percuss.explore.valve_parameters import vary_machine as vary_machine
 
 _HOME = {
     "Archive": "jobs.archive",
@@ -50,9 +55,12 @@ _HOME = {
     "Job": "jobs.job",
     "JobProgress": "jobs.progress",
     "Lyapunov": "lyapunov",
+    "MACHINE_QUANTITIES": "machine_quantities",
+    "MachineFamily": "family",
     "PARAMETERS": "parameters",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
+    "STALLS": "machine_quantities",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
@@ -63,8 +71,10 @@ _HOME = {
     "experiment": "attractors.experiments",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "machine_parameters": "valve_parameters",
     "sweep": "sweeps",
     "vary": "parameters",
+    "vary_machine": "valve_parameters",
 }
 
 __all__ = sorted(_HOME)

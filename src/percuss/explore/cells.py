@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.jobs.job import Columns
-from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, columns_of, needs
+from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, Quantity, columns_of, needs
 from percuss.model import System
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
@@ -70,11 +70,11 @@ def failure(error: Exception) -> int:
     return FAILED
 
 
-def empty_columns(names: Sequence[str], number: int, si: bool) -> Columns:
+def empty_columns(names: Sequence[str], number: int, si: bool, known: Mapping[str, Quantity] = QUANTITIES) -> Columns:
     """The columns of so many cells, of which nothing is known yet."""
     return {
         key: np.full((number, *column.shape), column.empty, dtype=column.dtype)
-        for key, column in columns_of(names, si).items()
+        for key, column in columns_of(names, si, known).items()
     }
 
 

@@ -10,19 +10,20 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.cells import failure
+from percuss.explore.machine_quantities import MACHINE_QUANTITIES
 from percuss.explore.quantities import QUANTITIES
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array, mapping
 
 __all__ = ["SystemFunction", "checked_functions", "function_values", "qualified"]
 
-SystemFunction = Callable[[System], float]
-"""One's own quantity of a map."""
+SystemFunction = Callable[[System], float] | Callable[[Machine], float]
+"""One's own quantity of a map, of a system or of a machine that switches its own valve."""
 
 
 def checked_functions(functions: Mapping[str, SystemFunction]) -> tuple[tuple[str, SystemFunction], ...]:
     for name, function in mapping("functions", functions, "functions of a system by name").items():
-        if name in QUANTITIES or name == "outcome" or not str(name).isidentifier():
+        if name in QUANTITIES or name in MACHINE_QUANTITIES or name == "outcome" or not str(name).isidentifier():
             raise ParameterError("functions", name, "a name of one word that no quantity has")
         if not callable(function):
             raise ParameterError(name, function, "a function of a system")
@@ -34,8 +35,10 @@ def qualified(function: SystemFunction) -> str:
     return f"{function.__module__}.{getattr(function, '__qualname__', type(function).__name__)}"
 
 
-def function_values(function: SystemFunction, systems: Sequence[System | None], outcome: npt.NDArray[Any]) -> Array:
-    """The function of every system; where it fails NaN, and the outcome says so."""
+def function_values(
+    function: Callable[[Any], float], systems: Sequence[System | Machine | None], outcome: npt.NDArray[Any]
+) -> Array:
+    """The function of every system or machine; where it fails NaN, and the outcome says so."""
     found = np.full(len(outcome), np.nan)
     for i, system in enumerate(systems):
         if system is not None:

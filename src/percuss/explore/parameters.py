@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from percuss.errors import ParameterError
-from percuss.model import Load, System
+from percuss.model import Load, Machine, System
 from percuss.model.body import BODIES, DAMPINGS, Body
 from percuss.model.checks import finite, instance, mapping
 from percuss.model.parameter import Parameter
 
-__all__ = ["PARAMETERS", "PERIODS", "label_of", "refuse_twice", "vary"]
+__all__ = ["BODY_PARAMETERS", "PARAMETERS", "PERIODS", "label_of", "refuse_twice", "vary"]
 
 PERIODS = "m"
 """The axis of the load periods per impact: a parameter of the question, not of the system."""
@@ -71,49 +71,55 @@ def _with_kappa(system: System, kappa: float) -> System:
 # -- of the body and its damping --------------------------------------------------------------------------------------
 
 
-def _with_body(system: System, body: Body) -> System:
+Driven = TypeVar("Driven", System, Machine)
+"""What has a body."""
+
+
+def _with_body(driven: Driven, body: Body) -> Driven:
     """The same load and contact on a body of other numbers, without the scales to SI of the old one."""
-    return System(body, system.load, system.contact)
+    if isinstance(driven, Machine):
+        return Machine(body, driven.valve, driven.contact, at=driven.at)
+    return System(body, driven.load, driven.contact)
 
 
-def _of_bodies(name: str) -> Parameter[System]:
+def _of_bodies(name: str) -> Parameter[Any]:
     """The parameter of this name that some kinds of bodies have."""
     having = {kind: own for kind, body in BODIES.items() for own in body.parameters if own.name == name}
     first = next(iter(having.values()))
 
-    def own(system: System) -> Parameter[Any]:
+    def own(system: System | Machine) -> Parameter[Any]:
         found = next((p for p in system.body.parameters if p.name == name), None)
         if found is None:
             raise ParameterError(name, f"a {system.body.kind} body", f"a body that has it: {' or '.join(having)}")
         return found
 
-    def get(system: System) -> float | None:
+    def get(system: System | Machine) -> float | None:
         return own(system).get(system.body) if any(p.name == name for p in system.body.parameters) else None
 
-    def put(system: System, value: float) -> System:
+    def put(system: Driven, value: float) -> Driven:
         return _with_body(system, own(system).put(system.body, value))
 
     return replace(first, get=get, put=put, check=lambda system: own(system).check(system.body), turn=_BODY)
 
 
-def _of_dampings(kind: str) -> Parameter[System]:
+def _of_dampings(kind: str) -> Parameter[Any]:
     """The number of a law of damping; a body without any damping takes every law."""
     law = DAMPINGS[kind]
-    own = law.parameter
-    assert own is not None
+    assert law.parameter is not None
+    own: Parameter[Any] = law.parameter
 
-    def check(system: System) -> None:
+    def check(system: System | Machine) -> None:
         damping = system.body.damping
         if not (isinstance(damping, law) or damping.is_zero):
             raise ParameterError(
                 own.name, f"a bar with {damping}", f'a bar without damping, or with damping of the kind "{kind}"'
             )
 
-    def get(system: System) -> float | None:
+    def get(system: System | Machine) -> float | None:
         damping = system.body.damping
         return own.get(damping) if isinstance(damping, law) else 0.0 if damping.is_zero else None
 
-    def put(system: System, value: float) -> System:
+    def put(system: Driven, value: float) -> Driven:
         check(system)
         damping = system.body.damping
         changed = own.put(damping if isinstance(damping, law) else law(), value)
@@ -126,8 +132,20 @@ _SHAPE, _SIZE, _MEAN, _FACTOR, _CONTACT, _BODY = range(6)
 """Turns: the shape of the load before its size, the amplitude before the mean that is measured by it."""
 
 
-def _table() -> dict[str, Parameter[System]]:
+def _of_all_bodies() -> dict[str, Parameter[Any]]:
     bodies = dict.fromkeys(own.name for body in BODIES.values() for own in body.parameters)
+    found = (
+        *(_of_bodies(name) for name in bodies),
+        *(_of_dampings(kind) for kind, law in DAMPINGS.items() if law.parameter is not None),
+    )
+    return {parameter.name: parameter for parameter in found}
+
+
+BODY_PARAMETERS: dict[str, Parameter[Any]] = _of_all_bodies()
+"""The parameters of bodies and of their damping, of a system as of a machine."""
+
+
+def _table() -> dict[str, Parameter[System]]:
     found = (
         Parameter(
             "restitution", "restitution R", "coefficient of restitution R: 0, the bar does not rebound, to 1, it "
@@ -142,8 +160,7 @@ def _table() -> dict[str, Parameter[System]]:
             "kappa", "load κ", "κ of a square load: it pushes for κπ of 2π", _kappa, _with_kappa, _is_square,
             span=(0.1, 1.9), turn=_SHAPE,
         ),
-        *(_of_bodies(name) for name in bodies),
-        *(_of_dampings(kind) for kind, law in DAMPINGS.items() if law.parameter is not None),
+        *BODY_PARAMETERS.values(),
         Parameter("mean", "mean load p₀", "mean load p_0", lambda system: system.load.mean, _with_mean, turn=_MEAN),
         Parameter(
             "amplitude", "load amplitude p₁", "amplitude of the load's first harmonic", _amplitude, _with_amplitude,

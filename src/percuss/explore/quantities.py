@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,8 +21,10 @@ __all__ = [
     "QUANTITIES",
     "REASONS",
     "Quantity",
+    "checked",
     "columns_of",
     "needs",
+    "single",
 ]
 
 BRANCHES = 8
@@ -43,7 +45,7 @@ CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
 REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 
-Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow"]
+Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow", "machine"]
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ class Quantity:
         One for most; five whole numbers for the label.
     group
         ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``;
-        ``blow``: from one blow on what the case says is struck, by waves.
+        ``blow``: from one blow on what the case says is struck, by waves; ``machine``: from the cycle of a machine that
+        switches its own valve.
     one
         Whether it is of the one orbit that is most stable.
     """
@@ -66,9 +69,10 @@ class Quantity:
     one: bool = False
 
 
-def _single(
+def single(
     name: str, group: Group, meaning: str, dtype: str = "float64", unit: str = "", one: bool = False
 ) -> Quantity:
+    """A quantity of one column of its own name."""
     return Quantity({name: Column(dtype, (), unit, meaning=meaning)}, group, one)
 
 
@@ -86,38 +90,38 @@ _BEST = "of the steady motion with the greatest stability margin"
 def _figure(name: str, more: str = "") -> Quantity:
     """A figure of the most stable orbit, as `percuss.steady.figures` has it."""
     figure = FIGURES[name]
-    return _single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}{more}", unit=figure.unit, one=True)
+    return single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}{more}", unit=figure.unit, one=True)
 
 
 def _of_blow(name: str) -> Quantity:
     """A figure of one blow, as `percuss.blow.figures` has it."""
     figure = BLOW_FIGURES[name]
-    return _single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
+    return single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "exists": _single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
-    "orbits": _single("orbits", "orbits", "number of steady motions, physically possible or not", "int16"),
+    "exists": single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
+    "orbits": single("orbits", "orbits", "number of steady motions, physically possible or not", "int16"),
     "phases": Quantity(
         {"phases": Column("float64", (BRANCHES,), "rad", meaning="impact phases of all steady motions, ascending")},
         "orbits",
     ),
     "phase": _figure("phase"),
-    "reduced_stable": _single("reduced_stable", "orbits", "whether one is stable by B77's reduced criterion", "bool"),
-    "reduced_margin": _single("reduced_margin", "orbits", "1 − largest modulus of the reduced criterion, the greatest"),
-    "stable": _single("stable", "exact", "whether one is stable by the exact multipliers", "bool"),
-    "margin": _single("margin", "exact", "1 − largest modulus of the exact multipliers, the greatest"),
-    "margin_rhythm": _single(
+    "reduced_stable": single("reduced_stable", "orbits", "whether one is stable by B77's reduced criterion", "bool"),
+    "reduced_margin": single("reduced_margin", "orbits", "1 − largest modulus of the reduced criterion, the greatest"),
+    "stable": single("stable", "exact", "whether one is stable by the exact multipliers", "bool"),
+    "margin": single("margin", "exact", "1 − largest modulus of the exact multipliers, the greatest"),
+    "margin_rhythm": single(
         "margin_rhythm", "exact", f"1 − largest modulus of the two multipliers of the rigid motion, {_BEST}", one=True
     ),
-    "margin_ringing": _single(
+    "margin_ringing": single(
         "margin_ringing",
         "exact",
         f"1 − largest modulus of all other multipliers, {_BEST}; NaN without elastic modes",
         one=True,
     ),
-    "reason": _single("reason", "exact", f"why, {_BEST}: {', '.join(REASONS)}, by number", "int8", one=True),
-    "admissible": _single(
+    "reason": single("reason", "exact", f"why, {_BEST}: {', '.join(REASONS)}, by number", "int8", one=True),
+    "admissible": single(
         "admissible", "orbits", f"whether the bar stays off the wall between impacts, {_BEST}", "bool", one=True
     ),
     "impact_velocity": _figure("impact_velocity"),
@@ -127,13 +131,13 @@ QUANTITIES: dict[str, Quantity] = {
     "stress": _figure("stress", "; dimensionless: over E"),
     "delivered": _figure("delivered"),
     "efficiency": _figure("efficiency"),
-    "rest": _single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
+    "rest": single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
     "label": Quantity(_LABEL, "simulation"),
-    "blow_rate": _single("blow_rate", "simulation", "impacts per load period"),
-    "blow_scatter": _single("blow_scatter", "simulation", "standard deviation of the intervals over their mean"),
-    "main_blow_rate": _single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
-    "main_blow_scatter": _single("main_blow_scatter", "simulation", "scatter of the main blows"),
-    "lyapunov": _single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
+    "blow_rate": single("blow_rate", "simulation", "impacts per load period"),
+    "blow_scatter": single("blow_scatter", "simulation", "standard deviation of the intervals over their mean"),
+    "main_blow_rate": single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
+    "main_blow_scatter": single("main_blow_scatter", "simulation", "scatter of the main blows"),
+    "lyapunov": single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
     **{name: _of_blow(name) for name in BLOW_FIGURES},
 }  # fmt: skip
 """Everything that can be asked of a cell, by name."""
@@ -141,33 +145,38 @@ QUANTITIES: dict[str, Quantity] = {
 DEFAULT_QUANTITIES = ("exists", "orbits", "phase", "reduced_stable", "stable", "margin")
 
 
-def checked(names: Sequence[str]) -> tuple[str, ...]:
+def checked(names: Sequence[str], known: Mapping[str, Quantity] = QUANTITIES) -> tuple[str, ...]:
     """The names, each once and in order.
+
+    Parameters
+    ----------
+    known
+        Those that there are: of systems, or `percuss.explore.MACHINE_QUANTITIES`.
 
     Raises
     ------
     ParameterError
         For a quantity that there is not, with the list of those that there are.
     """
-    names = several("quantities", names, f"a list of some of {', '.join(QUANTITIES)}")
+    names = several("quantities", names, f"a list of some of {', '.join(known)}")
     for name in names:
-        if not isinstance(name, str) or name not in QUANTITIES:
-            raise ParameterError("quantities", name, f"one of {', '.join(QUANTITIES)}")
+        if not isinstance(name, str) or name not in known:
+            raise ParameterError("quantities", name, f"one of {', '.join(known)}")
     if not names:
-        raise ParameterError("quantities", list(names), f"one or more of {', '.join(QUANTITIES)}")
+        raise ParameterError("quantities", list(names), f"one or more of {', '.join(known)}")
     return tuple(dict.fromkeys(names))
 
 
-def needs(names: Sequence[str]) -> set[Group]:
+def needs(names: Sequence[str], known: Mapping[str, Quantity] = QUANTITIES) -> set[Group]:
     """The groups of what must be computed."""
-    return {QUANTITIES[name].group for name in names}
+    return {known[name].group for name in names}
 
 
-def columns_of(names: Sequence[str], si: bool) -> dict[str, Column]:
+def columns_of(names: Sequence[str], si: bool, known: Mapping[str, Quantity] = QUANTITIES) -> dict[str, Column]:
     """The columns of these quantities, after that of the outcome; without units of SI for dimensionless systems."""
     found = {"outcome": Column("int8", meaning=f"{', '.join(CELL_OUTCOMES)}, by number")}
     for name in names:
-        for key, column in QUANTITIES[name].columns.items():
+        for key, column in known[name].columns.items():
             unit = column.unit if si or column.unit == "rad" else ""
             found[key] = Column(column.dtype, column.shape, unit, column.fill, column.meaning)
     return found

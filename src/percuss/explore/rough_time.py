@@ -33,6 +33,8 @@ def seconds_of_cell(groups: Collection[str], modes: int, simulated: int, functio
         found += 1e-3 * (modes / 32.0) ** 2
     if "simulation" in groups:
         found += seconds_of_start(simulated)
+    if "machine" in groups:
+        found += 3e-4 + 6e-4 * modes
     if "lyapunov" in groups:
         found += 4e-3 * (1.0 + simulated / 8.0)
     return found

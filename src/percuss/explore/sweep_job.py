@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -14,14 +14,16 @@ from percuss.errors import PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.blow_cells import StrikingFamily, blow_columns
 from percuss.explore.cells import NO_START, Asked, cell_columns, failure
-from percuss.explore.family import Family
+from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
+from percuss.explore.machine_cells import machine_columns
+from percuss.explore.machine_quantities import known_quantities
 from percuss.explore.own_quantities import SystemFunction, function_values, qualified
 from percuss.explore.parameters import PERIODS
 from percuss.explore.planes import fits_plane, plane_columns
-from percuss.explore.quantities import columns_of, needs
+from percuss.explore.quantities import Group, columns_of, needs
 from percuss.explore.rough_time import seconds_of_cell, seconds_of_plane_cell
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.stability.verdict import DEFAULT_MODES
 
 if TYPE_CHECKING:
@@ -37,11 +39,11 @@ class SweepJob:
     Attributes
     ----------
     family
-        Gives the system of each cell.
+        Gives the system, or the machine, of each cell.
     axes
         One or more.
     quantities
-        Names; see `percuss.explore.QUANTITIES`.
+        Names; see `percuss.explore.QUANTITIES`, and `percuss.explore.MACHINE_QUANTITIES` for machines.
     periods
         m, where it is no axis.
     modes
@@ -82,9 +84,14 @@ class SweepJob:
         return prod(self.shape)
 
     @property
+    def groups(self) -> set[Group]:
+        """The groups of what is asked."""
+        return needs(self.quantities, known_quantities(self.family))
+
+    @property
     def rough_seconds(self) -> float:
         """What all cells take, by rule of thumb."""
-        groups = needs(self.quantities)
+        groups = self.groups
         if self._is_plane:
             return self.size * seconds_of_plane_cell(groups, self.multiplier_modes)
         return self.size * seconds_of_cell(groups, self.multiplier_modes, self.simulated, len(self.functions))
@@ -101,16 +108,18 @@ class SweepJob:
     @property
     def asks_systems(self) -> bool:
         """Whether anything is asked of the motion; a case of one blow alone has no system."""
-        return bool(self.functions) or bool(needs(self.quantities) - {"blow"})
+        return bool(self.functions) or bool(self.groups - {"blow"})
 
     @cached_property
     def is_si(self) -> bool:
         """Whether the systems have scales: energies are in J then."""
-        if isinstance(self.family, StrikingFamily):
-            return self.family.is_si
+        family = self.family
+        if isinstance(family, StrikingFamily) and not drives_itself(family):
+            return family.is_si
+        make = family.machine if drives_itself(family) else family.system
         for at in (0, self.size // 2, self.size - 1):
             try:
-                return self.family.system(self.system_values(self.cell(at))).is_si
+                return make(self.system_values(self.cell(at))).is_si
             except PercussError:
                 continue
         return False
@@ -119,19 +128,20 @@ class SweepJob:
     def columns(self) -> Mapping[str, Column]:
         """The columns of the quantities asked for, and the outcome of each cell."""
         own = {name: Column(meaning=f"of {qualified(function)}") for name, function in self.functions}
-        return {**columns_of(self.quantities, self.is_si), **own}
+        return {**columns_of(self.quantities, self.is_si, known_quantities(self.family)), **own}
 
     @property
     def ask(self) -> dict[str, Any]:
         """Axes, quantities, the family and the options."""
-        wanted = needs(self.quantities)
+        wanted = self.groups
         simulated = bool(wanted & {"simulation", "lyapunov"})
+        of_machines = drives_itself(self.family)
         ask: dict[str, Any] = {
             "kind": "sweep",
             "percuss": ASK_FORMAT,
             "axes": [axis.to_json_dict() for axis in self.axes],
             "quantities": list(self.quantities),
-            "periods": self.periods,
+            **({"machines": True} if of_machines else {"periods": self.periods}),
             "modes": self.multiplier_modes if wanted & {"orbits", "exact"} or not simulated else self.simulated,
             "family": self.family.describe(),
         }
@@ -159,7 +169,24 @@ class SweepJob:
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The columns of the cells `first` … `last` − 1."""
-        asked = Asked(
+        if self._is_plane:
+            return self._by_plane(first, last)
+        cells = [self.cell(i) for i in range(first, last)]
+        whats: Sequence[System | Machine | None]
+        if drives_itself(self.family):
+            asked = self.quantities, self.multiplier_modes, self.is_si
+            found, whats = machine_columns(self.family, cells, *asked, stopped)
+        else:
+            found, whats = self._of_systems(cells, stopped)
+        if isinstance(self.family, StrikingFamily) and "blow" in self.groups:
+            blow_columns(found, self.family, cells[: len(whats)], stopped)
+        for name, function in self.functions:
+            found[name] = function_values(function, whats, found["outcome"])
+        return found
+
+    @property
+    def _asked(self) -> Asked:
+        return Asked(
             self.quantities,
             self.multiplier_modes,
             self.modes,
@@ -169,12 +196,14 @@ class SweepJob:
             self.discard,
             self.is_si,
         )
-        if self._is_plane:
-            return self._by_plane(asked, first, last)
+
+    def _of_systems(
+        self, cells: Sequence[Mapping[str, float]], stopped: Callable[[], bool]
+    ) -> tuple[Columns, list[System | None]]:
+        """The columns of cells, one by one, and their systems."""
         systems: list[System | None] = []
         starts: list[Start | None] = []
         outcomes, periods = [], []
-        cells = [self.cell(i) for i in range(first, last)]
         for cell in cells:
             if stopped():
                 break
@@ -189,16 +218,11 @@ class SweepJob:
             starts.append(start)
             outcomes.append(outcome)
             periods.append(int(cell.get(PERIODS, self.periods)))
-        found = cell_columns(asked, systems, outcomes, periods, starts, stopped)
-        if isinstance(self.family, StrikingFamily) and "blow" in needs(self.quantities):
-            blow_columns(found, self.family, cells[: len(systems)], stopped)
-        for name, function in self.functions:
-            found[name] = function_values(function, systems, found["outcome"])
-        return found
+        return cell_columns(self._asked, systems, outcomes, periods, starts, stopped), systems
 
     def _start(self, cell: Mapping[str, float]) -> Start | None:
         """The start of a cell's simulation; None when nothing is simulated."""
-        if not needs(self.quantities) & {"simulation", "lyapunov"}:
+        if not self.groups & {"simulation", "lyapunov"}:
             return None
         if self.start is not None:
             return self.start
@@ -207,12 +231,12 @@ class SweepJob:
         of_family = getattr(self.family, "start", None)
         return Start.rigid() if of_family is None else of_family(self.system_values(cell), self.simulated)
 
-    def _by_plane(self, asked: Asked, first: int, last: int) -> Columns:
+    def _by_plane(self, first: int, last: int) -> Columns:
         """All cells at once where only R, the load factor and m differ: the closed form over arrays."""
         at = np.unravel_index(np.arange(first, last), self.shape)
         values = {axis.name: axis.values[j] for axis, j in zip(self.axes, at, strict=True)}
         periods = values.pop(PERIODS, np.full(last - first, float(self.periods))).astype(int)
-        return plane_columns(asked, self.family.system({}), values, periods)
+        return plane_columns(self._asked, self.family.system({}), values, periods)
 
 
 def _described(start: Start, modes: int) -> dict[str, Any]:

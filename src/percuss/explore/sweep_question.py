@@ -11,12 +11,13 @@ import numpy as np
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.blow_cells import StrikingFamily
-from percuss.explore.family import Family, family_of
+from percuss.explore.family import Family, drives_itself, family_of
+from percuss.explore.machine_quantities import DEFAULT_MACHINE_QUANTITIES, known_quantities
 from percuss.explore.own_quantities import SystemFunction, checked_functions
 from percuss.explore.parameters import PERIODS
-from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
+from percuss.explore.quantities import DEFAULT_QUANTITIES, checked
 from percuss.explore.sweep_job import SweepJob
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array, count, instance
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -30,9 +31,9 @@ _MOST_IMPACTS = 10**7
 
 
 def sweep_job(
-    what: System | Family,
+    what: System | Machine | Family,
     *axes: Axis | str,
-    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    quantities: Sequence[str] | None = None,
     periods: int = 1,
     modes: int | None = None,
     simulated: int = DEFAULT_MODES,
@@ -53,11 +54,12 @@ def sweep_job(
 
     family = family_of(what)
     own = checked_functions({} if functions is None else functions)
-    names = checked(quantities) if quantities or not own else ()
+    if quantities is None:
+        quantities = DEFAULT_MACHINE_QUANTITIES if drives_itself(family) else DEFAULT_QUANTITIES
+    names = checked(quantities, known_quantities(family)) if quantities or not own else ()
     spans = tuple(axis if isinstance(axis, Axis) else Axis.parsed(axis) for axis in axes)
     _check_axes(family, spans)
-    if "blow" in needs(names):
-        _check_blows(family, names, spans)
+    _check_blows(family, names, spans)
     number = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     job = SweepJob(
         family=family,
@@ -78,8 +80,10 @@ def sweep_job(
 
 def _check_blows(family: Family, names: Sequence[str], axes: Sequence[Axis]) -> None:
     """Refuse what no blow depends on, and systems that do not know what they strike."""
+    name = next((name for name in names if known_quantities(family)[name].group == "blow"), None)
+    if name is None:
+        return
     if not isinstance(family, StrikingFamily):
-        name = next(name for name in names if "blow" in needs([name]))
         remedy = "only a case says what is struck: percuss.case.CaseFamily, or percuss sweep"
         raise ParameterError("quantities", name, "quantities of the motion", remedy)
     if any(axis.name == PERIODS for axis in axes):
@@ -88,20 +92,23 @@ def _check_blows(family: Family, names: Sequence[str], axes: Sequence[Axis]) -> 
 
 def _check_some(job: SweepJob) -> None:
     """The refusal of the first cell, when none of several over the map has an answer: then the question is wrong."""
+    family = job.family
     if job.asks_systems:
-        _check_makes(job, job.family.system)
-    if isinstance(job.family, StrikingFamily) and "blow" in needs(job.quantities):
-        _check_makes(job, job.family.blow)
+        made = _check_makes(job, family.machine if drives_itself(family) else family.system)
+        if "flow" in job.quantities and isinstance(made, Machine) and made.is_si and made.pressure is None:
+            remedy = "give pressure, that of the supply, in [load]"
+            raise ParameterError("quantities", "flow", "what needs no pressure: this machine has none", remedy)
+    if isinstance(family, StrikingFamily) and "blow" in job.groups:
+        _check_makes(job, family.blow)
 
 
-def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> None:
+def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> object:
     refused: list[Exception] = []
     some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
     for place in product(*some.tolist()):
         cell = job.cell(int(np.ravel_multi_index(place, job.shape)))
         try:
-            made(job.system_values(cell))
-            return
+            return made(job.system_values(cell))
         except (PercussError, ArithmeticError) as error:
             refused.append(error)
     raise refused[0]
@@ -115,6 +122,8 @@ def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
     if twice:
         raise ParameterError("axes", twice[0], "each parameter on one axis only")
     for axis in axes:
+        if axis.name == PERIODS and drives_itself(family):
+            raise ParameterError(PERIODS, "on an axis", "a load that keeps time", "a piston that switches it has none")
         if axis.name == PERIODS and (axis.unit or np.any(axis.values % 1.0) or not _whole(axis.values)):
             raise ParameterError(PERIODS, axis.values, f"whole numbers from 1 to {MAX_PERIODS}")
     family.check({axis.name: axis.unit for axis in axes if axis.name != PERIODS})

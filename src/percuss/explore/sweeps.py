@@ -14,11 +14,12 @@ from percuss.explore.axis import Axis
 from percuss.explore.cells import label_text
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Column, Columns
+from percuss.explore.machine_quantities import STALLS
 from percuss.explore.own_quantities import SystemFunction
-from percuss.explore.quantities import CELL_OUTCOMES, DEFAULT_QUANTITIES, REASONS
+from percuss.explore.quantities import CELL_OUTCOMES, REASONS
 from percuss.explore.sweep_job import SweepJob
 from percuss.explore.sweep_question import sweep_job
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class Sweep(Shown):
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
         """What is kept as the number of a word, and the words."""
-        return {"outcome": CELL_OUTCOMES, "reason": REASONS}
+        return {"outcome": CELL_OUTCOMES, "reason": REASONS, "stall": STALLS}
 
     def __getitem__(self, quantity: str) -> np.ndarray[Any, Any]:
         """One quantity over the map; labels in words."""
@@ -111,9 +112,9 @@ def _asked(ask: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def sweep(
-    what: System | Family,
+    what: System | Machine | Family,
     *axes: Axis | str,
-    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    quantities: Sequence[str] | None = None,
     periods: int = 1,
     modes: int | None = None,
     start: Start | None = None,
@@ -128,25 +129,27 @@ def sweep(
     Parameters
     ----------
     what
-        A system, whose dimensionless parameters are varied, or a family, such as `percuss.case.CaseFamily`.
+        A system, or a machine that switches its own valve, whose dimensionless parameters are varied; or a family, such
+        as `percuss.case.CaseFamily`.
     axes
         `Axis`, or text such as ``"restitution=0:0.9:200"``; ``m`` is the load periods per impact. The names are those
         of the family's parameters.
     quantities
-        Names of `percuss.explore.QUANTITIES`.
+        Names of `percuss.explore.QUANTITIES`, for machines of `percuss.explore.MACHINE_QUANTITIES`; by default some of
+        those that cost little.
     periods
         m, when it is no axis.
     modes
         N: every quantity is that of the bar of modes 0 … N. None, as elsewhere: the steady motions are those of the
-        continuous bar, the exact multipliers and the simulations take 32 modes.
+        continuous bar, the exact multipliers, the simulations and the machines take 32 modes.
     start, stop
         Of the simulations. By default each starts at rest one bar length off the wall, or as the case says, and ends
         when its motion is found, after 2000 impacts at the latest.
     impacts, discard
         Of a Lyapunov exponent: the impacts it is taken from, and those that are let pass before.
     functions
-        One's own quantities by name: functions of a system that return a number. Worker processes import them: from
-        a module, or from the main part of a script whose call stands under a main guard. One that raises a
+        One's own quantities by name: functions of a system or machine that return a number. Worker processes import
+        them: from a module, or from the main part of a script whose call stands under a main guard. One that raises a
         `PercussError` or divides by 0 leaves NaN.
     **running
         How it is carried out: ``workers``, ``archive``, ``resume``, ``pool``, ``progress``; see

@@ -8,7 +8,25 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
+from percuss.steady.periodic import (
+    Drop,
+    FoundOrbits,
+    PeriodicOrbit,
+    orbit_near,
+    orbits,
+    parameter_column,
+    time_rates,
+)
 from percuss.steady.reason import Reason
+from percuss.steady.recorded import (
+    ForceRecord,
+    Interval,
+    PortAndDelay,
+    RecordedSwitch,
+    RecordedValve,
+    recorded_together,
+    recorded_valve,
+)
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
     ElasticCycle,
@@ -28,14 +46,22 @@ from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
     "Drag",
+    "Drop",
     "ElasticCycle",
     "Energy",
     "Field",
+    "ForceRecord",
+    "FoundOrbits",
+    "Interval",
     "ModalState",
     "Nearest",
     "Obstacle",
     "Orbit",
+    "PeriodicOrbit",
+    "PortAndDelay",
     "Reason",
+    "RecordedSwitch",
+    "RecordedValve",
     "Rest",
     "Rhythm",
     "RigidCycle",
@@ -51,10 +77,16 @@ __all__ = [
     "greatest_drag",
     "grows",
     "level",
+    "orbit_near",
+    "orbits",
+    "parameter_column",
+    "recorded_together",
+    "recorded_valve",
     "rest_on_wall",
     "self_excited_motion",
     "si_report",
     "steady_states",
+    "time_rates",
     "timed_states",
     "valve_margins",
 ]

@@ -1,5 +1,7 @@
 """Does the bar pass through the wall between two impacts? Decided with bounds, not with a scan (theory §4).
 
+For the flight of a steady motion with one impact in a cycle, and for every flight of an orbit with several.
+
 A cell of time is dropped only when Taylor's theorem, with a bound of the acceleration, proves y < 0 on all of it. The
 first pass uses few modes and a bound of what the others can add; cells that this cannot decide are looked at with all.
 """
@@ -16,7 +18,7 @@ from percuss.shown import Shown
 from percuss.steady.truncation import ringing
 
 if TYPE_CHECKING:
-    from percuss.steady.motion import Motion
+    from percuss.steady.flown import Flown
 
 __all__ = ["Contactless", "Violation", "a_passage", "flight_check", "start_acceleration", "stays_off", "tops"]
 
@@ -66,7 +68,7 @@ class Contactless:
     proven: bool = True
 
 
-def flight_check(motion: Motion) -> Contactless:
+def flight_check(motion: Flown) -> Contactless:
     """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
 
     A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
@@ -80,13 +82,13 @@ def flight_check(motion: Motion) -> Contactless:
     return Contactless(None, False) if answer.violation is not None and answer.violation.depth <= doubt else answer
 
 
-def stays_off(motion: Motion) -> bool:
+def stays_off(motion: Flown) -> bool:
     """Whether `flight_check` finds no passage: where one is deeper than any doubt, its time and depth are spared."""
     first, _, deep = _search(motion, _MOST_DOUBT * motion.rigid_stroke)
     return not deep and (not np.isfinite(first) or flight_check(motion).violation is None)
 
 
-def a_passage(motion: Motion) -> float:
+def a_passage(motion: Flown) -> float:
     """A time at which the bar is seen beyond the wall, inf for none; not always the first one."""
     return _search(motion, 0.0).first
 
@@ -99,7 +101,7 @@ class _Found(NamedTuple):
     deep: bool
 
 
-def _search(motion: Motion, enough: float) -> _Found:
+def _search(motion: Flown, enough: float) -> _Found:
     """The first passage; the search ends at any place that is farther beyond the wall than `enough`."""
     few, touch = motion.truncation.few, _TOUCH * motion.rigid_stroke
     period, full = motion.period, _bounds(motion, motion.modes)
@@ -133,7 +135,7 @@ def _search(motion: Motion, enough: float) -> _Found:
     return _Found(float(first), bool(not centres.size or half <= _NARROWEST * period), False)
 
 
-def _depth(motion: Motion) -> float:
+def _depth(motion: Flown) -> float:
     """Greatest y of the flight, by branch and bound: cells that cannot beat the best value found are dropped."""
     modes = motion.truncation.some
     acceleration = _bounds(motion, modes).acceleration
@@ -153,7 +155,7 @@ def _depth(motion: Motion) -> float:
     return float(motion.end_motion(np.array([when]), motion.modes)[0][0]) if when > 0.0 else best
 
 
-def tops(motion: Motion, low: float, high: float) -> tuple[Array, float]:
+def tops(motion: Flown, low: float, high: float) -> tuple[Array, float]:
     """The cells of time between two times in which y may be greatest: their centres, and half their width.
 
     By branch and bound, ever more modes the narrower the cells: in the end all of a second look, and cells in which y
@@ -179,7 +181,7 @@ def tops(motion: Motion, low: float, high: float) -> tuple[Array, float]:
         modes = min(4 * modes, most)
 
 
-def _safe_ends(motion: Motion, bounds: _Bounds) -> tuple[float | None, float]:
+def _safe_ends(motion: Flown, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
     speed = motion.impact_velocity
     start = _quotient(-2.0 * motion.rebound_velocity, bounds.acceleration)
@@ -199,14 +201,14 @@ def _quotient(speed: float, rate: float) -> float:
     return speed / rate if rate > 0.0 else np.inf
 
 
-def start_acceleration(motion: Motion) -> float:
+def start_acceleration(motion: Flown) -> float:
     """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
     force = float(motion.system.load.value(motion.phase))
     modes, state = motion.system.body.modes(motion.modes, motion.system.load.at), motion.state
     return force + float(modes.gamma @ (force - state.omega**2 * state.rebound))
 
 
-def _next_break(motion: Motion) -> float:
+def _next_break(motion: Flown) -> float:
     breaks = np.asarray(motion.system.load.breaks)
     if not breaks.size:
         return np.inf
@@ -214,12 +216,10 @@ def _next_break(motion: Motion) -> float:
     return float(ahead[ahead > 1e-12].min(initial=2.0 * np.pi))
 
 
-def _bounds(motion: Motion, modes: int) -> _Bounds:
+def _bounds(motion: Flown, modes: int) -> _Bounds:
     d, load = motion.system.d, motion.system.load
     speed, force = motion.response.rigid_bounds()
-    fastest = (
-        speed + load.mean * motion.period + abs(motion.system.contact.velocity_factor * motion.rigid_velocity) + speed
-    )
+    fastest = speed + load.mean * motion.period + abs(motion.rigid_rebound) + speed
     rigid = force + load.mean + d * fastest
     known = motion.system.body.modes(modes, motion.system.load.at)
     omega, damping = known.omega, known.damping
@@ -229,7 +229,7 @@ def _bounds(motion: Motion, modes: int) -> _Bounds:
     return _Bounds(acceleration, d * rigid + float((swing * (omega + damping)).sum()) + forced[1])
 
 
-def _left_out(motion: Motion, few: int) -> tuple[float, float]:
+def _left_out(motion: Flown, few: int) -> tuple[float, float]:
     """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
     known = motion.system.body.modes(motion.modes, motion.system.load.at)
     rest = (np.abs(known.gamma) * ringing(motion, motion.state.amplitude))[few:]

@@ -107,6 +107,11 @@ class Motion(Shown):
         dragged = system.d * self.rebasing if system.d > 0.0 else 0.0  # over the period the bar moves as far
         return (system.load.mean * self.period - dragged) / system.contact.impulse
 
+    @property
+    def rigid_rebound(self) -> float:
+        """Mean velocity of the bar just after the impact."""
+        return self.system.contact.velocity_factor * self.rigid_velocity
+
     @cached_property
     def impact_velocity(self) -> float:
         """Striking speed u_t(1, 0⁻) of the striking end."""
@@ -198,7 +203,7 @@ class Motion(Shown):
     def _drift(self, t: Array) -> tuple[Array, Array]:
         """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
         d, mean = self.system.d, self.system.load.mean
-        start = self.system.contact.velocity_factor * self.rigid_velocity - self._rigid_start[1]
+        start = self.rigid_rebound - self._rigid_start[1]
         fade = t * phi1(d * t)
         return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
 

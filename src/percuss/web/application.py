@@ -16,7 +16,15 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.errors import PercussError
-from percuss.web import blow_routes, case_routes, experiment_routes, motion_routes, report_routes, steady_routes
+from percuss.web import (
+    blow_routes,
+    case_routes,
+    experiment_routes,
+    machine_routes,
+    motion_routes,
+    report_routes,
+    steady_routes,
+)
 from percuss.web.access_checks import Guard
 from percuss.web.kernel_loading import Kernels
 from percuss.web.lanes import Gate
@@ -28,6 +36,16 @@ from percuss.web.shared_by_routes import plain_json
 __all__ = ["create_app"]
 
 _log = logging.getLogger("percuss.web")
+
+_ROUTES = (
+    case_routes,
+    steady_routes,
+    motion_routes,
+    blow_routes,
+    machine_routes,
+    experiment_routes,
+    report_routes,
+)
 
 _SCHEMAS = {
     "Problem": {
@@ -82,7 +100,7 @@ def create_app(settings: Settings | None = None) -> Any:
     app.state.gate = Gate(settings.limits)
     app.state.kernels = Kernels()
     app.state.shelf = shelf = Shelf()
-    for module in (case_routes, steady_routes, motion_routes, blow_routes, experiment_routes, report_routes):
+    for module in _ROUTES:
         app.include_router(module.router)
 
     @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)

@@ -121,5 +121,5 @@ def _made(asked: CaseAsked, harmonics: int) -> Case:
     else:
         assert asked.case is not None
         case = case_of(asked.case, harmonics=harmonics)
-    case.system()
+    case.machine() if case.is_machine else case.system()
     return case

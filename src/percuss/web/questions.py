@@ -14,6 +14,7 @@ __all__ = [
     "CurvesAsked",
     "ExperimentAsked",
     "ExperimentFileAsked",
+    "MachineAsked",
     "MapAsked",
     "MotionAsked",
     "PlaceAsked",
@@ -162,6 +163,14 @@ class BlowAsked(CaseAsked):
     frames: Annotated[int, Field(ge=2, le=601)] = 181
     cells: Annotated[int, Field(ge=2, le=400, description="places along each body, about")] = 120
     whole: bool = Field(True, description="with the answer of the whole blow")
+
+
+class MachineAsked(CaseAsked):
+    """A machine that switches itself: a cycle over time, and what ``percuss machine --json`` answers."""
+
+    modes: Modes | None = None
+    points: Annotated[int, Field(ge=2, le=2000, description="instants of the cycle")] = 401
+    whole: bool = Field(True, description="with margins, sensitivities and the curve over the pressure")
 
 
 class ExperimentAsked(CaseAsked):

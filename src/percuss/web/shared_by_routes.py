@@ -108,7 +108,7 @@ async def answer_of(
         await compiled(request, kernels)
     if quick and kernels is None and is_small(asked):
         case = case_asked(asked, limits.harmonics)
-        if is_light(case.system()):
+        if not case.is_machine and is_light(case.system()):
             return work(case, Halt(limits.seconds))
     lane = gate_of(request).quick if quick else gate_of(request).heavy
 

@@ -82,8 +82,9 @@ def _turn(now, d, k, half, h, work):
     """Where the faces meet or part in this interval, or NEVER.
 
     With the gap 0 it is first settled whether they are closed now: by the sign of f − g, and where that is 0, by the
-    sign it has next.
+    sign it has next. Faces that touch, and come together at no speed, do not meet, however long that goes on.
     """
+    meets = 0.0
     if now.gap == 0.0:
         begins = left(d, k)
         if begins > TOUCH:
@@ -92,13 +93,16 @@ def _turn(now, d, k, half, h, work):
             now.closed = 0
         elif now.arriving == 1 or now.closed == 0 or k == 0:
             combined(-1.0, d, k, 0.0, d, 0, h)
-            now.closed = 1 if first_above(d, k, TOUCH, work) < first_above(h, k, TOUCH, work) else 0
+            meets = first_above(d, k, TOUCH, work)
+            now.closed = 1 if meets < first_above(h, k, TOUCH, work) else 0
         if now.arriving == 1 and now.closed == 0:
             now.grazes += 1
         now.arriving = 0
     if now.closed == 1:
         combined(-1.0, d, k, 0.0, d, 0, h)
         return first_above(h, k, TOUCH, work)
+    if meets == NEVER:
+        return NEVER
     antiderivative(d, k, 2.0 * half, h)  # 2 ∫(f − g): how far they have come together
     h[0] -= now.gap
     return first_above(h, k + 1, SHUT, work)

@@ -3,19 +3,35 @@
 Every answer takes the load as a clock (B77): it comes at its phase whatever the hammer does. A valve that the piston
 works is no clock; after a disturbed blow it comes earlier or later with the piston. The note goes to every load that
 switches, the short one into the first lines only for a recording: who types a formula has chosen its clock, who brings
-the record of a machine has not.
+the record of a machine has not. Where the verdict turns on the clock, of a recording or of a load of steps, the first
+lines say so: the same motion may be the steady one of a machine whose valve the piston works (theory, "The machine that
+switches itself").
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Literal
 
 from percuss.model.switching import switching_of
 
 if TYPE_CHECKING:
     from percuss.model import Load
 
-__all__ = ["clock_in_short", "clock_note"]
+__all__ = ["CLOCKED", "NEAR_FOLD", "Clocked", "clock_in_short", "clock_note", "clocked_because"]
+
+Clocked = Literal["no motion", "unstable", "near the fold"]
+"""Why a verdict turns on the clock of the load."""
+
+NEAR_FOLD = 0.02
+"""Distance of the level from the greatest v_f, as a part of it, below which a motion counts as near the fold."""
+
+CLOCKED = (
+    "This verdict is for a load that keeps time by itself, whatever the piston does. If the piston works the valve, "
+    "the phase, speed and energy of a motion hold, but its existence and stability do not follow from "
+    'here: describe the valve instead (load kind = "valve").'
+)
+"""What the first lines say of a verdict that turns on the clock."""
 
 
 def clock_note(load: Load) -> str:
@@ -40,3 +56,30 @@ def clock_in_short(load: Load) -> str:
         "The recorded load switches as a valve does: stability is judged as if it kept time by itself, and a valve "
         "would re-time it (see the note)."
     )
+
+
+def clocked_because(
+    load: Load, levels: Iterable[tuple[float, float]], motions: Iterable[tuple[bool, bool]]
+) -> Clocked | None:
+    """Why the verdict on a load turns on its clock; None where it does not.
+
+    It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
+    switches as a valve does also when another possible motion is unstable, as that one may be the machine's.
+
+    Parameters
+    ----------
+    load
+        What drives the hammer.
+    levels
+        Of each number of load periods the level and the greatest v_f, which a motion needs to be no less.
+    motions
+        Of each motion whether it is possible, and whether it is stable.
+    """
+    if load.report is None and not load.is_piecewise:
+        return None
+    stable = [steady for possible, steady in motions if possible]
+    if not stable:
+        return "no motion"
+    if not any(stable) or (not all(stable) and switching_of(load) is not None):
+        return "unstable"
+    return "near the fold" if any(abs(highest - level) < NEAR_FOLD * highest for level, highest in levels) else None

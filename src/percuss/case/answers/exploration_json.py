@@ -39,7 +39,7 @@ def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> di
         "title": case.title,
         "notes": list(case.notes),
         "axes": [axis.to_json_dict() for axis in found.axes],
-        "periods": found.ask["periods"],
+        "periods": found.ask.get("periods"),
         "modes": found.ask["modes"],
         "quantities": quantities,
     }

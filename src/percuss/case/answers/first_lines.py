@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.clock_note import CLOCKED, clock_in_short
 from percuss.case.answers.ends_in_words import ends_sentence
 from percuss.case.answers.numerals import number, quantity
 
@@ -52,7 +52,8 @@ def summary_of(answer: SteadyAnswer) -> Summary:
     """
     running = answer.running
     labels = {f"z=1/{found.orbit.periods}" for found in running}
-    said = [ends_sentence(answer.starts, labels, answer.system), clock_in_short(answer.system.load)]
+    clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED
+    said = [ends_sentence(answer.starts, labels, answer.system), clock]
     if running:
         return Summary(_can_run(answer, running[0]), _joined(_others(running), *said), True)
     alone = [one for period in answer.periods if period.timed is not None for one in period.timed.alone if one.runs]

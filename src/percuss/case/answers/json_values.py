@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from percuss.model import System
+    from percuss.model import Machine, System
     from percuss.model.body import Modes
     from percuss.model.checks import Array
 
@@ -72,7 +72,7 @@ def _without_rounding(modes: Modes, system: System) -> Array:
     return np.asarray(np.where(np.abs(modes.at_load) > rounding, modes.gamma, 0.0))
 
 
-def contact_dict(system: System) -> dict[str, str]:
+def contact_dict(system: System | Machine) -> dict[str, str]:
     """The contact law in plain values."""
     return {"law": system.contact.law, "strain": system.contact.kind}
 

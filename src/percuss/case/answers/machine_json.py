@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
-__all__ = ["SHOWN_MULTIPLIERS", "machine_dict"]
+__all__ = ["SHOWN_MULTIPLIERS", "cycle_dict", "machine_dict"]
 
 SHOWN_MULTIPLIERS = 16
 """The greatest multipliers, which are told."""
@@ -23,16 +23,8 @@ def machine_dict(answer: MachineAnswer) -> dict[str, Any]:
     """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None."""
     motion, machine = answer.motion, answer.machine
     return {
-        "case": answer.name,
-        "title": answer.title,
-        "machine": _machine(machine),
-        "modes": motion.modes,
-        "outcome": answer.outcome,
-        "label": answer.label,
-        **_cycle(motion),
-        "failed_condition": _condition(motion),
+        **cycle_dict(answer),
         "starts_from_rest": bool(motion.starts_from_rest),
-        "stable": None if motion.cycle is None else bool(motion.cycle.stable),
         "margins": _margins(answer),
         "sensitivities": [
             {
@@ -45,10 +37,26 @@ def machine_dict(answer: MachineAnswer) -> dict[str, Any]:
         ],
         "pressure_curve": [plain(asdict(one)) for one in answer.curve],
         "rigid": None if answer.rigid is motion else _cycle(answer.rigid),
-        "si": _si(machine, motion.cycle),
         "rigid_si": None if answer.rigid is motion else _si(machine, answer.rigid.cycle),
-        "notes": list(answer.notes),
         "warnings": list(answer.warnings),
+    }
+
+
+def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
+    """What of it tells of the cycle itself."""
+    motion, machine = answer.motion, answer.machine
+    return {
+        "case": answer.name,
+        "title": answer.title,
+        "machine": _machine(machine),
+        "modes": motion.modes,
+        "outcome": answer.outcome,
+        "label": answer.label,
+        **_cycle(motion),
+        "failed_condition": _condition(motion),
+        "stable": None if motion.cycle is None else bool(motion.cycle.stable),
+        "si": _si(machine, motion.cycle),
+        "notes": list(answer.notes),
     }
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.clock_note import CLOCKED, clocked_because
 from percuss.case.answers.json_values import number, numbers, plain
 from percuss.case.answers.steady_json import reduced_dict, waveform_dict, with_blow
 from percuss.case.answers.timed_answer import timed_period
@@ -66,6 +67,7 @@ def quick_dict(
     states = steady_states(system, periods) if timed is None else timed.states.b77
     nearest = states.nearest
     judged = _judged(states, modes, multipliers)
+    levels, motions = [(states.level, states.level_max)], [(True, found["stable"]) for found in judged]
     return {
         "m": int(states.periods),
         "level": number(states.level),
@@ -75,6 +77,7 @@ def quick_dict(
         if nearest is None
         else {"load_factor": number(nearest.load_factor), "restitution": number(nearest.restitution)},
         "note": states.note,
+        "clocked": CLOCKED if clocked_because(system.load, levels, motions) else "",
         "load_factor": number(system.load.load_factor),
         "restitution": number(system.restitution),
         "orbits": [

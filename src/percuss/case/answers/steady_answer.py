@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
 from percuss.case.answers.ends import Ends, ends_of, not_followed
 from percuss.case.answers.json_values import contact_dict, heading_dict, plain
 from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
@@ -127,6 +128,13 @@ class SteadyAnswer(Shown):
         return tuple(sorted(found, key=lambda answer: answer.orbit.periods))
 
     @property
+    def clocked(self) -> Clocked | None:
+        """Why the verdict turns on the load's keeping time by itself; None where it does not."""
+        levels = [(period.states.level, period.states.level_max) for period in self.periods]
+        motions = [(found.orbit.admissible, found.runs) for period in self.periods for found in period.orbits]
+        return clocked_because(self.system.load, levels, motions)
+
+    @property
     def chosen(self) -> OrbitAnswer | None:
         """The orbit to look at first: a running one, else an admissible one, else any; None without orbits."""
         found = [answer for period in self.periods for answer in period.orbits]
@@ -138,6 +146,7 @@ class SteadyAnswer(Shown):
         return {
             **heading_dict(self.name, self.title, self.system, self.notes),
             **self._blow(),
+            "clocked": None if self.clocked is None else {"because": self.clocked, "note": CLOCKED},
             "periods": [period.to_json_dict() for period in self.periods],
             "rest": rest_dict(self.rest, self.system.contact),
             "starts": plain(self.starts.to_json_dict(self.system)),

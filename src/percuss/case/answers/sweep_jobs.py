@@ -9,7 +9,8 @@ from percuss.case.answers.exploration_jobs import stop_when_found
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.explore.axis import Axis
-from percuss.explore.quantities import DEFAULT_QUANTITIES, checked, needs
+from percuss.explore.machine_quantities import known_quantities
+from percuss.explore.quantities import checked, needs
 from percuss.model.checks import instance, several
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ __all__ = ["sweep_job_of"]
 def sweep_job_of(
     case: Case,
     axes: Sequence[Axis],
-    quantities: Sequence[str] = DEFAULT_QUANTITIES,
+    quantities: Sequence[str] | None = None,
     *,
     periods: int = 1,
     modes: int | None = None,
@@ -34,7 +35,7 @@ def sweep_job_of(
     axes
         Their units are those of the keys.
     quantities, periods
-        See `percuss.explore.sweep`.
+        See `percuss.explore.sweep`; a piston that switches its load has no load periods.
     modes
         Of every quantity. None: the steady motions are those of the continuous bar with multipliers of 32 modes, as
         `steady_answer` has them, and simulations take the modes of the table [simulation].
@@ -54,7 +55,9 @@ def sweep_job_of(
         instance("axes", axis, Axis)
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     asked: dict[str, Any] = {"quantities": quantities, "periods": periods, "modes": modes}
-    if needs(checked(quantities)) != {"blow"}:  # else the case need not have a motion
+    known = known_quantities(family)
+    alone = quantities is not None and needs(checked(quantities, known), known) == {"blow"}
+    if not alone and not case.is_machine:  # else the case need not have a motion, or none is simulated
         simulation = case.simulation()
         asked |= {"simulated": simulation.modes, "stop": stop_when_found(simulation.stop, impacts)}
     return sweep_job(family, *axes, **asked)

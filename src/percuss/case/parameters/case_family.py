@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,7 +12,6 @@ from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
-from percuss.case.file_format.suggest import did_you_mean
 from percuss.case.parameters.case_keys import (
     FREQUENCY,
     LOAD_AREA,
@@ -24,8 +22,11 @@ from percuss.case.parameters.case_keys import (
     with_held,
 )
 from percuss.case.parameters.damping_keys import DAMPING, check_same_law
+from percuss.case.parameters.unknown_parameter import unknown_parameter
+from percuss.case.parameters.valve_keys import is_of_machine, of_machine
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
+from percuss.explore.valve_parameters import machine_parameters, vary_machine
 from percuss.model import System
 from percuss.model.checks import count, finite, mapping, text
 from percuss.model.described import describe_system
@@ -33,6 +34,8 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
+    from percuss.model import Machine
+    from percuss.model.parameter import Parameter
     from percuss.simulate import Start
 
 __all__ = ["CaseFamily"]
@@ -79,36 +82,35 @@ class CaseFamily:
         """
         text("parameter", name, "the name of a parameter or a key")
         known = self.keys
-        if name in PARAMETERS and not self.units.get(name) and f"bar.{name}" not in known:
-            return ""  # a size of the bar keeps the scales to SI, which its dimensionless namesake cannot
+        own = {f"bar.{name}", *([f"load.{name}"] if self.is_machine else [])}  # which keep the scales to SI
+        if name in self._plain and not self.units.get(name) and own.isdisjoint(known):
+            return ""
         if name in known:
             return name
-        found = [key for key in known if key.partition(".")[2] == name]
+        found = self._short.get(name, [])
         if len(found) == 1:
             return found[0]
         if found:
             raise ParameterError("parameter", name, f"one of {' and '.join(found)}")
-        raise self._unknown(name)
+        raise unknown_parameter(name, known, list(self._plain))
 
-    def _unknown(self, name: str) -> ParameterError:
-        """The refusal of a name, with those that there are; a size of the bar has its places in a bar of sections."""
-        known = self.keys
-        words = [*PARAMETERS, *with_generic_places(known)]
-        last = name.rpartition(".")[2].partition("[")[0]
-        in_lists = [key for key in known if "[" in key and last in re.split(r"[.\[\]]+", key)[1:]]
-        struck = name.startswith("tool.")
-        in_list = next((key for key in in_lists if key.startswith("tool.") == struck), None)
-        if in_list:
-            whose, where = ("tool", "struck face") if struck else ("bar", "driven end")
-            hint = f"the {whose} has sections, counted from 0 at the {where}: {in_list}"
-        else:
-            hint = did_you_mean(name, [*PARAMETERS, *known, *(key.partition(".")[2] for key in known)])
-        return ParameterError("parameter", name, f"one of {', '.join(words)}", hint)
+    @property
+    def _plain(self) -> Mapping[str, Parameter[Any]]:
+        """The dimensionless parameters, by name."""
+        return machine_parameters(self.case.machine()) if self.is_machine else PARAMETERS
 
     @cached_property
     def keys(self) -> list[str]:
         """Keys of the case that hold one number."""
         return varied_keys(self.case)
+
+    @cached_property
+    def _short(self) -> dict[str, list[str]]:
+        """The keys by their names without the table."""
+        found: dict[str, list[str]] = {}
+        for key in self.keys:
+            found.setdefault(key.partition(".")[2], []).append(key)
+        return found
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""
@@ -118,7 +120,7 @@ class CaseFamily:
                 raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
             key = self.key(name)
             if not key:
-                PARAMETERS[name].check(self.case.system())
+                self._plain[name].check(self.case.machine() if self.is_machine else self.case.system())
             elif key == LOAD_SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
             elif key_of(key).sets == DAMPING:
@@ -127,7 +129,7 @@ class CaseFamily:
     def _thing(self, name: str) -> str:
         """The word of what a parameter sets."""
         key = self.key(name)
-        return (key_of(key).sets or key) if key else PARAMETERS[name].thing
+        return (key_of(key).sets or key) if key else self._plain[name].thing
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system of the case with these values.
@@ -137,8 +139,39 @@ class CaseFamily:
         CaseError, ParameterError
             When there is none.
         """
-        mapping("values", values, "values of parameters by name")
-        return vary(self._scaled(values), {name: v for name, v in values.items() if not self.key(name)})
+        keys, plain = self._split(values)
+        return vary(self._scaled(keys), plain)
+
+    def _split(self, values: Mapping[str, float]) -> tuple[dict[str, tuple[float, str]], dict[str, float]]:
+        """The values of the keys with their units, and those of the dimensionless parameters."""
+        given = {name: finite(name, v) for name, v in mapping("values", values, "values of parameters by name").items()}
+        found = {name: self.key(name) for name in given}
+        keys = {key: (given[name], self.units.get(name, "")) for name, key in found.items() if key}
+        return keys, {name: given[name] for name, key in found.items() if not key}
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether the piston of the case switches its load, so that it has machines in place of systems."""
+        return self.case.is_machine
+
+    def machine(self, values: Mapping[str, float]) -> Machine:
+        """The machine of the case with these values.
+
+        Raises
+        ------
+        CaseError, ParameterError
+            When there is none.
+        """
+        keys, plain = self._split(values)
+        case = self._varied({key: value for key, value in keys.items() if not is_of_machine(key)})
+        put = of_machine(case, {key: value for key, value in keys.items() if is_of_machine(key)})
+        return vary_machine(case.machine(), put | plain)
+
+    def room(self, machine: Machine) -> float | None:
+        """How far behind the wall the piston of one of its machines can go, in bar lengths; None without a limit."""
+        room = self.case.room()
+        scale = self.case.machine().length_scale / machine.length_scale if machine.is_si else 1.0
+        return None if room is None else room * scale
 
     @property
     def is_si(self) -> bool:
@@ -178,10 +211,8 @@ class CaseFamily:
 
         return blow_answer(self.varied(values)).blow
 
-    def _scaled(self, values: Mapping[str, float]) -> System:
+    def _scaled(self, keys: dict[str, tuple[float, str]]) -> System:
         """The system with the values of the keys, before the dimensionless parameters."""
-        given = {name: finite(name, value) for name, value in values.items()}
-        keys = {self.key(name): (value, self.units.get(name, "")) for name, value in given.items() if self.key(name)}
         if not keys:
             return self.case.system()
         scale, _ = keys.pop(LOAD_SCALE, (1.0, ""))

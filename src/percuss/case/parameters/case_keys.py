@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, keys_of, table_fields
 from percuss.case.file_format.section_tables import SectionTable
+from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
+from percuss.case.parameters.valve_keys import valve_keys
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -88,6 +90,9 @@ KEYS: dict[str, Key] = {
     "load.harmonics": Key("harmonics kept", whole=True),
     "load.harmonic": Key("harmonic of the load", whole=True),
     "load.area": Key("area of the load"),
+    "load.pressure": Key("supply pressure", sets="pressure"),
+    "load.chamber.force": Key("force of the chamber", "of the gas on the bar at the wall"),
+    "load.chamber.stiffness": Key("stiffness of the chamber"),
     "tool.bit_mass": Key("mass of the bit"),
     "tool.impedance": Key("impedance of the tool", "of an endless rod, divided by that of the bar's last section"),
     "tool.gap": Key("gap in front of the tool"),
@@ -96,7 +101,7 @@ KEYS: dict[str, Key] = {
     "rock.gap": Key("gap in front of the rock"),
     "blow.velocity": Key("speed of the blow"),
     "blow.until": Key("end of the blow"),
-    LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load"),
+    LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load", sets="pressure"),
 }
 """What is known of the keys; one that a case has and this table does not is a number like any other."""
 
@@ -116,6 +121,8 @@ def varied_keys(case: Case) -> list[str]:
     if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
         none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
     none |= _NO_NUMBERS
+    if isinstance(table, ValveForce | ValveLoad):
+        none |= {*fields["load"], "room"}
     tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
     keys = [f"{table}.{name}" for table in tables for name in fields.get(table, ()) if name not in none]
     none = {"blow.load"} | (
@@ -124,6 +131,8 @@ def varied_keys(case: Case) -> list[str]:
     if isinstance(case.tables, PhysicalCase) and case.tables.bar.sections is not None:
         none |= _OF_UNIFORM_BARS
     in_lists = _keys_in_lists(case.tables)
+    if isinstance(table, ValveForce | ValveLoad):
+        in_lists += valve_keys(table)
     return [*(key for key in keys if key not in none), *in_lists, *([] if table is None else [LOAD_SCALE])]
 
 

@@ -35,7 +35,7 @@ def check_same_law(case: Case, name: str, key: str) -> None:
         With the key that varies the law of the case, where one does.
     """
     table, _, word = key.partition(".")
-    tables, law = json_tables(case)[table], case.system().body.damping
+    tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping
     held = [f"{table}.{other}" for other in (DAMPING, *_LAWS) if other in tables]
     if isinstance(law, Table):
         remedy = "a table of dampings has no single number to vary"

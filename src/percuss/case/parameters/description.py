@@ -9,6 +9,7 @@ from percuss.case.answers.clock_note import clock_note
 from percuss.case.answers.json_values import body_dict, contact_dict, number, plain, system_dict
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.schema import PhysicalCase
+from percuss.case.parameters.machine_description import bar_dict, laws_dict, machine_case_dict
 from percuss.case.parameters.parameter_list import parameters
 
 if TYPE_CHECKING:
@@ -21,11 +22,15 @@ __all__ = ["case_dict", "plain_tables"]
 def case_dict(case: Case) -> dict[str, Any]:
     """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
 
+    A machine that switches itself has the same keys, and no system.
+
     Raises
     ------
     CaseError
-        When its recording cannot be used, or its parts make no system.
+        When its recording cannot be used, or its parts make no system and no machine.
     """
+    if case.is_machine:
+        return machine_case_dict(case)
     system = case.system()
     report = case.history_report
     return {
@@ -36,10 +41,10 @@ def case_dict(case: Case) -> dict[str, Any]:
         "system": system_dict(system),
         "body": body_dict(system),
         "contact": contact_dict(system),
-        "laws": {"damping": system.body.damping.words, "contact": system.contact.sentence},
+        "laws": laws_dict(system),
         "plain": plain_tables(case),
         "scales": _scales(system),
-        "bar": _bar(system),
+        "bar": None if system.bar is None else bar_dict(system.bar, system.frequency or 0.0, system.body),
         "first_mode": number(system.body.frequencies(1)[0]),
         "history": None if report is None else plain(asdict(report)),
         "notes": list(case.notes),
@@ -101,29 +106,4 @@ def _scales(system: System) -> dict[str, Any] | None:
         "power_W": number(system.power_scale),
         "stress_Pa": number(system.stress_scale),
         "frequency_Hz": number(system.frequency),
-    }
-
-
-def _bar(system: System) -> dict[str, Any] | None:
-    bar = system.bar
-    if bar is None:
-        return None
-    return {
-        "length_m": number(bar.length),
-        "area_m2": number(bar.pieces[-1].area),
-        "mass_kg": number(bar.mass),
-        "wave_speed_m_s": number(bar.wave_speed),
-        "youngs_modulus_Pa": number(bar.pieces[-1].youngs_modulus),
-        "density_kg_m3": number(bar.pieces[-1].density),
-        "first_mode_Hz": number(system.body.frequencies(1)[0] * (system.frequency or 0.0)),
-        "contact_time_us": number(1e6 * bar.contact_duration),
-        "sections": [
-            {
-                "length_m": number(piece.end - piece.start),
-                "area_m2": number(piece.area),
-                "diameter_m": number(piece.diameter),
-                "bore_m": number(piece.bore),
-            }
-            for piece in bar.pieces
-        ],
     }

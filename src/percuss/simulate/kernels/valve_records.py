@@ -117,9 +117,10 @@ QUEUE = 256  # most orders that wait
 class Controls(NamedTuple):
     """What of a machine changes besides the bar.
 
-    `now`: a VALVE_NOW. `usual` (S,): when the contact came after the last change to each state. `due`, `order`: the orders that wait, time left and state. `cross`, `kind`, `just`: of each
-    port the time of its next crossing, what that is, and whether it was crossed at this very moment. `memo`: the
-    amplitudes remembered, shape (2, N), and `memo_due` the times left. `past`: the last changes, in a ring.
+    `now`: a VALVE_NOW. `usual` (S,): when the contact came after the last change to each state. `due`, `order`: the
+    orders that wait, time left and state. `cross`, `kind`, `just`: of each port the time of its next crossing, what
+    that is, and whether it was crossed at this very moment. `memo`: the amplitudes remembered, shape (2, N), and
+    `memo_due` the times left. `past`: the last changes, in a ring.
     """
 
     now: Any

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model.checks import finite
+from percuss.model import Machine
+from percuss.model.checks import Array, finite
 from percuss.simulate.balance import EnergyBalance, panels
-from percuss.simulate.machine.machine_trajectory import MachineTrajectory
+from percuss.simulate.machine.machine_events import MachineEvents
+from percuss.simulate.machine.mechanism import Mechanism
 
 __all__ = ["MachineBalance", "machine_balance"]
 
@@ -24,7 +28,29 @@ class MachineBalance(EnergyBalance):
     """
 
 
-def machine_balance(motion: MachineTrajectory, first: float | None = None, last: float | None = None) -> MachineBalance:
+class Motion(Protocol):
+    """What is asked of a motion; a `MachineTrajectory` has it."""
+
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def events(self) -> MachineEvents: ...
+    @property
+    def begin_time(self) -> float: ...
+    @property
+    def end_time(self) -> float: ...
+    def state(self, t: npt.ArrayLike) -> npt.NDArray[np.int64]: ...
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array: ...
+    def before(self, x: npt.ArrayLike, t: float) -> float: ...
+    def ends(self, t: npt.ArrayLike) -> tuple[Array, Array]: ...
+    def energy(self, t: npt.ArrayLike) -> Array: ...
+
+
+def machine_balance(motion: Motion, first: float | None = None, last: float | None = None) -> MachineBalance:
     """Energy between two times; see `MachineTrajectory.energy_balance`.
 
     The work of the valve is Σ p_k (u(0) at the end − at the begin of a flight); that of damping is integrated over the

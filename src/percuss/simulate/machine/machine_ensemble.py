@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -126,8 +127,8 @@ def simulate_machines(
     {'runs 1/1': 1.0}
     """
     listed = [machines] if isinstance(machines, Machine) else list(several("machines", machines, "a list of Machine"))
-    single = isinstance(starts, MachineStart | Start)
-    given = [start_of(start) for start in ([starts] if single else several("starts", starts, "a list of starts"))]
+    several_starts = [starts] if isinstance(starts, MachineStart | Start) else several("starts", starts, "starts")
+    given = [start_of(start) for start in several_starts]
     for machine in listed:
         instance("machines", machine, Machine)
     members = max(len(listed), len(given))
@@ -202,7 +203,9 @@ class _Job:
     def result(self) -> MachineEnsemble:
         """The columns."""
         whole = {"impacts", "blows", "valve_cycles", "kind"}
-        columns = {name: values.astype(np.int64) if name in whole else values for name, values in self.columns.items()}
+        columns: dict[str, Any] = {
+            name: values.astype(np.int64) if name in whole else values for name, values in self.columns.items()
+        }
         return MachineEnsemble(
             modes=self.modes, label=np.array(self.labels), outcome=np.array(self.outcomes), **columns
         )

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from percuss.model.load.valve import Orders
 from percuss.simulate.kernels.codes import RESTING
-from percuss.simulate.kernels.valve_motion import begin_valve
+from percuss.simulate.kernels.valve_changes import begin_valve
 from percuss.simulate.kernels.valve_records import QUEUE, TURNING, VALVE_EVENT, VALVE_NOW, Controls, Plant, ValveLog
 from percuss.simulate.machine.machine_start import MachineStart
 from percuss.simulate.machine.mechanism import Mechanism

@@ -11,6 +11,7 @@ import { field, fill, problemOf, tellProblems } from "./form_fields.js";
 import { chosenLaws, dampingFields, placeField, strainField } from "./law_choices.js";
 import { sectioned, sectionsTable, toolTable, uniformOrSections } from "./sections_table.js";
 import { data, on, setTables, view } from "./state.js";
+import { clockedLoad, valveFields, valveKeys, valveLoad } from "./valve_fields.js";
 
 export const panel = {
   name: "case",
@@ -107,7 +108,8 @@ function build() {
   const words = "SI brings back the machine as it was: changes made in this form are not carried over.";
   put(parts.before, back ? words : "");
   const { kind, coefficients: pairs } = tables.load ?? {};
-  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, ...chosenLaws(tables), ...toolShape(tables)]);
+  const own = kind === "valve" && valveKeys(tables.load);
+  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, own, ...chosenLaws(tables), ...toolShape(tables)]);
   if (now !== shape) {
     shape = now;
     put(parts.form, tables.bar ? inSI(tables) : inPlainNumbers(tables), blow(tables), simulation());
@@ -167,8 +169,7 @@ const toolShape = (tables) => [
 function load(tables) {
   const kind = tables.load?.kind ?? "harmonic";
   const si = Boolean(tables.bar);
-  const factor = () => data.info?.system.load_factor;
-  const change = (value) => setTables({ ...data.tables, load: otherLoad(data.tables.load, value, si, factor()) });
+  const change = (value) => setTables({ ...data.tables, load: changedLoad(data.tables, value) });
   const known = KINDS.some(([name]) => name === kind) ? KINDS : [[kind, kind], ...KINDS];
   const pick = select("Kind", known, kind, change, { id: "field-load-kind" });
   return group(
@@ -176,8 +177,16 @@ function load(tables) {
     h("div", { class: "row" }, pick),
     problemOf("load.kind"),
     kind === "fourier" && coefficients(tables.load.coefficients),
-    fields(loadFields(kind, si).map(field), placeField(tables)),
+    kind === "valve" ? valveFields(tables.load) : fields(loadFields(kind, si).map(field), placeField(tables)),
   );
+}
+
+/** The load as one of another kind. */
+function changedLoad({ load: now, bar }, kind) {
+  const si = Boolean(bar);
+  if (now.kind === "valve") return clockedLoad(kind, data.machine);
+  if (kind === "valve") return valveLoad(now, si, data.info);
+  return otherLoad(now, kind, si, data.info?.system?.load_factor);
 }
 
 /** Each problem beside its field; those of no field above the form. */
@@ -195,16 +204,18 @@ function problems() {
 function facts() {
   const { info } = data;
   if (!info) return;
-  const { system, bar, first_mode: mode } = info;
+  const { bar, first_mode: mode } = info;
+  const system = info.system ?? info.plain.system; // of a machine that switches itself, with a second as unit of time
+  const clocked = Boolean(info.system);
   const rows = [
     ["wave speed s", number(system.s)],
-    ["damping d", number(system.d)],
+    system.d !== undefined && ["damping d", number(system.d)],
     ["restitution R", number(system.restitution)],
-    ["load factor p₀/p₁", number(system.load_factor)],
+    clocked && ["load factor p₀/p₁", number(system.load_factor)],
     ["damping", info.laws.damping],
     ["contact", info.laws.contact],
-    ["load periods per period of the first mode", number(1 / mode)],
-  ];
+    clocked && ["load periods per period of the first mode", number(1 / mode)],
+  ].filter(Boolean);
   const machine = bar && [
     ["mass", si(bar.mass_kg * 1000, "g")],
     ["length", si(bar.length_m, "m")],

@@ -53,6 +53,7 @@ export const KINDS = [
   ["square", "square wave"],
   ["steps", "steps"],
   ["fourier", "Fourier coefficients"],
+  ["valve", "valve, switched by the piston"],
 ];
 
 export function loadFields(kind, si) {
@@ -113,7 +114,7 @@ export function otherLoad(load, kind, si, factor) {
   return { kind, breaks, values, ...inUnit, ...kept };
 }
 
-function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, factor) {
+export function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, factor) {
   if (coefficients) return [coefficients[0]?.[0] ?? 0, Math.hypot(...(coefficients[1] ?? [1, 0]))];
   if (Array.isArray(values)) {
     const [most, least] = [Math.max(...values), Math.min(...values)];
@@ -123,9 +124,9 @@ function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, factor)
   return [own?.unit === size.unit ? own.value : factor * size.value, size.value];
 }
 
-const joined = (value, unit) => (unit ? `${plainNumber(value, 5)} ${unit}` : plainNumber(value, 5));
+export const joined = (value, unit) => (unit ? `${plainNumber(value, 5)} ${unit}` : plainNumber(value, 5));
 
-function unitOf(load) {
+export function unitOf(load) {
   if (load.unit) return load.unit;
   const text = String(load.amplitude ?? "");
   return text.replace(/^[-+\d.eE\s]+/, "");

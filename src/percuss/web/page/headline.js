@@ -2,11 +2,12 @@
 
 import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
+import { machineFigures, machineKey, machineVerdict } from "./headline_machine.js";
 import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
-import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
+import { chosen, data, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "./state.js";
 
 export function startHeadline() {
-  on("quick steady problems view info played", unhurried(paint));
+  on("quick steady machine problems view info played", unhurried(paint));
 }
 
 function paint() {
@@ -20,6 +21,7 @@ function paint() {
     data.info?.title,
     data.info?.clock,
     ...playedKey(),
+    ...machineKey(),
   ]);
   if (box.dataset.key === key) return; // nothing new to say
   box.dataset.key = key;
@@ -34,13 +36,9 @@ function paint() {
     );
     return;
   }
+  if (switchesItself()) return data.machine && told(title, machineVerdict(), machineFigures());
   if (!data.quick) return;
-  if (plays()) {
-    const [kind, text, words] = playedVerdict();
-    const row = h("div", { class: "row middle" }, title, badge(kind, text));
-    const cells = playedFigures().map(([name, value, unit]) => figure(name, value, unit));
-    return put(box, h("div", { class: "verdict" }, row, words), h("dl", { class: "figures" }, cells));
-  }
+  if (plays()) return told(title, playedVerdict(), playedFigures());
   const found = chosen();
   const [mark, words] = found ? verdict(found) : none();
   put(
@@ -50,8 +48,16 @@ function paint() {
   );
 }
 
-/** Of a load that switches as a valve does: what the verdict takes for granted. */
+/** A verdict and figures as rows. */
+function told(title, [kind, text, words], rows) {
+  const row = h("div", { class: "row middle" }, title, badge(kind, text));
+  const cells = rows.map(([name, value, unit]) => figure(name, value, unit));
+  put($("#headline"), h("div", { class: "verdict" }, row, words), h("dl", { class: "figures" }, cells));
+}
+
+/** What the verdict takes for granted of a load that switches as a valve does, or where it turns on the load's clock. */
 function clock() {
+  if (data.quick.clocked) return h("p", { class: "small", id: "clock" }, data.quick.clocked);
   const note = data.info?.clock;
   if (!note) return null;
   const words =

@@ -1,4 +1,4 @@
-// Seven guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
+// Eight guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
 
 const ORBITS = { panel: "orbits", m: 1 };
 const MAP = { panel: "map", x: "restitution", y: "load_factor", q: "verdict" };
@@ -41,6 +41,29 @@ const blown = (diameter, tool = { sections: [{ diameter: "32 mm" }], end: "infin
     tool,
     ...(rock && { rock }),
     blow: { velocity: "10 m/s" },
+  },
+});
+
+/** A square wave that keeps time by itself; and the same two forces, switched by the piston in the same rhythm. */
+const CLOCK = {
+  case: {
+    title: "Square wave, clocked",
+    system: { s: 200, d: 0.0, restitution: 0.4 },
+    load: { kind: "square", amplitude: 1.0, kappa: 1.659 },
+  },
+};
+const valve = (delay) => ({
+  case: {
+    title: "The same forces, switched by the piston",
+    system: CLOCK.case.system,
+    load: {
+      kind: "valve",
+      states: { return: -1.0, power: 1.0 },
+      ports: [
+        { behind: 1.839, side: "back", to: "power" },
+        { on: "impact", to: "return", ...(delay && { delay }) },
+      ],
+    },
   },
 });
 
@@ -216,6 +239,42 @@ export const LESSONS = [
         { panel: "blow", blowShow: "window" },
         blown("50 mm", { sections: [{ length: "1200 mm", diameter: "32 mm" }], end: "rock" }, ROCK),
         "The rod is 1.2 m long and stands on rock. What the rock does not take comes back as a wave and meets the piston, which has followed the rod: further contacts. Draw the diameter of the striker down to 24 mm: it has rebounded by then, and one contact is left.",
+      ),
+    ],
+  },
+  {
+    title: "Why the hammer of 1977 could not settle, and yours does: the valve",
+    goal: "A clock does not listen: a blow that comes late stays late. A valve waits for the piston, so that no phase is left to go wrong.",
+    scenes: [
+      scene(
+        "The clock",
+        ORBITS,
+        CLOCK,
+        "A load that pulls with the force 1, then pushes with the force 1, in its own rhythm. It has two steady motions, and neither is stable: where the load jumps, the least delay of a blow grows with the next one.",
+      ),
+      scene(
+        "See what it does",
+        heard(16),
+        { ...CLOCK, start: FALL },
+        "From a start the hammer does not settle on equal blows.",
+      ),
+      scene(
+        "The same machine with a valve",
+        { panel: "machine" },
+        valve(0),
+        "The same piston, the same two forces, the same period of 2π. Now the piston switches them: a port 1.839 bar lengths behind the wall orders the push, the blow orders the pull. It runs, and of a disturbance 16 % is left after each blow: R², whatever the ports and forces are. Move every slider: it settles at once.",
+      ),
+      scene(
+        "A valve that is late",
+        { panel: "machine" },
+        valve(1.2),
+        "The pull comes 1.2 after the blow, and the machine still runs. Move the delay of the blow to the right: at 1.86 the piston has fallen back to the wall before the pull comes, and it strikes twice.",
+      ),
+      scene(
+        "A breaker of today",
+        { panel: "machine" },
+        { machine: "valve-breaker" },
+        "A hydraulic breaker of the 20 t class. Lower the pressure until it stops, and read what would be needed; add gas, and see that it may run and still not start from rest.",
       ),
     ],
   },

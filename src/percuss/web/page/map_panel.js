@@ -22,6 +22,7 @@ export const panel = {
     yr: "",
     q: "verdict",
   },
+  clocked: "These maps are of clocked loads. For a machine that switches itself the panel Machine has sliders and the curves over the pressure, and percuss sweep makes maps.",
   start: startMap,
 };
 

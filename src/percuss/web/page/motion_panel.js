@@ -8,7 +8,7 @@ import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./moti
 import { begin, knobs, moment, player, stop, toggle } from "./motion_player.js";
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
-import { asked, chosen, data, on, show, tell, uptodate, view } from "./state.js";
+import { asked, chosen, data, on, show, switchesItself, tell, uptodate, view } from "./state.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
@@ -24,6 +24,7 @@ export const panel = {
     zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
   },
   needs: { curve: 121, multipliers: false },
+  clocked: "Steady motions and starts under a clocked load are shown here; this machine has no clock. Its cycle plays in the panel Machine.",
   start: startMotion,
 };
 
@@ -48,6 +49,7 @@ function startMotion(panel) {
   on("info", () => (sources(), want()));
   on("quick", () => motion && (parts.stage.force = force()));
   on("quick steady tables", want);
+  on("tables", () => switchesItself() && stop());
   on("problems", () => view.panel === "motion" && data.problems.length && sourceProblems(data.problems));
   on("view", () => (view.panel === "motion" ? (sources(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));

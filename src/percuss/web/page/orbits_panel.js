@@ -11,6 +11,7 @@ export const panel = {
   name: "orbits",
   title: "Orbits",
   needs: { curve: 361, multipliers: true },
+  clocked: "The steady motions here are those of a clocked load, by their phase; the piston of this machine switches its own load, so that there is no phase.",
   start: startOrbits,
 };
 

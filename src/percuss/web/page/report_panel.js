@@ -9,6 +9,7 @@ import { chosen, data, obstacleOf, on, reasonOf, view } from "./state.js";
 export const panel = {
   name: "report",
   title: "Report",
+  clocked: "This report is of a steady motion under a clocked load. For a machine that switches itself, percuss machine prints one; its figures are in the panel Machine.",
   start: startReport,
 };
 

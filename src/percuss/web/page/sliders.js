@@ -2,38 +2,35 @@
 
 import { $, afterFrame, h, put } from "./dom.js";
 import { number, plainNumber, withUnit } from "./format.js";
+import { followMachineSliders, machineSliderNames, machineSliders } from "./machine_sliders.js";
 import { present } from "./moves.js";
-import { data, move, on, show, view } from "./state.js";
+import { data, move, on, show, switchesItself, view } from "./state.js";
 
 const rows = new Map();
 let built = "";
+let ofMachine = false; // whether they are those of a machine that switches itself
 
 export function startSliders() {
   on("info", build);
   const later = afterFrame(follow);
-  on("tables", follow);
+  on("tables", () => (switchesItself() || ofMachine ? build() : follow()));
   on("quick view", later);
 }
 
 /** Every slider anew when the case has other ones; the ranges stay as long as the names do. */
 function build() {
-  const sliding = (data.info?.parameters ?? []).filter((p) => p.slides);
-  const key = `${view.machine}|${Boolean(data.tables?.system)}|${sliding.map((p) => p.name).join()}`;
-  if (key === built) return follow();
+  const own = switchesItself();
+  const sliding = (!own && data.info?.parameters?.filter((p) => p.slides)) || [];
+  const names = own ? machineSliderNames() : sliding.map((p) => p.name);
+  const key = `${view.machine}|${Boolean(data.tables?.system)}|${own}|${names.join()}`;
+  if (key === built) return own ? followMachineSliders() : follow();
   built = key;
+  ofMachine = own;
   rows.clear();
   for (const parameter of sliding) rows.set(parameter.name, slider(parameter));
+  const boxes = own ? machineSliders() : [...[...rows.values()].map((row) => row.box), periods()];
   const open = matchMedia("(min-width: 861px)").matches;
-  put(
-    $("#controls"),
-    h(
-      "details",
-      { open },
-      h("summary", {}, h("h2", {}, "Sliders")),
-      [...rows.values()].map((row) => row.box),
-      periods(),
-    ),
-  );
+  put($("#controls"), h("details", { open }, h("summary", {}, h("h2", {}, "Sliders")), boxes));
   follow();
 }
 

@@ -1,7 +1,7 @@
 // What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
 // `view` is all that the address bar holds; `data` is what the server answered.
 
-import { get, post } from "./api.js";
+import { get, post, postBinary } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
 import { withKey } from "./moves.js";
 
@@ -24,6 +24,7 @@ export const data = {
   info: null,
   quick: null,
   steady: null,
+  machine: null, // of a case whose load the piston switches: its cycle, instead of quick and steady
   played: null, // the motion that plays: {motion: {label, summary}, change}
   problems: [],
   changed: 0, // counts the changes of the case, so that late answers are known
@@ -34,7 +35,7 @@ export const data = {
 
 const listeners = new Map();
 
-/** Be told of a topic: view, tables, quick, info, steady, played, problems, theme. */
+/** Be told of a topic: view, tables, quick, info, steady, machine, played, problems, theme. */
 export function on(topics, heard) {
   for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
 }
@@ -63,6 +64,9 @@ export function unhurried(paint) {
 
 /** Whether the tables are those of the last move, and not of one before it. */
 export const uptodate = () => data.quick?.changed === data.changed;
+
+/** Whether the piston switches the load of the case: it has a cycle of its own, and no steady motions of a clocked load. */
+export const switchesItself = () => data.tables?.load?.kind === "valve";
 
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
@@ -122,7 +126,8 @@ export const REST = 220;
 const refresh = settled((question) => {
   if (question.count !== data.changed) return; // a move is on its way: its answer comes back here
   askInfo(question);
-  askSteady(question);
+  if (switchesItself()) askWhole(question);
+  else askSteady(question);
 }, REST);
 
 const askInfo = latest(
@@ -146,13 +151,35 @@ const askSteady = latest(
   refused,
 );
 
+/** The cycle of a rigid piston, which is there at once; elastic modes, margins and the curve come when nothing moves. */
+const askMachine = latest(
+  ({ tables }) => postBinary("machine", { case: tables, modes: 0, points: 241, whole: false }),
+  (machine, question) => {
+    if (question.epoch !== epoch) return;
+    takeMachine(machine, question.count);
+    refresh(question);
+  },
+  refused,
+);
+
+const askWhole = latest(
+  ({ tables }) => postBinary("machine", { case: tables }),
+  (machine, { count }) => count === data.changed && takeMachine(machine, count),
+  refused,
+);
+
+function takeMachine(machine, count) {
+  data.machine = Object.assign(machine, { changed: count });
+  data.problems = [];
+  tell("problems");
+  tell("machine");
+}
+
 function refused(error, question) {
   if (question.count !== data.changed) return;
   data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
-  data.quick = data.steady = null;
-  tell("problems");
-  tell("quick");
-  tell("steady");
+  data.quick = data.steady = data.machine = null;
+  for (const topic of ["problems", "quick", "steady", "machine"]) tell(topic);
 }
 
 function changedCase(names) {
@@ -160,8 +187,12 @@ function changedCase(names) {
   data.changed += 1;
   data.moved = names;
   data.steady = null;
+  const own = switchesItself();
+  if (own) data.quick = null;
+  else data.machine = null;
   tell("tables");
-  askQuick();
+  if (own) askMachine({ tables: data.tables, count: data.changed, epoch });
+  else askQuick();
 }
 
 let wishes = 0;
@@ -177,6 +208,13 @@ export function setTables(tables) {
   wishes += 1;
   epoch += 1;
   Object.assign(data, { tables, moving: {}, placed: {} });
+  changedCase(null);
+}
+
+/** The same case with a value that is being dragged: answers that come meanwhile are shown. */
+export function drag(tables) {
+  wishes += 1;
+  data.tables = tables;
   changedCase(null);
 }
 

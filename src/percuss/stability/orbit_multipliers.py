@@ -1,0 +1,190 @@
+"""Floquet multipliers of orbits with p impacts in n load periods, and their characteristic polynomial without a matrix.
+
+The linearised motion over a cycle is W = S_p Φ_p … S_1 Φ_1, flights and saltation matrices S = D − s hᵀ/(h·ẋ⁻) of the
+states of all modes, as in `linear_map` for one impact. The p × p matrix K(ξ) of the shifts of the impacts says the
+same,
+
+    det(ξ − W) = det K(ξ) (Πβ E_i − ξ) Π_n det(ξ − M_n) / Π_i (−h·ẋ⁻_i),
+
+with M_n the map of mode n through the cycle with the times held; the eigenvalue that belongs to a shift of the whole
+bar along its path has dropped out of K.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, ComplexArray, choice, instance
+from percuss.model.load import Side
+from percuss.shown import Shown
+from percuss.stability.multipliers import NEUTRAL
+from percuss.steady import ModalState, PeriodicOrbit
+from percuss.steady.oscillator import phi1, propagator
+
+__all__ = ["OrbitMultipliers", "characteristic", "orbit_map", "orbit_multipliers"]
+
+MOST_MODES = 512
+"""An eigensolve with more modes takes minutes."""
+
+
+@dataclass(frozen=True)
+class OrbitMultipliers(Shown):
+    """The Floquet multipliers of an orbit over its whole cycle.
+
+    Parameters
+    ----------
+    orbit
+        The orbit.
+    values
+        All 2N + 2 multipliers, largest modulus first; complex, dimensionless.
+    """
+
+    orbit: PeriodicOrbit = field(repr=False)
+    values: ComplexArray
+
+    @property
+    def moduli(self) -> Array:
+        """Moduli, largest first."""
+        return np.asarray(np.abs(self.values))
+
+    @property
+    def largest(self) -> float:
+        """Largest modulus."""
+        return float(self.moduli.max())
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out: the largest modulus is less than 1 by more than rounding."""
+        return self.largest < 1.0 - NEUTRAL
+
+    def __str__(self) -> str:
+        word = "stable" if self.stable else "unstable" if self.largest > 1.0 + NEUTRAL else "neutral"
+        return f"{self.orbit.label}: {word}, largest modulus {self.largest:.6g}"
+
+
+def orbit_multipliers(orbit: PeriodicOrbit, *, side: Side = "right") -> OrbitMultipliers:
+    """All multipliers of an orbit over its cycle of p impacts, exact for the bar with modes 0 … N.
+
+    Parameters
+    ----------
+    orbit
+        The orbit, with at most 512 modes.
+    side
+        Which value of the load counts where it jumps at an impact.
+
+    Raises
+    ------
+    ParameterError
+        For an orbit with more modes, or with an impact of no speed, beside which multipliers grow without bound.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.steady import orbit_near
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
+    >>> print(orbit_multipliers(orbit_near(system, [0.33, 2.07], modes=0)))
+    z=2/1: stable, largest modulus 0.34302
+    """
+    values = np.linalg.eigvals(orbit_map(orbit, side=side)).astype(complex)
+    order = np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))
+    return OrbitMultipliers(orbit, values[order])
+
+
+def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
+    """W, the linearised motion over a cycle, from just after the first impact.
+
+    Parameters
+    ----------
+    orbit, side
+        As for `orbit_multipliers`.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (2N + 2, 2N + 2); the states are ordered u_0, u_0', u_1, u_1', …, at fixed times.
+
+    Raises
+    ------
+    ParameterError
+        As `orbit_multipliers`.
+    """
+    _checked(orbit, side)
+    if orbit.modes > MOST_MODES:
+        raise ParameterError("modes", orbit.modes, f"an orbit with at most {MOST_MODES} modes")
+    if not np.all(orbit.speeds != 0.0):
+        raise ParameterError("orbit", str(orbit), "impacts with a speed", "see `linearised`, which stays finite there")
+    size = orbit.modes + 1
+    whole = np.eye(2 * size)
+    u, v = whole[0::2].copy(), whole[1::2].copy()
+    impacts = _impacts(orbit, side)
+    for i, flight in enumerate(orbit.flight_times.tolist()):
+        kick, kick_rate, speed, gamma = impacts[(i + 1) % orbit.impacts]
+        u, v = _flown(orbit, flight, u, v)
+        shift = gamma @ u / speed
+        u = orbit.system.contact.strain_factor * u - np.outer(kick, shift)
+        v = orbit.system.contact.velocity_factor * v - np.outer(kick_rate, shift)
+    whole[0::2], whole[1::2] = u, v
+    return whole
+
+
+def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -> complex:
+    """det(ξ − W), whose zeros are the multipliers, in O(p²N) from K(ξ).
+
+    Its sign at 1 and at −1 tells which folds and flips an orbit has gone through. It may overflow with thousands of
+    modes, and grows without bound where the speed of an impact goes to 0; det `orbit.linearised(ξ)` does neither.
+
+    Parameters
+    ----------
+    orbit
+        The orbit.
+    xi
+        ξ, real or complex.
+    side
+        Which value of the load counts where it jumps at an impact.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.steady import orbit_near
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
+    >>> orbit = orbit_near(system, [0.33, 2.07], modes=0)
+    >>> product, total = characteristic(orbit, 0.0).real, np.trace(orbit_map(orbit))
+    >>> abs(product - 0.5**4) < 1e-12, abs(characteristic(orbit, 1.0) - (1.0 - total + product)) < 1e-12
+    (True, True)
+    """
+    _checked(orbit, side)
+    whole = complex(np.linalg.det(orbit.bordered(xi, side)))
+    return whole * complex(np.prod(orbit.modal_determinants(xi))) / float(np.prod(-orbit.speeds))
+
+
+def _checked(orbit: PeriodicOrbit, side: Side) -> None:
+    instance("orbit", orbit, PeriodicOrbit)
+    choice("side", side, "left", "right")
+
+
+def _impacts(orbit: PeriodicOrbit, side: Side) -> list[tuple[Array, Array, float, Array]]:
+    """Of each impact the vector s, in displacements and velocities, the speed, and γ; arrays of shape (N + 1,)."""
+    system, contact = orbit.system, orbit.system.contact
+    alpha, beta = contact.strain_factor, contact.velocity_factor
+    gamma = np.append(1.0, system.body.modes(orbit.modes, system.load.at).gamma)
+    forces = system.load.value(orbit.times, side)
+
+    def one(state: ModalState, rigid: float, force: float, speed: float) -> tuple[Array, Array, float, Array]:
+        pull = (alpha - beta) * np.append(0.0, state.omega**2 * state.displacement)
+        return (alpha - beta) * np.append(rigid, state.velocity), pull - contact.impulse * force, speed, gamma
+
+    rows = zip(orbit.states, orbit.rigid_velocities, forces, orbit.speeds, strict=True)
+    return [one(state, float(rigid), float(force), float(speed)) for state, rigid, force, speed in rows]
+
+
+def _flown(orbit: PeriodicOrbit, flight: float, u: Array, v: Array) -> tuple[Array, Array]:
+    """The columns of a matrix after a flight; displacements and velocities, each of shape (N + 1, 2N + 2)."""
+    system = orbit.system
+    known, d = system.body.modes(orbit.modes, system.load.at), system.d
+    step = propagator(known.omega, known.damping, flight)
+    a, b = np.append(1.0, step.a)[:, None], np.append(flight * float(phi1(d * flight)), step.b)[:, None]
+    c, e = np.append(0.0, step.c)[:, None], np.append(np.exp(-d * flight), step.e)[:, None]
+    return a * u + b * v, c * u + e * v

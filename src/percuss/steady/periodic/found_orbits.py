@@ -1,0 +1,75 @@
+"""What a search for orbits found, and why each of its other tries gave none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from percuss.model import System
+from percuss.shown import Shown
+from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
+
+__all__ = ["Drop", "FoundOrbits"]
+
+
+class Drop(Enum):
+    """Why a try gave no new orbit."""
+
+    LOST = "did not converge"
+    COALESCED = "impacts coalesce"
+    REPEAT = "repeats a shorter orbit"
+    RESONANT = "internal resonance"
+    NO_BLOW = "strikes backwards"
+    THROUGH_WALL = "through the wall"
+    KNOWN = "known already"
+
+
+@dataclass(frozen=True)
+class FoundOrbits(Shown):
+    """The orbits z=p/n that a search found.
+
+    Parameters
+    ----------
+    system, impacts, periods, modes
+        What was asked: p, n and N.
+    orbits
+        Those that are possible, by the phase of their first impact.
+    rejected
+        The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
+    tries
+        Starts that were followed; 0 where none was needed.
+    dropped
+        How many of the tries gave no new orbit, by reason; of one impact in a cycle, how many roots are none.
+    unseen
+        Estimate of the share of random starts that would lead to orbits not found: of the tries without deflation that
+        ended at an orbit, the part whose orbit they met once only (Good, Biometrika 40 (1953) 237–264). None when no
+        such try ended at one; 0 where the list is complete.
+    complete
+        Whether there are proved to be no others: one impact in a cycle.
+    """
+
+    system: System
+    impacts: int
+    periods: int
+    modes: int
+    orbits: tuple[PeriodicOrbit, ...]
+    rejected: tuple[PeriodicOrbit, ...] = field(repr=False)
+    tries: int
+    dropped: Mapping[Drop, int]
+    unseen: float | None
+    complete: bool
+
+    @property
+    def label(self) -> str:
+        """z=p/n."""
+        return f"z={self.impacts}/{self.periods}"
+
+    def __str__(self) -> str:
+        found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
+        if self.complete:
+            head = f"{self.label}: {found}, all there are"
+        else:
+            estimate = "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen:.2g}"
+            head = f"{self.label}: {found} in {self.tries} tries, {estimate}"
+        return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])

@@ -1,0 +1,224 @@
+"""All orbits of a label that a search finds: exactly for one impact, else from random times, with an honest count."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import System
+from percuss.model.checks import Array, array, count, instance
+from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
+from percuss.steady.periodic.impact_chain import ImpactChain
+from percuss.steady.periodic.newton import Outcome, newton
+from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
+from percuss.steady.periodic.sameness import SAME, canonical, differences, load_turn, repeats
+from percuss.steady.reason import Reason
+from percuss.steady.states import check_pushes, steady_states
+
+__all__ = ["MOST_IMPACTS", "MOST_PERIODS", "orbit_near", "orbits"]
+
+MOST_IMPACTS = 64
+MOST_PERIODS = 256
+_MOST_MODES = 4096
+_MOST_TRIES = 10**7
+_AT_ONCE = 256  # starts of a batch, at most
+_FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
+_NUMBERS = 1 << 20  # of an array of a batch
+
+
+def orbits(
+    system: System, impacts: int, periods: int = 1, *, modes: int = 32, tries: int = 400, seed: int = 0
+) -> FoundOrbits:
+    """The periodic motions z=p/n with p impacts in n load periods.
+
+    For p = 1 they are the steady motions of `steady_states`, all of them. For more impacts Newton's method starts from
+    random times: the first half of the tries freely, which tells how many orbits may be missing, the others led away
+    from every root known so far. Whatever is found is looked at before it is called an orbit: each impact must strike
+    forward, the bar must stay off the wall between impacts (proved with bounds), and it must be no repeat of a shorter
+    orbit, nor one already found that starts from another impact or another period of the load.
+
+    Parameters
+    ----------
+    system
+        The bar, its load and its contact.
+    impacts, periods
+        p, 1 to 64, and n, 1 to 256. They need not be coprime: z=2/2 is what a doubled z=1/1 is.
+    modes
+        N: the bar has the modes 0 … N, in the forced part, too.
+    tries
+        Random starts, for p ≥ 2.
+    seed
+        Of the random times.
+
+    Raises
+    ------
+    LoadError
+        When the load does not push (mean ≤ 0) or is constant.
+    ResonanceError
+        When an undamped bar is driven exactly at one of its own frequencies.
+    ParameterError
+        For numbers out of range.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    >>> found = orbits(system, 2, 1, modes=0, tries=200)
+    >>> for orbit in found.orbits:
+    ...     print(orbit.phases.round(6), orbit.speeds.round(6))
+    [0.148241 1.466982] [1.865025 0.732025]
+    [0.390789 2.321002] [2.099374 0.497676]
+    """
+    instance("system", system, System)
+    p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
+    kept = count("modes", modes, least=0, most=_MOST_MODES)
+    wanted = count("tries", tries, most=_MOST_TRIES)
+    start = count("seed", seed, least=0, most=2**63 - 1)
+    check_pushes(system)
+    if p == 1:
+        return _with_one_impact(system, n, kept)
+    search = _Search(ImpactChain(system, p, n, kept))
+    random = np.random.default_rng(start)
+    free = (wanted + 1) // 2
+    met: Counter[int] = Counter()
+    for size in _batches(search, free):
+        met.update(search.followed(search.drawn(random, size)))
+    for size in _batches(search, wanted - free, _FEWEST):
+        search.followed(search.drawn(random, size), search.known)
+    ended = sum(met.values())
+    unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
+    return search.result(wanted, unseen)
+
+
+def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
+    """The periodic motion whose impacts are near given times; None where Newton's method finds none.
+
+    It need not be possible (look at its `admissible`), nor as near as one would like.
+
+    Parameters
+    ----------
+    system
+        The bar, its load and its contact.
+    times
+        When the p impacts are, in rad of the load, increasing, all of them within n load periods; shape (p,).
+    periods, modes
+        n and N, as for `orbits`.
+
+    Raises
+    ------
+    LoadError, ResonanceError, ParameterError
+        As `orbits`; and for times that are not in order, or not within n load periods.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> system = System(s=5.0, d=0.0048, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    >>> orbit = orbit_near(system, [0.4, 2.3], modes=16)
+    >>> orbit.label, orbit.phases.round(6).tolist(), orbit.admissible
+    ('z=2/1', [0.391798, 2.300889], True)
+    """
+    instance("system", system, System)
+    n, kept = count("periods", periods, most=MOST_PERIODS), count("modes", modes, least=0, most=_MOST_MODES)
+    given = array("times", times, -1e12, 1e12)
+    if not 1 <= given.size <= MOST_IMPACTS or np.any(np.diff(given) <= 0.0) or np.ptp(given) >= 2.0 * math.pi * n:
+        raise ParameterError(
+            "times", times, f"1 to {MOST_IMPACTS} increasing times within {n} load period{'s' if n > 1 else ''}"
+        )
+    check_pushes(system)
+    search = _Search(ImpactChain(system, given.size, n, kept))
+    ended = newton(search.chain, given[None, :], None, search.turn)
+    return search.orbit(ended.times[0], float(ended.rebound[0])) if ended.outcome[0] == Outcome.ROOT else None
+
+
+def _with_one_impact(system: System, periods: int, modes: int) -> FoundOrbits:
+    """The roots of B77 (14), which are all the motions with one impact that there are."""
+    found = steady_states(system, periods, modes=modes).orbits
+    every = [PeriodicOrbit(system, periods, (orbit.phase,), modes) for orbit in found]
+    good = tuple(orbit for orbit in every if orbit.admissible)
+    others = tuple(orbit for orbit in every if not orbit.admissible)
+    dropped = Counter(verdict for orbit in others if (verdict := _verdict(orbit)))
+    return FoundOrbits(system, 1, periods, modes, good, others, 0, dict(dropped), 0.0, True)
+
+
+def _verdict(orbit: PeriodicOrbit) -> Drop | None:
+    """Why a root is no orbit; None for one that is."""
+    if orbit.impacts > 1 and orbit.resonant_modes:
+        return Drop.RESONANT
+    obstacle = orbit.obstacle
+    return None if obstacle is None else Drop.NO_BLOW if obstacle is Reason.NO_BLOW else Drop.THROUGH_WALL
+
+
+class _Search:
+    """The roots found so far, with a verdict on each, and the tries that gave no new orbit."""
+
+    def __init__(self, chain: ImpactChain) -> None:
+        self.chain = chain
+        self.turn = load_turn(chain.system.load)
+        self.known = np.empty((0, chain.impacts))  # every root, repeats of shorter orbits among them
+        self.roots: list[tuple[PeriodicOrbit, Drop | None]] = []
+        self.dropped: Counter[Drop] = Counter()
+
+    def drawn(self, random: np.random.Generator, size: int) -> Array:
+        """Random times in a period, in order; shape (size, p)."""
+        return np.sort(random.uniform(0.0, self.chain.period, (size, self.chain.impacts)), axis=1)
+
+    def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
+        """The motion with impacts at given times, the first of them in the first period of the load."""
+        chain = self.chain
+        moved, first = canonical(times, chain.period, self.turn)
+        kept = float(chain.passage(times, np.array(rebound)).rebound[first]) if chain.is_neutral else None
+        return PeriodicOrbit(chain.system, chain.periods, tuple(moved.tolist()), chain.modes, kept)
+
+    def followed(self, starts: Array, known: Array | None = None) -> list[int]:
+        """Follow starts and judge their ends; the numbers of the possible orbits at which they ended."""
+        ended = newton(self.chain, starts, known, self.turn)
+        self.dropped[Drop.LOST] += int((ended.outcome == Outcome.LOST).sum())
+        self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
+        reached = []
+        for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
+            number, new = self._judged(ended.times[row], float(ended.rebound[row]))
+            verdict = self.roots[number][1]
+            if verdict is None:
+                reached.append(number)
+            if not new or verdict is not None:
+                self.dropped[verdict or Drop.KNOWN] += 1
+        return reached
+
+    def _judged(self, times: Array, rebound: float) -> tuple[int, bool]:
+        """The number of a root, and whether it is new."""
+        if self.roots:
+            off = np.abs(differences(times, self.known, self.chain.period, self.turn)).max(axis=-1).min(axis=-1)
+            nearest = int(np.argmin(off))
+            if off[nearest] <= SAME:
+                return nearest, False
+        orbit = self.orbit(times, rebound)
+        again = repeats(times, self.chain.period, self.turn) > 1
+        self.roots.append((orbit, Drop.REPEAT if again else _verdict(orbit)))
+        self.known = np.concatenate([self.known, np.array([orbit.times])])
+        return len(self.roots) - 1, True
+
+    def result(self, tries: int, unseen: float | None) -> FoundOrbits:
+        """What was found."""
+        chain = self.chain
+        listed = sorted(self.roots, key=lambda root: root[0].times)
+        good = tuple(orbit for orbit, verdict in listed if verdict is None)
+        others = tuple(orbit for orbit, verdict in listed if verdict not in (None, Drop.REPEAT))
+        dropped = {reason: self.dropped[reason] for reason in Drop if self.dropped[reason]}
+        return FoundOrbits(
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, False
+        )
+
+
+def _batches(search: _Search, tries: int, first: int = _AT_ONCE) -> Iterator[int]:
+    """Sizes of the batches of so many tries, each twice the one before, up to what does not fill the memory."""
+    chain = search.chain
+    most = max(1, min(_AT_ONCE, _NUMBERS // (chain.impacts**2 * max(chain.modes, 1))))
+    size = min(first, most)
+    while tries > 0:
+        yield min(size, tries)
+        tries, size = tries - size, min(2 * size, most)

@@ -1,0 +1,254 @@
+"""The machine behind a recorded load: where and when its force switches, read as ports and delays of a valve."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from percuss.errors import LoadError
+from percuss.model import Contact, Machine, System
+from percuss.model.checks import Array, instance, positive
+from percuss.shown import Shown
+from percuss.steady.level import level_factor
+from percuss.steady.recorded.edges import WINDOW, Levels, edge_times, levels_between, rough_edges
+from percuss.steady.recorded.force_record import Cycles, ForceRecord, load_phases, recorded_cycles
+from percuss.steady.recorded.implied import Implied
+from percuss.steady.recorded.machines_read import RecordedSwitch, longest_that_run, machine_read
+from percuss.steady.recorded.mean_cycle import MeanCycle, mean_cycle, measured_phase
+from percuss.steady.recorded.port_and_delay import Interval, spread
+from percuss.steady.recorded.seen_switches import recorded_switch
+from percuss.steady.states import SteadyStates, steady_states
+
+__all__ = ["RecordedValve", "recorded_valve"]
+
+_SURE = 1.96  # standard errors
+_PULLS = 0.02  # of the highest force: a record that pulls with less leaves out what pulls the piston back
+_FELT = 0.02  # of the greatest jump: a chamber that adds less over the stroke is none
+
+
+@dataclass(frozen=True)
+class RecordedValve(Shown):
+    """A machine that switches itself, as a recorded load shows it; in the units of its machines.
+
+    Attributes
+    ----------
+    system
+        The clocked system that was read.
+    phase
+        Of the load at the blow (rad).
+    phases
+        All phases at which the load lets the piston strike steadily; none where the level is above the fold: `phase` is
+        then that of the tip.
+    period, speed, stroke
+        Of the implied motion of the mean cycle: time from blow to blow, speed of the blow, greatest distance.
+    forces
+        Of the states at the wall, in rising order.
+    stiffness
+        Of the gas chamber, by the slope of the force against the distance.
+    switches
+        The switches of a cycle, in order after the blow.
+    cycles
+        Cycles of the record that were followed one by one; 0 where only the mean cycle is known.
+    restitution
+        Speed after a blow over that before it, of the record, where the blows were measured; else None.
+    by_ports, by_delays
+        The two extreme readings: with the least delays, so that the valve switches where the piston is, and with the
+        longest ones (the same part of what each switch allows) with which the machine runs as steadily as it did.
+    machine
+        The best reading: with the ports and delays that the cycles tell apart, and the least delays of the others.
+    mean_at_switch
+        The mean force with which the blow would come just as the force falls (per mass).
+    opposing_share
+        Where the record never pulls, so that it leaves out a constant force that pulls the piston back: that force over
+        the highest recorded one, estimated so that the blow comes at the switch. With a front chamber that is always
+        under supply it is the ratio of the front area to the rear one.
+    notes
+        What was taken for granted, one sentence each.
+    """
+
+    system: System
+    phase: float
+    phases: tuple[float, ...]
+    period: float
+    speed: float
+    stroke: float
+    forces: tuple[float, ...]
+    stiffness: Interval
+    switches: tuple[RecordedSwitch, ...]
+    cycles: int
+    restitution: Interval | None
+    by_ports: Machine
+    by_delays: Machine
+    machine: Machine
+    mean_at_switch: float
+    opposing_share: float | None
+    notes: tuple[str, ...]
+
+    def __str__(self) -> str:
+        lines = [f"RecordedValve: speed {self.speed:.6g}, period {self.period:.6g}, stroke {self.stroke:.6g}"]
+        return "\n".join([*lines, *(f"  {switch}" for switch in self.switches)])
+
+
+def recorded_valve(
+    system: System,
+    *,
+    blow: float | None = None,
+    record: ForceRecord | None = None,
+    longest_delay: float | None = None,
+) -> RecordedValve:
+    """Read a recorded load as that of a machine whose valve the piston works.
+
+    The piston is taken to be rigid, and to strike once in a period. A cycle shows where the piston is when the force
+    switches, not where the port is: with a delay the piston has passed it before. Cycles of different speeds tell port
+    and delay apart; otherwise the two extreme readings are the answer.
+
+    Parameters
+    ----------
+    system
+        The hammer under the clocked load: a recorded history, or steps. The load must be the whole force on the piston,
+        with that of any gas.
+    blow
+        Phase of the load (rad) at which the blow was recorded. Without it, and without measured blows in `record`, the
+        blow that is nearest to the greatest fall of the force is taken.
+    record
+        The record that the load was made from: then its cycles are read one by one, which gives intervals.
+    longest_delay
+        The longest delay that the valve may have, in the units of the machine: s for one in SI.
+
+    Returns
+    -------
+    RecordedValve
+        In the units of `Machine`: with SI seconds and bar lengths, else those of the system.
+
+    Raises
+    ------
+    LoadError
+        When the load does not push, is constant, or does not switch.
+    HistoryError
+        When the record does not hold the cycles of the load.
+    ParameterError
+        When an argument is none of these, or the load acts on a step of the body.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> load = Load.steps([0.0, 2.0, 4.5, 6.0], [-0.4, -0.4, 1.8, -0.4])
+    >>> read = recorded_valve(System(s=50.0, d=0.0, restitution=0.2, load=load))
+    >>> print(read.machine.valve.ports[0].side, read.switches[0].to)
+    back power
+    """
+    instance("system", system, System)
+    longest = math.inf if longest_delay is None else positive("longest_delay", longest_delay)
+    states = steady_states(system)
+    if states.level_max <= 0.0:
+        raise LoadError("no blow can be kept up under any mean load", "give the whole force on the piston")
+    rate = system.angular_frequency if system.is_si else 1.0
+    phases = None if record is None else load_phases(system, instance("record", record, ForceRecord))
+    struck = None if record is None or phases is None else measured_phase(record, phases)
+    mean = mean_cycle(states, rate, blow, struck)
+    period = float(mean.motion.blows[-1])
+    edges, levels = _switching(mean, period)
+    cycles, notes = None, list(mean.notes)
+    if record is not None and phases is not None:
+        added = mean.system.load.mean - system.load.mean
+        cycles = recorded_cycles(system, record, phases, rate, mean.phase, edges, levels, added)
+        if cycles is None:
+            notes.append("the record holds too few blows to read its cycles one by one: only the mean cycle is read")
+        elif cycles.blows == "phase":
+            notes.append("the blow of each cycle is taken at the phase of the mean cycle's")
+    stiffness = _stiffness(levels, mean.motion)
+    if stiffness.value == 0.0:
+        levels = levels_between(mean.motion, edges, period, _told(mean), sloped=False)
+    number, forces = levels.states
+    switches = tuple(recorded_switch(j, number, forces, edges, mean.motion, cycles, longest) for j in range(edges.size))
+    contact, restitution = _contact(system, cycles, notes)
+
+    def made(delays: list[float]) -> Machine:
+        return machine_read(system, contact, forces, stiffness.value, switches, delays)
+
+    by_ports = made([switch.found.least for switch in switches])
+    by_delays = longest_that_run(made, switches, float(mean.motion.speeds[0])) or by_ports
+    machine = made([switch.best_delay for switch in switches])
+    if not all(switch.found.told_apart for switch in switches):
+        notes.append("the cycles do not tell all ports and delays apart: they are too few, or too much alike")
+    at_switch, share = _at_switch(states, rate, forces, mean)
+    return RecordedValve(
+        system=system,
+        phase=mean.phase,
+        phases=tuple(orbit.phase for orbit in states.orbits),
+        period=period,
+        speed=float(mean.motion.speeds[0]),
+        stroke=float(mean.motion.behind.max()),
+        forces=tuple(forces),
+        stiffness=stiffness,
+        switches=switches,
+        cycles=0 if cycles is None else cycles.switches.shape[0],
+        restitution=restitution,
+        by_ports=by_ports,
+        by_delays=by_delays,
+        machine=machine,
+        mean_at_switch=at_switch,
+        opposing_share=share,
+        notes=tuple(notes),
+    )
+
+
+def _switching(mean: MeanCycle, period: float) -> tuple[Array, Levels]:
+    """The edges of the mean cycle as times after the blow, and the levels after each."""
+    motion = mean.motion
+    rough = motion.time[rough_edges(motion.force[:-1])]
+    if rough.size < 2:
+        raise LoadError(
+            "the load does not switch between levels: it has no two steep edges in a period",
+            "a valve is read from a force or a pressure that it switches, recorded at the piston",
+        )
+    edges, levels = rough, levels_between(motion, rough, period, _told(mean))
+    for _ in range(2):
+        bare = motion.force - levels.stiffness * motion.behind
+        time = np.concatenate([motion.time[:-1] + shift * period for shift in (-1, 0, 1)])
+        after = levels.at_wall
+        edges = edge_times(time, np.tile(bare[:-1], 3), rough, (np.roll(after, 1), after), WINDOW * period)
+        edges = np.sort(edges % period)
+        levels = levels_between(motion, edges, period, _told(mean))
+    return edges, levels
+
+
+def _told(mean: MeanCycle) -> float:
+    """How many independent numbers the load of a mean cycle is."""
+    load = mean.system.load
+    return float(mean.motion.time.size if load.is_piecewise else 2 * load.harmonics.size)
+
+
+def _stiffness(levels: Levels, motion: Implied) -> Interval:
+    """Of the gas chamber; 0 where the slope is not told from 0, or is too small to be felt."""
+    half = _SURE * levels.error
+    low, high = max(0.0, levels.stiffness - half), max(0.0, levels.stiffness + half)
+    felt = levels.stiffness * float(np.ptp(motion.behind)) > _FELT * float(np.ptp(levels.at_wall))
+    return Interval(levels.stiffness if low > 0.0 and felt else 0.0, low, high)
+
+
+def _contact(system: System, cycles: Cycles | None, notes: list[str]) -> tuple[Contact, Interval | None]:
+    """The contact with the restitution of the record where the blows were measured."""
+    if cycles is None or cycles.blows != "measured":
+        return system.contact, None
+    found = spread(cycles.motion.rebounds[1:] / cycles.motion.speeds[:-1])
+    if not 0.0 <= found.value <= 1.0:
+        notes.append(
+            f"the measured blows would need a restitution of {found.value:.3g}, which there is not: the zero of the "
+            "force or the clock of the blows is off, and the restitution given is kept"
+        )
+        return system.contact, found
+    return system.contact.with_restitution(found.value), found
+
+
+def _at_switch(states: SteadyStates, rate: float, forces: list[float], mean: MeanCycle) -> tuple[float, float | None]:
+    """The mean force with which the blow comes as the force falls, and the opposing force that this takes."""
+    system = states.system
+    period = 2.0 * math.pi
+    fold = states.level_max / (period * float(level_factor(system.d * period, system.contact.impedance_ratio)))
+    left_out = rate**2 * (system.load.mean - mean.system.load.mean)  # of the mean, where it was changed
+    low, high = forces[0] + left_out, forces[-1] + left_out
+    share = rate**2 * (system.load.mean - fold) / high if low > -_PULLS * high else None
+    return rate**2 * fold, share

@@ -1,0 +1,36 @@
+"""A machine that switches its own valve: its cycle over time, with the answer of the command line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from percuss.case.answers.machine_frames import machine_frames
+from percuss.web.packed_arrays import packed
+from percuss.web.questions import MachineAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import answer_of, binary
+from percuss.web.steady_routes import BINARY
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.web.lanes import Halt
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+
+@router.post("/api/machine", summary="A machine that switches itself", response_class=Response, responses=BINARY)
+async def machine(request: Request, asked: MachineAsked) -> Response:
+    """Position, force and state of the valve over a cycle, or what keeps the machine from running."""
+
+    def work(case: Case, _: Halt) -> bytes:
+        found = machine_frames(case, modes=asked.modes, points=asked.points, whole=asked.whole)
+        return packed(found.header, found.arrays)
+
+    short = not asked.whole and asked.modes == 0
+    return binary(await answer_of(request, asked, work, quick=short))

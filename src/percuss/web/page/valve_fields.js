@@ -1,0 +1,82 @@
+// The fields of a load that the piston switches, and such a load in the place of a clocked one, and back.
+
+import { joined, meanAndAmplitude, otherLoad, unitOf } from "./fields.js";
+import { field, problemOf } from "./form_fields.js";
+import { h } from "./dom.js";
+import { plainNumber } from "./format.js";
+import { steps } from "./moves.js";
+
+const HINTS = {
+  pressure: ["Pressure", "of the supply, as 160 bar; without it states are forces"],
+  start_state: ["State at the start", "the first one when empty"],
+  room: ["Room", "how far behind the wall the piston can go; without limit when empty"],
+  force: ["Gas: force", "toward the wall, with the piston at the tool"],
+  stiffness: ["Gas: stiffness", "growth of that force on the way back"],
+  front: ["area in front", "the pressure pushes the piston back"],
+  rear: ["area behind", "the pressure pushes the piston toward the wall"],
+  behind: ["place", "of its edge, behind the wall"],
+  side: ["side", "back or front: where it is uncovered"],
+  to: ["demands", "a state by its name"],
+  delay: ["delay", "from the demand to the change; 0 when empty"],
+  reads: ["reads", "centre, or a place on the bar from 0 to 1"],
+  on: ["on", "impact: each blow demands"],
+};
+const ALWAYS = ["load.start_state", "load.room"];
+const OF_PORTS = ["behind", "side", "to", "delay"];
+
+/** The keys that a load of this kind has fields for. */
+export function valveKeys(load) {
+  const found = load.pressure === undefined ? [] : ["load.pressure"];
+  for (const [name, given] of Object.entries(load.states ?? {})) {
+    const areas = given !== null && typeof given === "object";
+    for (const side of areas ? ["front", "rear"] : [""]) found.push(`load.states.${name}${side && `.${side}`}`);
+  }
+  (Array.isArray(load.ports) ? load.ports : []).forEach((port, i) => {
+    const own = port?.on ? ["on", "to", "delay"] : [...OF_PORTS, ...(port?.reads === undefined ? [] : ["reads"])];
+    for (const name of own) found.push(`load.ports[${i}].${name}`);
+  });
+  return [...found, "load.chamber.force", "load.chamber.stiffness", ...ALWAYS];
+}
+
+export function valveFields(load) {
+  const rows = valveKeys(load).map((key) => field([key, ...words(key)]));
+  const tables = ["load.states", "load.ports", "load.chamber"].map(problemOf);
+  const hint = "The piston switches the states by the ports that it passes; no clock. Answered in the panel Machine.";
+  return [h("p", { class: "hint small muted" }, hint), tables, h("div", { class: "fields" }, rows)];
+}
+
+/** [label, hint] of a key. */
+function words(key) {
+  const [, first, second, third] = steps(key);
+  const own = HINTS[third ?? second ?? first];
+  if (first === "ports") return [`Port ${Number(second) + 1}: ${own[0]}`, own[1]];
+  if (first !== "states") return own;
+  return third ? [`State ${second}: ${own[0]}`, own[1]] : [`State ${second}`, "its force, positive toward the wall"];
+}
+
+/** A valve in the place of a clocked load: it pulls and pushes as hard, and its ports are a tenth of the bar apart. */
+export function valveLoad(load, si, info) {
+  const [mean, amplitude] = meanAndAmplitude(load, info?.system?.load_factor ?? 0.4);
+  const unit = si ? unitOf(load) || "N" : "";
+  const place = si ? joined(100 * (info?.bar?.length_m ?? 0.5), "mm") : 0.1;
+  const pull = Math.min(mean - amplitude, -0.1 * Math.abs(mean + amplitude)); // else it would lie on the wall for ever
+  return {
+    kind: "valve",
+    states: { return: joined(pull, unit), power: joined(mean + amplitude, unit) },
+    ports: [
+      { behind: place, side: "back", to: "power" },
+      { on: "impact", to: "return" },
+    ],
+  };
+}
+
+/** A clocked load in the place of a valve: between its least and its greatest force, at the rate at which it runs. */
+export function clockedLoad(kind, machine) {
+  const forces = machine?.forces ?? [-1, 1];
+  const [most, least] = [Math.max(...forces), Math.min(...forces)];
+  const si = machine ? machine.units === "SI" : false;
+  const unit = si ? "N" : "";
+  const rate = machine?.answer.si?.blow_rate_Hz ?? 10;
+  const load = { kind: "harmonic", mean: joined((most + least) / 2, unit), amplitude: joined((most - least) / 2, unit) };
+  return otherLoad({ ...load, ...(si && { frequency: `${plainNumber(rate)} Hz` }) }, kind, si, 0);
+}

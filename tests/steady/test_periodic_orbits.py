@@ -1,0 +1,300 @@
+"""Orbits with p impacts in n load periods: the equations for their times, by figures, closed forms, differences."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from orbit_cases import ENTRIES, numbers, of_kind, orbit_at, periods_of, system_of, times_of
+from percuss import Kept, Load, System, steady_states
+from percuss.errors import ParameterError
+from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
+from percuss.steady import PeriodicOrbit, Reason, orbit_near, orbits, parameter_column, time_rates
+from percuss.steady.periodic.impact_chain import ImpactChain
+from strategies import Drawn, fourier_systems, resonant, square_systems
+
+TURN = 2.0 * math.pi
+POINTS = [pytest.param(name, i, id=f"{name}-{i}") for name in of_kind("branch_points")
+          for i in range(len(ENTRIES[name]["points"]))]  # fmt: skip
+
+
+def ordered(period: float, shares: list[float]) -> np.ndarray:
+    """Times in order whose flights are these shares of the period, each at least a tenth of its even share."""
+    flights = 0.1 + 0.9 * np.array(shares)
+    return 0.3 + period * np.append(0.0, np.cumsum(flights / flights.sum())[:-1])
+
+
+@st.composite
+def chains(draw: st.DrawFn) -> tuple[ImpactChain, np.ndarray]:
+    """Any system, law of damping and contact law with 1 to 4 impacts in 1 to 3 periods, and times in order."""
+    law = draw(
+        st.sampled_from([External(0.0), External(0.02), External(0.9), Ratio(2e-3), Ratio(1.0), KelvinVoigt(0.1)])
+    )
+    contact = draw(st.sampled_from([Kept, Reversed]))(draw(st.sampled_from([0.0, 0.3, 0.6, 0.95])))
+    load = draw(st.sampled_from([
+        Load.harmonic(0.5, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3),
+        Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, -0.4]),
+    ]))  # fmt: skip
+    system = System(UniformBar(draw(st.sampled_from([0.7, 1.9, 6.1])), law), load, contact)
+    p, n = draw(st.integers(1, 4)), draw(st.integers(1, 3))
+    shares = draw(st.lists(st.floats(0.0, 1.0), min_size=p, max_size=p))
+    chain = ImpactChain(system, p, n, draw(st.sampled_from([0, 1, 5])))
+    times = ordered(chain.period, shares)
+    if load.is_piecewise:  # the derivative is one-sided at a jump
+        off = np.abs((times[:, None] - np.array(load.breaks) + math.pi) % TURN - math.pi)
+        assume(off.min() > 1e-3)
+    assume(
+        np.abs(chain.passage(times).divisor).min(initial=1.0) > 0.02
+    )  # beside resonance differences need smaller steps
+    return chain, times
+
+
+# -- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", of_kind("orbit"))
+def test_orbits_of_the_figures(name: str) -> None:
+    entry = ENTRIES[name]
+    times = times_of(entry)
+    found = orbit_near(
+        system_of(entry),
+        times + 1e-3 * np.sin(np.arange(times.size)),
+        periods_of(entry),
+        modes=entry["system"]["modes"],
+    )
+    assert found is not None
+    assert found.label == entry["label"]
+    assert found.phases == pytest.approx(numbers(entry, "phase"), rel=0, abs=1e-12)
+    assert found.speeds == pytest.approx(numbers(entry, "speed"), rel=0, abs=1e-12)
+    assert found.flight_times == pytest.approx([float(flight) for flight in entry["flight_times"]], rel=0, abs=1e-12)
+    assert found.admissible is entry["admissible"]
+    assert found.proven
+    assert found.residual < 1e-12
+    t = np.linspace(0.0, found.period, 4001)
+    y, starts = found.end_point(t), found.flight_times.cumsum()
+    assert y.max() <= 1e-12
+    assert found.end_point(np.append(0.0, starts[:-1])) == pytest.approx(0.0, abs=1e-12)
+    if (greatest := entry["greatest_gap_between_impacts"]) is not None:
+        tops = y[1:-1][(y[1:-1] > y[:-2]) & (y[1:-1] > y[2:]) & (y[1:-1] < -1e-3)]
+        assert tops.max() == pytest.approx(greatest, abs=1e-4)
+
+
+@pytest.mark.parametrize(("name", "i"), POINTS)
+def test_special_points_of_the_figures(name: str, i: int) -> None:
+    entry = ENTRIES[name]
+    point = entry["points"][i]
+    orbit = orbit_at(entry, point)
+    assert orbit.residual < 1e-12
+    assert orbit.speeds == pytest.approx(numbers(point, "speed"), rel=0, abs=1e-11)
+    fold, flip = (np.linalg.svd(orbit.linearised(xi), compute_uv=False) for xi in (1.0, -1.0))
+    singular = {"fold": fold, "flip": flip}
+    for kind, values in singular.items():
+        assert bool(values[-1] < 1e-10 * orbit.speeds.max()) is (point["type"] == kind)
+    if point["type"] == "neimark_sacker":
+        angle = complex(*point["multipliers"][0])
+        values = np.linalg.svd(orbit.linearised(angle / abs(angle)), compute_uv=False)
+        assert values[-1] < 1e-9 * orbit.speeds.max()
+    if point["type"] == "grazing_touch":
+        touch = float(point["touch_phase"]) - orbit.times[0]
+        assert orbit.end_point(touch) == pytest.approx(0.0, abs=1e-12)
+    if point["type"] == "grazing_impact_dies":
+        assert orbit.speeds.min() == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", ["branch_21", "elastic_branch_21"])
+def test_what_lies_beyond_the_ends_of_a_branch_is_no_orbit(name: str) -> None:
+    """The root goes on: beyond a touch it passes the wall, beyond the death of an impact it strikes backwards."""
+    entry = ENTRIES[name]
+    ends = {point["type"]: point for point in entry["points"]}
+    for kind, reason in (("grazing_touch", Reason.THROUGH_WALL), ("grazing_impact_dies", Reason.NO_BLOW)):
+        point = ends[kind]
+        for side, expected in ((1e-3, None), (-1e-3, reason)):
+            system = system_of(entry, float(point["value"]) + side)
+            found = orbit_near(system, numbers(point, "phase"), modes=entry["system"]["modes"])
+            assert found is not None
+            assert found.obstacle is expected
+            assert found.proven
+            if expected is Reason.THROUGH_WALL:
+                assert found.violation is not None
+                assert found.phase + found.violation.time == pytest.approx(float(point["touch_phase"]), abs=0.2)
+                near = np.linspace(0.0, found.flight_times[0], 20001)[1:-1]
+                later = found.flight_times[0] + np.linspace(0.0, found.flight_times[1], 20001)[1:-1]
+                passed = np.concatenate([near, later])
+                assert found.end_point(passed).max() == pytest.approx(found.violation.depth, rel=1e-3)
+
+
+# -- one impact is the closed form ------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60)
+@given(st.one_of(fourier_systems(8), square_systems(16)), st.sampled_from([0, 1, 6]))
+def test_one_impact_is_the_steady_motion(drawn: Drawn, modes: int) -> None:
+    assume(not resonant(drawn.system))
+    for motion in steady_states(drawn.system, drawn.periods, modes=modes).orbits:
+        assume(not motion.fold)
+        orbit = PeriodicOrbit(drawn.system, drawn.periods, (motion.phase,), modes)
+        state, ours = motion.modal_state(modes), orbit.states[0]
+        least = float(np.abs(state.divisor).min(initial=1.0))
+        assume(least > 1e-4)  # nearer to resonance neither has the digits
+        room = 1e-13 * max(drawn.periods * (1.0 + float(state.omega.max(initial=0.0))), 1.0) / least
+        swing = motion.response.rigid_bounds()[0] + abs(motion.rigid_velocity)
+        scale = swing + float(np.abs(state.velocity).sum())
+        assert orbit.rigid_velocity == pytest.approx(motion.rigid_velocity, abs=room * swing)
+        assert orbit.speeds[0] == pytest.approx(motion.impact_velocity, abs=max(1e-13, room) * scale)
+        assert ours.velocity == pytest.approx(state.velocity, abs=max(1e-13, room) * scale)
+        assert ours.rebound == pytest.approx(state.rebound, abs=max(1e-13, room) * scale)
+        assert orbit.blow_energies[0] == pytest.approx(motion.blow_energy, abs=10.0 * room * scale**2)
+
+
+def test_one_impact_to_thirteen_digits() -> None:
+    system = System(s=5.0, d=0.0048, restitution=0.6, load=Load.fourier([0.8, 1.0, 0.2j]))
+    motions = steady_states(system, modes=8).orbits
+    assert motions
+    for motion in motions:
+        orbit = PeriodicOrbit(system, 1, (motion.phase,), 8)
+        assert orbit.residual < 1e-13
+        assert orbit.speeds[0] == pytest.approx(motion.impact_velocity, rel=1e-13)
+        assert orbit.rigid_velocity == pytest.approx(motion.rigid_velocity, rel=1e-13)
+        assert orbit.modal_state(8).z_velocity == pytest.approx(motion.modal_state(8).z_velocity, abs=1e-13)
+        assert orbit.admissible is motion.admissible
+        t = np.linspace(0.01, orbit.period - 0.01, 200)
+        assert orbit.end_point(t) == pytest.approx(motion.end_point(t), abs=1e-13)
+
+
+# -- invariants -------------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=80)
+@given(chains())
+def test_the_matrix_is_the_derivative_of_the_equations(drawn: tuple[ImpactChain, np.ndarray]) -> None:
+    chain, times = drawn
+    orbit = PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes)
+    matrix, step = orbit.linearised(), 1e-4
+    shifts = step * np.eye(times.size)
+    one, two = (chain.passage(times + k * shifts).gap - chain.passage(times - k * shifts).gap for k in (1.0, 2.0))
+    found = (8.0 * one - two).T / (12.0 * step)
+    assert matrix == pytest.approx(found, abs=1e-7 * max(1.0, float(np.abs(found).max())))
+
+
+@settings(max_examples=40)
+@given(chains(), st.integers(0, 3), st.integers(-2, 2))
+def test_the_first_impact_and_the_first_period_are_free_to_choose(drawn, first: int, periods: int) -> None:
+    chain, times = drawn
+    first %= times.size
+    turned = np.concatenate([times[first:], times[:first] + chain.period]) + TURN * periods
+    one, other = chain.passage(times), chain.passage(turned)
+    scale = 1.0 + np.abs(one.gap).max()
+    assert np.roll(one.gap, -first) == pytest.approx(other.gap, abs=1e-11 * scale)
+    assert np.roll(one.speed, -first) == pytest.approx(other.speed, abs=1e-11 * scale)
+    assert other.closure == pytest.approx(0.0, abs=1e-12 * scale)
+
+
+@settings(max_examples=30)
+@given(chains())
+def test_many_orbits_at_once_are_each_by_itself(drawn) -> None:
+    chain, times = drawn
+    rows = np.stack([times, times + 0.01, times + 0.02])
+    together = chain.passage(rows)
+    for i, row in enumerate(rows):
+        alone = chain.passage(row)
+        assert together.gap[i] == pytest.approx(alone.gap, abs=1e-14 * (1.0 + np.abs(alone.gap).max()))
+
+
+@settings(max_examples=40)
+@given(chains())
+def test_energy_closes_over_the_cycle(drawn) -> None:
+    """What the impacts take of energy and what the flights give are one: mode by mode the state comes back."""
+    chain, times = drawn
+    orbit = PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes)
+    alpha, beta = chain.system.contact.strain_factor, chain.system.contact.velocity_factor
+    for i, state in enumerate(orbit.states):
+        assert state.rebound == pytest.approx(alpha * state.displacement, abs=1e-15)
+        assert state.z_velocity + state.forced_velocity == pytest.approx(beta * state.velocity, abs=1e-12)
+        flight = orbit._flights[i]
+        y, speed = flight.end_motion(np.array([0.0, flight.period]), chain.modes)
+        scale = 1.0 + np.abs(orbit.speeds).max()
+        assert speed == pytest.approx([flight.rebound_velocity, flight.impact_velocity], abs=1e-10 * scale)
+        assert y == pytest.approx([0.0, chain.passage(times).gap[i]], abs=1e-11 * scale)
+
+
+def test_a_cycle_twice_as_long_holds_the_orbit_twice() -> None:
+    """z=1/1 solves the equations of z=2/2, with the multipliers squared: a repeat, not an orbit of its own."""
+    system = System(s=5.0, d=0.0048, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    for motion in steady_states(system, modes=4).orbits:
+        twice = PeriodicOrbit(system, 2, (motion.phase, motion.phase + TURN), 4)
+        assert twice.residual < 1e-13
+        assert twice.speeds == pytest.approx(motion.impact_velocity, rel=1e-12)
+
+
+def test_full_rebound_without_drag_keeps_the_rigid_velocity_as_an_unknown() -> None:
+    """R = 1, d = 0, p even: the times do not tell it; with nearly full rebound they do, and tell the same."""
+    load = Load.fourier([0.2, 1.0, 0.4j, 0.3])
+    lossless = System(s=5.0, d=0.0, restitution=1.0, load=load)
+    assert ImpactChain(lossless, 2, 2, 0).is_neutral
+    found = orbits(lossless, 2, 2, modes=0, tries=200).orbits
+    nearly = orbits(lossless.with_restitution(1.0 - 2e-3), 2, 2, modes=0, tries=200).orbits
+    assert len(found) == len(nearly) == 3
+    for one, other in zip(found, nearly, strict=True):
+        assert one.rebound is not None
+        assert other.rebound is None
+        assert one.residual < 1e-12
+        assert one.times == pytest.approx(other.times, abs=0.01)
+        assert one.speeds == pytest.approx(other.speeds, abs=0.02)
+        assert 2.0 * one.rigid_velocities.sum() == pytest.approx(0.2 * 2.0 * TURN, rel=1e-12)  # momentum in a cycle
+
+
+def test_an_undriven_swing_between_all_impacts_is_named() -> None:
+    """ω_1 = 2 swings a whole number of times in flights of π: its amplitude is free, and so is that of 2ω_1, …"""
+    system = System(s=2.0 / math.pi, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0))
+    orbit = PeriodicOrbit(system, 1, (0.5, 0.5 + math.pi), 3)
+    assert orbit.resonant_modes == (1, 2, 3)
+    assert PeriodicOrbit(system, 1, (0.5, 0.6 + math.pi), 3).resonant_modes == ()
+    assert np.isfinite(orbit.speeds).all()
+
+
+@pytest.mark.parametrize("modes", [0, 4])
+@pytest.mark.parametrize("parameter", ["mean", "restitution", "damping", "s"])
+def test_times_move_with_a_parameter_as_the_column_says(parameter: str, modes: int) -> None:
+    def family(value: float) -> System:
+        mean, d, r, s = {"mean": (value, 0.1, 0.5, 2.0), "damping": (0.5, value, 0.5, 2.0)}.get(
+            parameter, (0.5, 0.1, value if parameter == "restitution" else 0.5, value if parameter == "s" else 2.0)
+        )
+        return System(s=s, d=d, restitution=r, load=Load.fourier([mean, 1.0, 0.2j]))
+
+    here = {"mean": 0.5, "restitution": 0.5, "damping": 0.1, "s": 2.0}[parameter]
+    orbit = orbits(family(here), 2, modes=modes, tries=60).orbits[0]
+    step = 1e-4
+    ends = [orbit_near(family(here + k * step), orbit.times, modes=modes) for k in (1.0, -1.0)]
+    moved = (np.array(ends[0].times) - ends[1].times) / (2.0 * step)  # type: ignore[union-attr]
+    assert time_rates(orbit, family, here) == pytest.approx(moved, rel=1e-5, abs=1e-6)
+    assert parameter_column(orbit, family, here)[-1] == pytest.approx(0.0, abs=1e-8)
+    assert orbit.off(family(here)) == pytest.approx(0.0, abs=1e-12)
+
+
+# -- what is refused --------------------------------------------------------------------------------------------------
+
+
+def test_times_that_are_none_are_refused() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    for times in ([], [1.0, 0.5], [0.0, TURN], [0.0, 0.0], [math.nan], np.linspace(0.0, 1.0, 65)):
+        with pytest.raises(ParameterError, match="times"):
+            orbit_near(system, times)
+    with pytest.raises(ParameterError, match="at most 0"):
+        orbit_near(system, [0.4, 2.3], modes=0).modal_state(1)  # type: ignore[union-attr]
+
+
+def test_an_orbit_is_a_value() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    orbit = orbit_near(system, [0.4, 2.3], modes=0)
+    again = orbit_near(system, np.array([2.3, 0.4 + TURN]) + 3.0 * TURN, modes=0)
+    assert orbit is not None
+    assert again is not None
+    assert again.times == pytest.approx(orbit.times, abs=1e-12)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        orbit.modes = 1  # type: ignore[misc]
+    assert str(orbit) == "PeriodicOrbit z=2/1: phases 0.390789, 2.321002 rad, admissible, 0 modes"
