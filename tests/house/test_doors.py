@@ -99,11 +99,18 @@ NO_DOORS: dict[str, str] = {
             "steady.ElasticCycle",
             "steady.Energy",
             "steady.Field",
+            "case.RecordedAnswer",
             "steady.FoundOrbits",
+            "steady.Interval",
             "steady.ModalState",
             "steady.Nearest",
             "steady.Orbit",
             "steady.PeriodicOrbit",
+            "steady.PortAndDelay",
+            "steady.Reading",
+            "steady.RecordedSwitch",
+            "steady.RecordedSwitch.port",
+            "steady.RecordedValve",
             "steady.Rest",
             "steady.RigidCycle",
             "steady.SelfExcited",
@@ -232,6 +239,7 @@ NO_DOORS: dict[str, str] = {
         ["model.Body", "model.SizedBody", "model.Damping", "model.Contact"],
         "a contract: the doors are its kinds",
     ),
+    "steady.recorded_together": "takes readings of records in SI alone: tests/steady/test_recorded_valve.py",
     **dict.fromkeys(
         ["model.Modes", "model.Shape", "model.Result", "steady.Drop", "steady.Obstacle", "steady.Reason"], MADE_HERE
     ),
@@ -278,6 +286,9 @@ RUNNING_TAKES = {
 """A class is a callable: here one whose objects are true, which ends a computation."""
 
 
+SQUARE = Case.from_text(
+    '[system]\ns = 50.0\nd = 0.0\nrestitution = 0.2\n[load]\nkind = "square"\namplitude = 1.0\nkappa = 1.2\n'
+)
 RANGE: dict[str, Any] = {"name": "bar.length", "low": 100.0, "high": 300.0, "unit": "mm"}
 
 
@@ -535,6 +546,16 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.PeriodicOrbit.linearised": (several.linearised, {"xi": 1.0} | side, {"xi": REAL | {"complex"}}),
         "steady.PeriodicOrbit.modal_determinants": (
             several.modal_determinants, {"xi": 1.0}, {"xi": REAL | {"complex"}},
+        ),
+        "steady.ForceRecord": (
+            steady.ForceRecord,
+            {"time": [0.0, 1.0], "force": [1.0, 2.0], "blows": None},
+            {"blows": OPTIONAL | {"empty"}},
+        ),
+        "steady.recorded_valve": (
+            steady.recorded_valve,
+            {"system": SYSTEM.with_load(Load.square(1.0, 1.3)), "blow": None, "record": None, "longest_delay": None},
+            {"blow": OPTIONAL | REAL, "record": OPTIONAL, "longest_delay": OPTIONAL},
         ),
         "steady.rest_on_wall": (steady.rest_on_wall, {"system": SYSTEM}, {}),
         "steady.si_report": (steady.si_report, {"orbit": steady_states(SI_SYSTEM).orbits[1]}, {}),
@@ -846,6 +867,11 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.machine_motion": (
             room_of_cases.machine_motion, {"case": drilling, "progress": None}, {"progress": OPTIONAL | {"class"}},
+        ),
+        "case.recorded_answer": (
+            room_of_cases.recorded_answer,
+            {"case": SQUARE, "modes": 0, "blow": None, "blows": None, "longest_delay": None},
+            {"modes": OPTIONAL, "blow": OPTIONAL | REAL, "blows": set(WRONG), "longest_delay": OPTIONAL},
         ),
         "case.machine_answer": (
             room_of_cases.machine_answer, {"case": drilling, "modes": 0},

@@ -182,6 +182,8 @@ def test_two_records_at_different_pressures_tell_them_apart_together() -> None:
     assert both.forces == read[0].forces
     with pytest.raises(ParameterError, match="others"):
         recorded_together(read[0])
+    with pytest.raises(ParameterError, match="first"):
+        recorded_together(1, read[0])
 
 
 def test_the_longest_delay_bounds_the_readings() -> None:
