@@ -219,6 +219,8 @@ def test_what_machines_do_not_have_is_refused():
         mapped(case, "pressure=120:200:3")
     with pytest.raises(ParameterError, match="sets the same"):
         mapped(case, "pressure=120:200 bar:3", "load.scale=1,2")
+    with pytest.raises(ParameterError, match="sets the same"):
+        mapped(Case.from_text(SIZES), "pressure=0.9:1.1:3", "load.scale=1,2")
     with pytest.raises(ParameterError, match="needs no pressure"):
         mapped(Case.from_text(SIZES), "ports[0].behind=100 mm,120 mm", quantities=["flow"])
     with pytest.raises(ParameterError, match="keeps time by itself"):

@@ -232,6 +232,7 @@ NO_DOORS: dict[str, str] = {
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
     "explore.Family.system": "a protocol",
+    "explore.MachineFamily.system": "refuses whatever it is given: a machine that switches itself is no system",
     "explore.Job": "a protocol",
     "explore.Job.compute": "a protocol",
     "explore.Column": "what one's own job keeps; numpy judges its type",
@@ -335,6 +336,7 @@ def table(folder: Path) -> dict[str, Entry]:
     seen = folder / "gauge.csv"
     seen.write_text("t [s],F [N]\n" + "".join(f"{t},{f}\n" for t, f in zip(clock, pushed, strict=True)))
     family = room_of_cases.CaseFamily(case, {})
+    machines = room_of_cases.CaseFamily(room_of_cases.load_case("valve-drifter"), {})
     swept = explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"], workers=1)
     ends = explore.experiment(SYSTEM, 4, stop=SHORT, workers=1)
     basin = explore.basins(SYSTEM, ("time", 0.0, 1.0, 2), ("velocity", -1.0, -0.5, 2), stop=SHORT, workers=1)
@@ -756,6 +758,18 @@ def table(folder: Path) -> dict[str, Entry]:
         "explore.SystemFamily.system": (
             explore.SystemFamily(SYSTEM).system, {"values": {"s": 2.0}}, {"values": NO_KEYS},
         ),
+        "explore.MachineFamily": (explore.MachineFamily, {"base": MACHINE, "limit": 9.0}, {"limit": OPTIONAL}),
+        "explore.MachineFamily.check": (
+            explore.MachineFamily(MACHINE).check, {"names": {"s": ""}}, {"names": NO_KEYS},
+        ),
+        "explore.MachineFamily.machine": (
+            explore.MachineFamily(MACHINE).machine, {"values": {"s": 2.0}}, {"values": NO_KEYS},
+        ),
+        "explore.MachineFamily.room": (explore.MachineFamily(MACHINE).room, {"machine": MACHINE}, {}),
+        "explore.machine_parameters": (explore.machine_parameters, {"machine": MACHINE}, {}),
+        "explore.vary_machine": (
+            explore.vary_machine, {"machine": MACHINE, "values": {"s": 2.0}}, {"values": NO_KEYS},
+        ),
         "explore.vary": (explore.vary, {"system": SYSTEM, "values": {"s": 2.0}}, {"values": NO_KEYS}),
         "explore.basins": (
             explore.basins,
@@ -794,7 +808,8 @@ def table(folder: Path) -> dict[str, Entry]:
             {"what": SYSTEM, "axes": axis, "quantities": ["label"], "periods": 1, "modes": 0, "start": Start.rigid()}
             | {"stop": SHORT, "impacts": 20, "discard": 2, "functions": None}
             | RUNNING,
-            {"modes": OPTIONAL, "start": OPTIONAL, "stop": OPTIONAL, "functions": OPTIONAL | NO_KEYS} | RUNNING_TAKES,
+            {"modes": OPTIONAL, "start": OPTIONAL, "stop": OPTIONAL, "functions": OPTIONAL | NO_KEYS}
+            | {"quantities": OPTIONAL} | RUNNING_TAKES,
         ),
         # -- case --
         "case.Case.changed": (
@@ -811,6 +826,8 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.CaseFamily": (room_of_cases.CaseFamily, {"case": case, "units": {}}, {"units": NO_KEYS}),
         "case.CaseFamily.check": (family.check, {"names": {"s": ""}}, {"names": NO_KEYS}),
         "case.CaseFamily.key": (family.key, {"name": "s"}, {}),
+        "case.CaseFamily.machine": (machines.machine, {"values": {"s": 2.0}}, {"values": NO_KEYS}),
+        "case.CaseFamily.room": (machines.room, {"machine": MACHINE}, {}),
         "case.CaseFamily.start": (family.start, {"values": {"s": 2.0}, "modes": 0}, {"values": NO_KEYS}),
         "case.CaseFamily.system": (family.system, {"values": {"s": 2.0}}, {"values": NO_KEYS}),
         "case.SimulationAnswer.to_json_dict": (
@@ -833,7 +850,8 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.sweep_job_of": (
             room_of_cases.sweep_job_of,
-            {"case": case, "axes": [axis], "quantities": ["orbits"], "periods": 1, "modes": 0, "impacts": 2}, sums,
+            {"case": case, "axes": [axis], "quantities": ["orbits"], "periods": 1, "modes": 0, "impacts": 2},
+            sums | {"quantities": OPTIONAL},
         ),
         "case.resumed_answer": (
             room_of_cases.resumed_answer, {"path": saved, "impacts": 4, "time": 60.0, "progress": None},

@@ -134,6 +134,7 @@ class MachineFamily:
 
     def room(self, machine: Machine) -> float | None:
         """`limit`, of every machine."""
+        instance("machine", machine, Machine)
         return self.limit
 
     def system(self, values: Mapping[str, float]) -> System:

@@ -76,7 +76,7 @@ def _table(states: tuple[str, ...], entered: tuple[bool, ...]) -> dict[str, Para
     found: list[Parameter[Any]] = [
         Parameter(
             PRESSURE, "pressure, as a multiple", "a factor on the forces of all states", lambda _: 1.0, _under,
-            span=(0.5, 1.5), turn=_PRESSURE,
+            span=(0.5, 1.5), sets="load.scale", turn=_PRESSURE,
         ),
         *(_of_state(name) for name in states),
         _of_chamber("force", "force of the chamber", "force of the gas chamber with the bar at the wall"),

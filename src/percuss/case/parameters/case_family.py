@@ -27,14 +27,13 @@ from percuss.case.parameters.valve_keys import is_of_machine, of_machine
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
 from percuss.explore.valve_parameters import machine_parameters, vary_machine
-from percuss.model import System
-from percuss.model.checks import count, finite, mapping, text
+from percuss.model import Machine, System
+from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
 from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
-    from percuss.model import Machine
     from percuss.model.parameter import Parameter
     from percuss.simulate import Start
 
@@ -169,6 +168,7 @@ class CaseFamily:
 
     def room(self, machine: Machine) -> float | None:
         """How far behind the wall the piston of one of its machines can go, in bar lengths; None without a limit."""
+        instance("machine", machine, Machine)
         room = self.case.room()
         scale = self.case.machine().length_scale / machine.length_scale if machine.is_si else 1.0
         return None if room is None else room * scale

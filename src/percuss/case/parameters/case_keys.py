@@ -90,7 +90,7 @@ KEYS: dict[str, Key] = {
     "load.harmonics": Key("harmonics kept", whole=True),
     "load.harmonic": Key("harmonic of the load", whole=True),
     "load.area": Key("area of the load"),
-    "load.pressure": Key("supply pressure", sets="pressure"),
+    "load.pressure": Key("supply pressure", sets=LOAD_SCALE),
     "load.chamber.force": Key("force of the chamber", "of the gas on the bar at the wall"),
     "load.chamber.stiffness": Key("stiffness of the chamber"),
     "tool.bit_mass": Key("mass of the bit"),
@@ -101,7 +101,7 @@ KEYS: dict[str, Key] = {
     "rock.gap": Key("gap in front of the rock"),
     "blow.velocity": Key("speed of the blow"),
     "blow.until": Key("end of the blow"),
-    LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load", sets="pressure"),
+    LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load"),
 }
 """What is known of the keys; one that a case has and this table does not is a number like any other."""
 
