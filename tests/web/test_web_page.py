@@ -1571,6 +1571,7 @@ def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pyt
     expect(page.locator("#field-load-states-power")).to_be_visible()
     expect(page.locator("#verdict")).to_have_text("Runs")
     page.click("#form-si")
+    until(page, f"{STATE}(({{ data }}) => data.machine?.units === 'SI')")
     page.select_option("#field-load-kind", "square")
     expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
     expect(page.locator("#slide-kappa")).to_be_visible()

@@ -184,7 +184,7 @@ function load(tables) {
 /** The load as one of another kind. */
 function changedLoad({ load: now, bar }, kind) {
   const si = Boolean(bar);
-  if (now.kind === "valve") return clockedLoad(kind, data.machine);
+  if (now.kind === "valve") return clockedLoad(kind, si, data.machine);
   if (kind === "valve") return valveLoad(now, si, data.info);
   return otherLoad(now, kind, si, data.info?.system?.load_factor);
 }

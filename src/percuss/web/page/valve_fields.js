@@ -71,10 +71,10 @@ export function valveLoad(load, si, info) {
 }
 
 /** A clocked load in the place of a valve: between its least and its greatest force, at the rate at which it runs. */
-export function clockedLoad(kind, machine) {
-  const forces = machine?.forces ?? [-1, 1];
+export function clockedLoad(kind, si, answer) {
+  const machine = answer && (answer.units === "SI") === si ? answer : null; // it may be that of a moment ago
+  const forces = machine?.forces ?? (si ? [-1000, 1000] : [-1, 1]);
   const [most, least] = [Math.max(...forces), Math.min(...forces)];
-  const si = machine ? machine.units === "SI" : false;
   const unit = si ? "N" : "";
   const rate = machine?.answer.si?.blow_rate_Hz ?? 10;
   const load = { kind: "harmonic", mean: joined((most + least) / 2, unit), amplitude: joined((most - least) / 2, unit) };
