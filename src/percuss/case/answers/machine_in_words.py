@@ -8,14 +8,14 @@ from percuss.case.answers.machine_figures import machine_figures
 from percuss.case.answers.numerals import number, quantity
 
 if TYPE_CHECKING:
-    from percuss.case.answers.machine_answer import MachineAnswer
+    from percuss.case.answers.told_machine import ToldMachine
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
 __all__ = ["decided_by", "decided_by_rigid", "figures_in_short", "headline", "in_units"]
 
 
-def headline(answer: MachineAnswer) -> str:
+def headline(answer: ToldMachine) -> str:
     """What the machine does, in one or two sentences."""
     cycle, obstacle = answer.cycle, answer.motion.obstacle
     if obstacle is None:
@@ -66,7 +66,7 @@ def decided_by(motion: SelfExcited) -> str:
     return f" ({text.format(found=found, needed=in_units(motion.machine, motion.needed or 0.0, kind))})"
 
 
-def decided_by_rigid(answer: MachineAnswer) -> str:
+def decided_by_rigid(answer: ToldMachine) -> str:
     """The number that decides for a rigid piston, where it meets the same obstacle."""
     rigid = answer.rigid
     same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle

@@ -9,7 +9,7 @@ from percuss.case.answers.json_values import number, numbers, plain
 from percuss.case.answers.machine_figures import machine_figures
 
 if TYPE_CHECKING:
-    from percuss.case.answers.machine_answer import MachineAnswer
+    from percuss.case.answers.told_machine import ToldMachine
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
@@ -19,7 +19,7 @@ SHOWN_MULTIPLIERS = 16
 """The greatest multipliers, which are told."""
 
 
-def machine_dict(answer: MachineAnswer) -> dict[str, Any]:
+def machine_dict(answer: ToldMachine) -> dict[str, Any]:
     """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None."""
     motion, machine = answer.motion, answer.machine
     return {
@@ -42,7 +42,7 @@ def machine_dict(answer: MachineAnswer) -> dict[str, Any]:
     }
 
 
-def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
+def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
     """What of it tells of the cycle itself."""
     motion, machine = answer.motion, answer.machine
     return {
@@ -127,7 +127,7 @@ def _condition(motion: SelfExcited) -> dict[str, Any] | None:
     }
 
 
-def _margins(answer: MachineAnswer) -> dict[str, Any] | None:
+def _margins(answer: ToldMachine) -> dict[str, Any] | None:
     margins, cycle = answer.margins, answer.cycle
     if margins is None or cycle is None:
         return None

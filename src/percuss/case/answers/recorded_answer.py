@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.machine_answer import MachineAnswer
+from percuss.case.answers.recorded_json import recorded_dict
+from percuss.case.answers.told_record import ByClock, ToldRecord
 from percuss.case.case import checked_case
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.recorded_load import recorded_force
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
 from percuss.model.checks import count, finite, positive
-from percuss.shown import Shown
 from percuss.stability import stability_of
 from percuss.steady import ForceRecord, recorded_valve, self_excited_motion, steady_states
 from percuss.steady.recorded.force_record import load_phases
@@ -32,26 +33,7 @@ _SAME = 0.3  # rad: a root farther from the recorded blow is another motion
 
 
 @dataclass(frozen=True)
-class ByClock(Shown):
-    """What B77's clock says of the recorded motion.
-
-    Attributes
-    ----------
-    exists
-        Whether a motion with the blow at the recorded phase is possible.
-    stable
-        Whether it is stable; None without one.
-    multiplier
-        The greatest multiplier of its rhythm; None without one.
-    """
-
-    exists: bool
-    stable: bool | None
-    multiplier: complex | None
-
-
-@dataclass(frozen=True)
-class RecordedAnswer(Shown):
+class RecordedAnswer(ToldRecord):
     """A recorded load read as a valve.
 
     Attributes
@@ -64,19 +46,8 @@ class RecordedAnswer(Shown):
         How the machine of the best reading runs.
     """
 
-    read: RecordedValve
-    clock: ByClock
-    answer: MachineAnswer
-
-    @property
-    def runs(self) -> bool:
-        """Whether the machine of the best reading runs."""
-        return self.answer.runs
-
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss machine --json` prints it for a recorded load."""
-        from percuss.case.answers.recorded_json import recorded_dict
-
         return recorded_dict(self)
 
 

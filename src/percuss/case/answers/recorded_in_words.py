@@ -8,13 +8,13 @@ from percuss.case.answers.machine_in_words import figures_in_short
 from percuss.case.answers.numerals import number
 
 if TYPE_CHECKING:
-    from percuss.case.answers.recorded_answer import RecordedAnswer
+    from percuss.case.answers.told_record import ToldRecord
     from percuss.steady.self_excited import ValveCycle
 
 __all__ = ["by_clock", "by_valve", "recorded_headline"]
 
 
-def recorded_headline(answer: RecordedAnswer) -> str:
+def recorded_headline(answer: ToldRecord) -> str:
     """How the machine runs, and how the two verdicts on the same motion differ."""
     cycle = answer.answer.cycle
     first = "Read as a machine whose valve the piston works, the record's machine "
@@ -26,7 +26,7 @@ def recorded_headline(answer: RecordedAnswer) -> str:
     return f"{first}. Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
 
 
-def by_clock(answer: RecordedAnswer) -> str:
+def by_clock(answer: ToldRecord) -> str:
     """``unstable (flip), multiplier −8.6`` of the recorded motion under a load that keeps time by itself."""
     clock = answer.clock
     if not clock.exists or clock.multiplier is None:

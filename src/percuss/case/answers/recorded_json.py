@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.json_values import number, numbers
 
 if TYPE_CHECKING:
-    from percuss.case.answers.recorded_answer import RecordedAnswer
+    from percuss.case.answers.told_record import ToldRecord
     from percuss.steady import Reading, RecordedSwitch
 
 __all__ = ["recorded_dict"]
 
 
-def recorded_dict(answer: RecordedAnswer) -> dict[str, Any]:
+def recorded_dict(answer: ToldRecord) -> dict[str, Any]:
     """The JSON object: that of the machine of the best reading, and with it what was read.
 
     In SI positions are in m, times in s, speeds in m/s and forces in N; else they are dimensionless.
@@ -77,7 +77,7 @@ def _reading(reading: Reading) -> dict[str, Any]:
     }
 
 
-def _scales(answer: RecordedAnswer) -> dict[str, float]:
+def _scales(answer: ToldRecord) -> dict[str, float]:
     machine = answer.read.machine
     if not machine.is_si:
         return dict.fromkeys(("length", "time", "speed", "force"), 1.0)
