@@ -55,6 +55,7 @@ def test_every_argument_of_a_command_is_in_the_reference(command):
     """By what the command itself prints as help, word for word."""
     told, found = help_of(command), section(page("commands.md"), f"`percuss {command}`")
     listed = told.partition("\noptions:")[2].partition("\nexamples:")[0]
+    listed = re.sub(r"\n\n\S.*:\n", "\n", listed)  # titles of groups
     options = set(re.findall(r"^  (?:-\w(?: \w+)?, )?(--[a-z-]+)", listed, re.MULTILINE)) - {"--help"}
     terms = re.findall(r"^(`.+`)\n: \S", found, re.MULTILINE)
     assert options == {option for term in terms for option in re.findall(r"`(--[a-z-]+)", term)}
@@ -307,6 +308,7 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
 
 ANSWERS = {
     "machine": ("machine valve-breaker --modes 1", "machine stalling.toml", "machine valve-drifter --modes 0"),
+    "machine --blow": ("machine switching.toml --modes 1",),
     "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
     "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
@@ -338,6 +340,20 @@ amplitude = 1.0
 kappa = 1.4142135623730951
 """
 """A hammer that strikes as its load jumps: κ(2 − κ)(1 + R) = 2(κ − 1)(1 − R), theory §6."""
+
+SWITCHING = """
+[bar]
+length = "341 mm"
+diameter = "49 mm"
+[contact]
+restitution = 0.2
+[load]
+kind = "square"
+amplitude = "5 kN"
+kappa = 1.2
+frequency = "60 Hz"
+"""
+"""A hammer that a clock does not keep going, and a valve does."""
 
 TAU = """
 [system]
@@ -382,7 +398,7 @@ def documented() -> dict[str, dict[str, set[str]]]:
     text = (DOCS / "json.md").read_text(encoding="utf-8")
     found: dict[str, dict[str, set[str]]] = {}
     for title, body in re.findall(
-        r"^## `percuss (\w+(?: --contact waves| --best)?)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL
+        r"^## `percuss (\w+(?: --contact waves| --best| --blow)?)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL
     ):
         tables = re.findall(r"^(?:`([^`\n]+)`\n\n)?\| key \|.*\n.*\n((?:\|.*\n)+)", body, re.MULTILINE)
         found[title] = {
@@ -409,6 +425,7 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     """Both ways: every key of an answer is in the table of its object, every key of a table is in some answer."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
+    (tmp_path / "switching.toml").write_text(SWITCHING, encoding="utf-8")
     (tmp_path / "stalling.toml").write_text(STALLING, encoding="utf-8")
     (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
     (tmp_path / "struck.toml").write_text(STRUCK_ROD, encoding="utf-8")
@@ -434,6 +451,9 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
                 **wanted,
                 **{path: described["steady"][path] for path in ("system", "body", "contact", "history")},
             }
+        if command == "machine --blow":  # the answer of machine for one that runs, and more
+            wanted = {**described["machine"], **wanted, "": described["machine"][""] | wanted[""]}
+            del wanted["failed_condition"]
         assert found == wanted, command
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.answers.clock_note import clock_note
-from percuss.case.file_format.building import Parts, Recording, check_motion, recording_of, system_of
+from percuss.case.file_format.building import Parts, check_motion, recording_of, system_of
 from percuss.case.file_format.contact_from_blow import blow_note, blow_of, law_note
 from percuss.case.file_format.dotted_keys import with_value
 from percuss.case.file_format.machine_building import check_clock, machine_of
@@ -38,8 +38,10 @@ from percuss.model.checks import text as checked_text
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
     from percuss.case.file_format.load_tables import AnyLoad
+    from percuss.case.file_format.recorded_load import ReadHistory
     from percuss.case.file_format.tool_building import BlowQuestion
     from percuss.model import Load, Machine, System
+    from percuss.model.checks import Array
     from percuss.model.contact import Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
@@ -155,7 +157,7 @@ class Case:
         return Parts(self.tables, self.file)
 
     @cached_property
-    def _recording(self) -> Recording | None:
+    def _recording(self) -> ReadHistory | None:
         return recording_of(self.tables, self.file, self.folder)
 
     def load(self) -> Load:
@@ -168,7 +170,7 @@ class Case:
             switches its load.
         """
         check_clock(self.tables, self.file)
-        load = self._parts.load if self._recording is None else self._recording[0]
+        load = self._parts.load if self._recording is None else self._recording.load
         assert load is not None  # the parts have raised otherwise
         return load
 
@@ -200,6 +202,11 @@ class Case:
         """Whether the load is a recording or steps, which may be read as those of a valve (`recorded_answer`)."""
         table = self.tables.load
         return table is not None and not self.is_machine and (table.kind == "history" or self.load().is_piecewise)
+
+    @property
+    def recorded_force(self) -> tuple[Array, Array] | None:
+        """The samples that a recorded load was made from: their times (s), and the force; None of another load."""
+        return None if self._recording is None else (self._recording.time, self._recording.force)
 
     def machine(self) -> Machine:
         """The machine of a case whose load the piston switches.
@@ -263,7 +270,7 @@ class Case:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed in reading the recording, of the load's clock and of the blow, one sentence each."""
-        read = () if self._recording is None else self._recording[1]
+        read = () if self._recording is None else self._recording.notes
         question = self.blow_question() if self.is_from_blow else None
         from_blow = "" if question is None else blow_note(blow_of(question), question)
         clock = "" if self.is_machine else clock_note(self.load())

@@ -12,8 +12,6 @@ from percuss.case.answers.machine_answer import MachineAnswer
 from percuss.case.answers.recorded_json import recorded_dict
 from percuss.case.answers.told_record import ByClock, ToldRecord
 from percuss.case.case import checked_case
-from percuss.case.file_format.load_tables import HistoryForce
-from percuss.case.file_format.recorded_load import recorded_force
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
 from percuss.model.checks import count, finite, positive
 from percuss.stability import stability_of
@@ -101,11 +99,10 @@ def recorded_answer(
     checked_case(case)
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     longest = None if longest_delay is None else positive("longest_delay", longest_delay)
-    system, table = case.system(), case.load_table
+    system, samples = case.system(), case.recorded_force
     record, phase = None, None
-    if isinstance(table, HistoryForce):
-        time, force = recorded_force(table, case.file, case.folder)
-        record = ForceRecord(time, force, blows)
+    if samples is not None:
+        record = ForceRecord(*samples, blows)
         if blow is not None:
             phase = _phase_at(system, record, finite("blow", blow))
     elif blow is not None:

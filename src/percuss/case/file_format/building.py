@@ -14,7 +14,7 @@ from percuss.case.file_format.contact_from_blow import restitution_of, timed_law
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
-from percuss.case.file_format.recorded_load import history_load
+from percuss.case.file_format.recorded_load import ReadHistory, history_load
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.case.file_format.tool_building import (
@@ -34,9 +34,8 @@ from percuss.model.contact import Timed
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
 
-__all__ = ["Parts", "Recording", "check_motion", "extreme", "recording_of", "system_of"]
+__all__ = ["Parts", "check_motion", "extreme", "recording_of", "system_of"]
 
-Recording = tuple[Load, tuple[str, ...]]
 """The load of a recording, and what was assumed in reading it."""
 
 
@@ -190,7 +189,7 @@ def _some_body(bar: SizedBody) -> Body | None:
         return None
 
 
-def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> Recording | None:
+def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> ReadHistory | None:
     """The load of the recording that a case names, or None when its load is a formula.
 
     Raises

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.problems import from_parameter
@@ -16,7 +16,16 @@ if TYPE_CHECKING:
     from percuss.model.checks import Array
     from percuss.recordings.recording import Recording
 
-__all__ = ["history_load", "positive_area", "positive_frequency", "recorded_force"]
+__all__ = ["ReadHistory", "history_load", "positive_area", "positive_frequency"]
+
+
+class ReadHistory(NamedTuple):
+    """The load of a recorded history, what was assumed in reading it, and its samples: times (s) and the force."""
+
+    load: Load
+    notes: tuple[str, ...]
+    time: Array
+    force: Array
 
 
 def positive_frequency(text: str, name: str) -> float:
@@ -35,8 +44,8 @@ def positive_area(text: str, name: str = "area") -> float:
     return area
 
 
-def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tuple[str, ...]]:
-    """The load of a recorded history, and what was assumed in reading it.
+def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
+    """The load of a recorded history.
 
     Its file is looked for in `folder`, that of the case file.
 
@@ -54,24 +63,9 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> tuple[Load, tu
             if not scale > 0.0:
                 raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
             load = load.scaled(1.0 / scale)
-        return load.acting_at(table.at), recording.notes
+        return ReadHistory(load.acting_at(table.at), recording.notes, recording.time, force)
     except (ParameterError, HistoryError, OSError, ValueError) as error:
         raise _refused(error, table, file) from error
-
-
-def recorded_force(table: HistoryForce, file: str, folder: Path) -> tuple[Array, Array]:
-    """The samples that the load of a case was made from: their times (s), and the force as its load was read.
-
-    Raises
-    ------
-    CaseError
-        When the recording cannot be read or used.
-    """
-    try:
-        recording, force = _recorded(table, file, folder)
-    except (ParameterError, HistoryError, OSError, ValueError) as error:
-        raise _refused(error, table, file) from error
-    return recording.time, force
 
 
 def _refused(error: Exception, table: HistoryForce, file: str) -> CaseError:

@@ -41,7 +41,7 @@ def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     try:
         if path.suffix in PACKED:
             vetted(path, MOST_UPLOADED)
-        load, notes = history_load(table, "upload", path.parent)
+        load, notes, *_ = history_load(table, "upload", path.parent)
     except HistoryError as error:
         raise CaseError("upload", FILE, None, error.message, error.remedy) from None
     except CaseError as error:

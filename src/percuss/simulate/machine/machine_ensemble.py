@@ -128,6 +128,8 @@ def simulate_machines(
     """
     listed = [machines] if isinstance(machines, Machine) else list(several("machines", machines, "a list of Machine"))
     several_starts = [starts] if isinstance(starts, MachineStart | Start) else several("starts", starts, "starts")
+    if any(start is None for start in several_starts):
+        raise ParameterError("starts", None, "starts", "Start.rigid(0.0) is rest on the wall")
     given = [start_of(start) for start in several_starts]
     for machine in listed:
         instance("machines", machine, Machine)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import Machine
-from percuss.model.checks import Array, array, choice, finite
+from percuss.model.checks import Array, array, choice, finite, unit_interval
 from percuss.shown import Shown
 from percuss.simulate.kernels.codes import CHATTER, IMPACT, RELEASE, REST, VALVE
 from percuss.simulate.machine.machine_events import MachineEvents
@@ -171,7 +171,7 @@ class MachineTrajectory(Shown):
 
     def before(self, x: npt.ArrayLike, t: float) -> float:
         """u(x, t) at one place and time, before what happens then."""
-        return float((self._shapes(x) @ self.ends(np.array([finite("t", t)]), "left")[0])[0, 0])
+        return float((self._shapes(unit_interval("x", x)) @ self.ends(np.array([finite("t", t)]), "left")[0])[0, 0])
 
     def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
         """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
