@@ -286,7 +286,7 @@ def test_plot(process: Run, tmp_path: Path) -> None:
         (["steady", ""], ["no such file"]),
         (["machines", "all"], ["one argument too many: 'all'"]),
         (["new"], ["MACHINE"]),
-        (["new", "drifter"], ["no machine of this name", "did you mean 'heavy-drifter'?"]),
+        (["new", "drifter"], ["no machine of this name", "did you mean 'valve-drifter'?"]),
         (["new", "mini-breaker", "-o", "."], ["is a directory"]),
         (["new", "mini-breaker", "-o", "nowhere/case.toml"], ["there is no folder 'nowhere'"]),
         (["new", "mini-breaker", "-o", "case.toml"], ["'case.toml' exists", "--force"]),

@@ -107,7 +107,6 @@ def test_warnings_stand_on_the_standard_error(capsys: pytest.CaptureFixture[str]
         (["simulate", "valve-breaker", "--contact", "waves"], "'percuss machine' answers for a valve"),
         (["experiment", "valve-breaker", "--starts", "4"], "'percuss machine' answers for a valve"),
         (["basins", "valve-breaker", "--x", "time=0:6:2", "--y", "velocity=-6:-1:2"], "'percuss machine' answers"),
-        (["sweep", "valve-breaker", "--x", "restitution=0:0.8:3"], "'percuss machine' answers for a valve"),
         (["serve", "valve-breaker"], "'percuss machine' answers for a valve"),
     ],
 )  # fmt: skip

@@ -668,7 +668,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "simulate.MachineTrajectory.bar_velocity": (
             machine_motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t,
         ),
-        "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {"x": REAL, "t": REAL}),
+        "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {}),
         "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
         "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
