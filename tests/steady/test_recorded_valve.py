@@ -296,3 +296,11 @@ def test_a_chamber_is_part_of_the_machine_read() -> None:
     assert isinstance(gas, Chamber)
     assert gas.force == 0.0
     assert gas.stiffness == pytest.approx(20e3 / MASS, rel=0.02)
+
+
+def test_no_motion_is_read_that_passes_through_the_wall() -> None:
+    """Of two phases with the momentum of the load, the one nearest to its fall would have the piston in the wall."""
+    load = Load.steps([0.0, 2.0, 4.5, 6.0], [-0.4, -0.4, 1.8, -0.4])
+    read = recorded_valve(System(s=50.0, d=0.0, restitution=0.2, load=load))
+    assert all(switch.behind.value > 0.0 for switch in read.switches)
+    assert [switch.to for switch in read.switches] == ["power", "return"]

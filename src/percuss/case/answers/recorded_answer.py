@@ -94,7 +94,7 @@ def recorded_answer(
     ... ''')
     >>> answer = recorded_answer(case, modes=0)
     >>> answer.clock.exists, [switch.to for switch in answer.read.switches]
-    (False, ['return', 'power'])
+    (False, ['power', 'return'])
     """
     checked_case(case)
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)

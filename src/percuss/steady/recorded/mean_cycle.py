@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from percuss.errors import LoadError
 from percuss.model import System
 from percuss.model.checks import Array, finite
 from percuss.steady.orbit import Orbit
@@ -20,6 +21,7 @@ __all__ = ["MeanCycle", "mean_cycle", "measured_phase"]
 
 _TURN = 2.0 * math.pi
 _SAMPLES = 4096
+_INTO = 1e-6  # of the stroke, how far rounding takes a piston through the wall
 
 
 @dataclass(frozen=True)
@@ -79,16 +81,26 @@ def mean_cycle(states: SteadyStates, rate: float, blow: float | None, measured: 
         return MeanCycle(orbit.system, orbit.phase, _in_time(implied_by_orbit(orbit), rate), (note,))
     fall = _TURN * float(np.argmin(changes(_sampled(system)))) / _SAMPLES
     wanted = fall if blow is None else finite("blow", blow)
-    apart = [abs(math.remainder(orbit.phase - wanted, _TURN)) for orbit in states.orbits]
-    orbit = states.orbits[int(np.argmin(apart))]
+    possible = [one for one in states.orbits if _stays_off(implied_by_orbit(one))]
+    if not possible:
+        raise LoadError(
+            "the piston would pass through the wall in every motion that has the momentum of this load",
+            "give the whole force on the piston, of a machine with one blow in a period",
+        )
+    orbit = min(possible, key=lambda one: abs(math.remainder(one.phase - wanted, _TURN)))
     notes = []
-    if blow is None and len(states.orbits) > 1:
-        others = ", ".join(f"{one.phase:.4g}" for one in states.orbits if one is not orbit)
+    if blow is None and len(possible) > 1:
+        others = ", ".join(f"{one.phase:.4g}" for one in possible if one is not orbit)
         notes.append(
             f"where the blow falls was not measured: of the possible phases, {orbit.phase:.4g} rad is nearest to the "
             f"fall of the force ({others} rad besides)"
         )
     return MeanCycle(system, orbit.phase, _in_time(implied_by_orbit(orbit), rate), tuple(notes))
+
+
+def _stays_off(motion: Implied) -> bool:
+    """Whether the piston of a motion is behind the wall all the time."""
+    return bool(motion.behind.min() >= -_INTO * motion.behind.max())
 
 
 def _at_the_fold(states: SteadyStates) -> tuple[Orbit, str]:
