@@ -179,7 +179,7 @@ NO_DOORS: dict[str, str] = {
             "explore.Share",
             "explore.Sweep",
             "case.CaseErrors",
-            "case.Machine",
+            "case.SampleMachine",
             "case.BestAnswer",
             "case.BlowAnswer",
             "case.MeasuredGauge",

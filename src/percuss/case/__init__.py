@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.sweep_jobs import sweep_job_of
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
-    from percuss.case.catalogue.sample_cases import MACHINES, Machine, load_case
+    from percuss.case.catalogue.sample_cases import MACHINES, SampleMachine, load_case
     from percuss.case.file_format.problems import CaseErrors
     from percuss.case.file_format.start_and_simulation import Simulation
     from percuss.case.parameters.case_family import CaseFamily
@@ -35,13 +35,13 @@ __all__ = [
     "Case",
     "CaseErrors",
     "CaseFamily",
-    "Machine",
     "MachineAnswer",
     "MachineMotion",
     "MeasuredGauge",
     "OrbitAnswer",
     "PeriodAnswer",
     "RecordedAnswer",
+    "SampleMachine",
     "Simulation",
     "SimulationAnswer",
     "Span",
@@ -70,7 +70,7 @@ _HOME = {
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
-    "Machine": "catalogue.sample_cases",
+    "SampleMachine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
     "MachineMotion": "answers.machine_motion",
     "MeasuredGauge": "answers.gauge_record",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = [
     "HISTORY_FILE",
     "MACHINES",
-    "Machine",
+    "SampleMachine",
     "is_machine",
     "load_case",
     "machine_text",
@@ -37,7 +37,7 @@ HISTORY_FILE = "drifter_pressure.csv"
 
 
 @dataclass(frozen=True)
-class Machine:
+class SampleMachine:
     """A sample case and the figures that it is meant to meet: mass in kg, blow rate in Hz, blow energy in J.
 
     `valve` says that its piston switches the load, for which `percuss machine` answers.
@@ -56,19 +56,19 @@ class Machine:
         return machine_text(self.name)
 
 
-MACHINES: tuple[Machine, ...] = (
-    Machine("hydraulic-drifter", "Hydraulic drifter, measured history", 5.0, 60.0, 310.0),
-    Machine("heavy-drifter", "Heavy hydraulic drifter", 6.5, 42.0, 271.0),
-    Machine("stepped-drifter", "Hydraulic drifter with a stepped piston", 6.5, 50.0, 300.0),
-    Machine("mini-breaker", "Hydraulic breaker for a mini excavator", 4.0, 17.5, 180.0),
-    Machine("heavy-breaker", "Heavy hydraulic breaker", 140.0, 6.7, 5700.0),
-    Machine("dth-4-inch", "4-inch down-the-hole hammer", 7.4, 27.0, 300.0),
-    Machine("dth-6-inch", "6-inch down-the-hole hammer", 23.0, 30.0, 1150.0),
-    Machine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
-    Machine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
-    Machine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
-    Machine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
-    Machine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
+MACHINES: tuple[SampleMachine, ...] = (
+    SampleMachine("hydraulic-drifter", "Hydraulic drifter, measured history", 5.0, 60.0, 310.0),
+    SampleMachine("heavy-drifter", "Heavy hydraulic drifter", 6.5, 42.0, 271.0),
+    SampleMachine("stepped-drifter", "Hydraulic drifter with a stepped piston", 6.5, 50.0, 300.0),
+    SampleMachine("mini-breaker", "Hydraulic breaker for a mini excavator", 4.0, 17.5, 180.0),
+    SampleMachine("heavy-breaker", "Heavy hydraulic breaker", 140.0, 6.7, 5700.0),
+    SampleMachine("dth-4-inch", "4-inch down-the-hole hammer", 7.4, 27.0, 300.0),
+    SampleMachine("dth-6-inch", "6-inch down-the-hole hammer", 23.0, 30.0, 1150.0),
+    SampleMachine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
+    SampleMachine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
+    SampleMachine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
+    SampleMachine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
+    SampleMachine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
 )
 
 

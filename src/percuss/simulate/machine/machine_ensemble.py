@@ -54,8 +54,8 @@ class MachineEnsemble(Shown):
     """
 
     modes: int
-    label: npt.NDArray[np.str_]
-    outcome: npt.NDArray[np.str_]
+    label: npt.NDArray[Any]
+    outcome: npt.NDArray[Any]
     impacts: npt.NDArray[np.int64]
     end_time: Array
     period: Array
