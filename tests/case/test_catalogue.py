@@ -11,7 +11,7 @@ from percuss.case import MACHINES, Case, load_case, machine_answer, steady_answe
 from percuss.case.answers.machine_figures import machine_figures
 from percuss.case.catalogue.sample_cases import (
     HISTORY_FILE,
-    Machine,
+    SampleMachine,
     is_machine,
     machine_text,
     uses_history,
@@ -41,7 +41,7 @@ def test_twelve_machines() -> None:
 
 
 @pytest.mark.parametrize("machine", [machine for machine in MACHINES if not machine.valve], ids=NAMES)
-def test_machine_meets_its_figures(machine: Machine) -> None:
+def test_machine_meets_its_figures(machine: SampleMachine) -> None:
     answer = steady_answer(load_case(machine.name))
     assert len(answer.running) == 1, "one stable, admissible motion with one impact every load period"
     orbit, si, bar = answer.running[0].orbit, answer.running[0].si, answer.system.bar
