@@ -31,7 +31,13 @@ INTEGRALS = chebyshev.chebval(NODES, chebyshev.chebint(FIT, lbnd=-1.0, axis=0)).
 STEEP = 3.0  # rate × duration of an interval at most
 SMALL = 1e-13
 
+MOST = 3000  # intervals of a blow that the program is made for
+
 Vector = np.ndarray
+
+
+class TooMany(Exception):
+    """Events so close to each other that the program does not get on."""
 
 
 @dataclass
@@ -184,6 +190,8 @@ def blow(given: Collision) -> Found:
     while now < case.until * (1.0 - SMALL):
         now = _interval(found, now)
         found.intervals += 1
+        if found.intervals > MOST:
+            raise TooMany
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 
 import lattice_program
 import rational_program
@@ -120,7 +120,11 @@ def test_blow_is_what_rational_numbers_say(case: Collision) -> None:
 
 
 def assert_is_smooth(case: Collision, tolerance: float = SMOOTH) -> None:
-    blow, other = struck(case), smooth_program.blow(case)
+    blow = struck(case)
+    try:
+        other = smooth_program.blow(case)
+    except smooth_program.TooMany:
+        reject()
     momentum, energy, time = scales(case)
     assert_same_contacts(of_package(blow), other.contacts, case, 1e-6, other.touches)
     for ours, theirs, scale in (
