@@ -31,7 +31,7 @@ INTEGRALS = chebyshev.chebval(NODES, chebyshev.chebint(FIT, lbnd=-1.0, axis=0)).
 STEEP = 3.0  # rate × duration of an interval at most
 SMALL = 1e-13
 
-MOST = 3000  # intervals of a blow that the program is made for
+MOST = 1000  # intervals of a blow that the program is made for
 
 Vector = np.ndarray
 
