@@ -899,6 +899,7 @@ def table(folder: Path) -> dict[str, Entry]:
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),
         "case.WavesAnswer.to_json_dict": (by_waves.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
+        "case.WavesAnswer.to_json_text": (by_waves.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
         "case.waves_answer": (
             room_of_cases.waves_answer, {"case": case, "progress": None, "quiet": True, "cells": 16},
             {"progress": OPTIONAL | {"class"}, "quiet": {"bool"}},
