@@ -13,6 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from percuss.model.checks import Array
 
 __all__ = ["Crossing", "Flight", "response"]
 
@@ -27,21 +32,27 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
 
     By their power series, and by doubling the time: smooth in κ and d, down to 0, with no case to distinguish.
     """
+    return _responses(t, t, stiffness, drag)
+
+
+def _responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any]:
+    """The same of a time, or of an array of times, the longest of which tells how often it is halved."""
     if stiffness == 0.0 and drag == 0.0:
         return 1.0, t, 0.5 * t * t
     doublings = 0
-    while stiffness * t * t > _SMALL or drag * t > _SMALL:
-        t *= 0.5
+    while stiffness * longest * longest > _SMALL or drag * longest > _SMALL:
+        longest *= 0.5
         doublings += 1
+    t = t * 0.5**doublings
     z, b = stiffness * t * t, drag * t
     before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
     ds = s = 1.0
     q = 0.5
     for n in range(1, _TERMS):
         before, now = now, -(b * n * now + z * before) / (n * (n + 1))
-        ds += (n + 1) * now
-        s += now
-        q += now / (n + 2)
+        ds = ds + (n + 1) * now
+        s = s + now
+        q = q + now / (n + 2)
     s, q = s * t, q * t * t
     for _ in range(doublings):
         ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
@@ -86,6 +97,11 @@ class Flight:
         ds, s, q = response(t, self.stiffness, self.drag)
         return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
 
+    def distances(self, times: Array) -> Array:
+        """The distance at several times, in any order."""
+        _, s, q = _responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)
+        return np.asarray(self.x + self.v * s + self.acceleration * q)
+
     @property
     def turning_time(self) -> float:
         """When the velocity first is 0 after the start; infinite when it never is."""
@@ -94,8 +110,8 @@ class Flight:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            angle = math.atan2(v * rate, 0.5 * v * self.drag - f)
-            return (angle if angle > 0.0 else angle + math.pi) / rate
+            way = math.copysign(1.0, v)  # the angle from 0 to π, also a small one without a difference
+            return math.atan2(way * v * rate, way * (0.5 * v * self.drag - f)) / rate
         below = 0.5 * v * self.drag - f
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf

@@ -122,8 +122,11 @@ class RigidCycle(ValveCycle):
         within, segments = self._within(times), self.segments
         begins = np.array([segment.time for segment in segments])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
-        found = [segments[i].flight.at(t)[0] for i, t in zip(which.flat, (within - begins[which]).flat, strict=True)]
-        return -np.array(found, dtype=float).reshape(within.shape)
+        found = np.empty(within.shape)
+        for i in np.unique(which).tolist():
+            there = which == i
+            found[there] = segments[i].flight.distances(within[there] - begins[i])
+        return -found
 
 
 def cycle_near(piston: Piston, rebound: Rebound, blows: int, steps: int = _STEPS) -> RigidCycle | None:
