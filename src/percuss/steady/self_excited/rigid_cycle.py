@@ -123,8 +123,11 @@ class RigidCycle(ValveCycle):
         segments = self.segments  # all of the piston moves alike
         begins = np.array([segment.time for segment in segments])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
-        found = [segments[i].flight.at(t)[0] for i, t in zip(which.flat, (within - begins[which]).flat, strict=True)]
-        return -np.array(found, dtype=float).reshape(within.shape)
+        found = np.empty(within.shape)
+        for i in np.unique(which).tolist():
+            there = which == i
+            found[there] = segments[i].flight.distances(within[there] - begins[i])
+        return -found
 
 
 def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = False) -> RigidCycle | None:
