@@ -62,7 +62,8 @@ class Room:
 class MachineStretch:
     """What a simulation gave: its events, why it ended, and what its last changes look like.
 
-    `states`: at the start and after each event. `stalled`: whether it has been proved that only ever weaker blows can follow.
+    `states`: at the start and after each event. `stalled`: whether it has been proved that only ever weaker blows can
+    follow.
     """
 
     events: MachineEvents
