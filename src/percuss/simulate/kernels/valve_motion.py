@@ -120,6 +120,7 @@ def flown(plant, rules, left, log):
         valve.stalled = 1
         if rules.until_cycle:
             return IN_CHAMBER
+    clear, awaited, fresh, usual = valve.clear, valve.awaited, valve.fresh, controls.usual[valve.state]
     if at_once:
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
         controls.cross[:] = math.inf
@@ -140,6 +141,7 @@ def flown(plant, rules, left, log):
     ahead = min(best, horizon)
     if tau < math.inf and tau <= ahead + SAME_TIME:
         if tau > left:
+            unsought(controls, clear, awaited, fresh, usual)
             return BY_TIME
         reach_wall(plant, found, tau, speed, late, slip, log)
         if found == CONTACT:
@@ -152,6 +154,7 @@ def flown(plant, rules, left, log):
     if ahead == math.inf:
         return DEPARTED
     if ahead > left:
+        unsought(controls, clear, awaited, fresh, usual)
         return BY_TIME
     if ahead > 0.0:
         on_by(plant, ahead)
@@ -179,6 +182,14 @@ def sought(plant, on_wall, need, limit):
     valve.awaited = tau if found == CONTACT else 0.0
     valve.fresh = 0
     return found, tau, speed, late, slip
+
+
+@inlined
+def unsought(controls, clear, awaited, fresh, usual):
+    """What `sought` has left for the next search as it was: the anchor has not moved, and going on seeks again."""
+    valve = controls.now
+    valve.clear, valve.awaited, valve.fresh = clear, awaited, fresh
+    controls.usual[valve.state] = usual
 
 
 @inlined
