@@ -50,7 +50,7 @@ class _Shown:
         si, machine = motion.machine.is_si, motion.machine
         self.first, self.last, self.what = _window(motion)
         inside = (motion.events.time >= self.first) & (motion.events.time <= self.last)
-        self.events: MachineEvents = motion.events._part(inside)
+        self.events: MachineEvents = motion.events[inside]
         edges = np.unique(np.clip(self.events.time, self.first, self.last))
         self.times = np.unique(np.concatenate([np.linspace(self.first, self.last, _POINTS), edges]))
         self.centre, self.force = motion.centre(self.times), motion.force(self.times)
