@@ -120,6 +120,7 @@ def test_every_variable_damaged_in_every_way(motions, which, tmp_path):
     assert not [name for name in tried(files)]
 
 
+@pytest.mark.slow
 def test_the_arrays_of_the_kernels_damaged(motions, tmp_path):
     """Of these an abort, a crash and endless runs were made: engine_sums of length 1 and their like."""
     files = damaged(motions["steps"], tmp_path, ("engine_sums", "engine_now"))
