@@ -644,6 +644,10 @@ def table(folder: Path) -> dict[str, Entry]:
             simulate.MachineStart, {"bar": Start.rigid(), "state": "power", "orders": VALVE.orders},
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
+        "simulate.MachineStarts": (
+            simulate.MachineStarts, {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
+            {},
+        ),
         "simulate.run_machine": (
             simulate.run_machine,
             {"machine": MACHINE, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
