@@ -35,7 +35,7 @@ demo: $(RUN)  ## two sample hammers: one under a measured history, one that swit
 test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)
 
-slow: ready  ## run the tests that take long: a hundred thousand first contacts, a server under load, maps killed and resumed
+slow: ready  ## run the tests that take long: many more first contacts, a server under load, the audit of the claims, workers killed
 	$(SUITE) -m slow $(PYTEST_ARGS)
 
 ready: $(RUN)
