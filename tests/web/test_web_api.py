@@ -530,7 +530,7 @@ def test_a_blow_that_cannot_be_is_told_by_its_key(client: Client) -> None:
 def test_a_machine_with_its_valve_comes_as_a_case_of_the_same_machine(client: Client, name: str) -> None:
     found = client.get(f"/api/machines/{name}").json()
     machine = load_case(name).machine()
-    assert found["system"] is None and found["parameters"] == [] and found["scales"]["time_s"] == 1.0
+    assert found["system"] is None and found["scales"]["time_s"] == 1.0
     assert case_of(found["tables"]).machine() == machine
     plain = case_of(found["plain"])
     again = client.answer("/api/case", {"case": found["plain"]})
@@ -580,6 +580,31 @@ def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> 
     assert "58.29 mm behind the wall, and the port is at 130 mm" in header["sentence"]
     assert header["answer"]["failed_condition"]["remedy"].startswith("put the port nearer")
     assert header["modes"] == 32
+
+
+def test_the_map_of_a_machine_is_that_of_percuss_sweep(client: Client) -> None:
+    named = {row["name"]: row for row in client.get("/api/machines/valve-breaker").json()["parameters"]}
+    assert "load.scale" not in named  # the pressure is the same
+    assert named["load.ports[0].behind"]["label"] == "port 1 → power: place"
+    assert (named["contact.restitution"]["low"], named["load.pressure"]["unit"]) == (0.0, "bar")
+    x = {"name": "load.ports[0].behind", "unit": "mm", "values": [70, 130]}
+    y = {"name": "load.pressure", "unit": "bar", "values": [80.0, 120.0, 160.0]}
+    names = ["stall", "blow_energy", "rate"]
+    asked = {"machine": "valve-breaker", "x": x, "y": y}
+    header, arrays = client.arrays("/api/map", {**asked, "quantities": names, "modes": 0})
+    assert header["quantities"]["stall"]["words"][:3] == ["runs", "no loss", "stays on the wall"]
+    case = load_case("valve-breaker")
+    for j, pressure in enumerate(y["values"]):
+        for i, place in enumerate(x["values"]):
+            ports = [dict(port) for port in case.to_dict()["load"]["ports"]]
+            ports[0]["behind"] = f"{place} mm"
+            other = case.varied({"load.ports": ports, "load.pressure": f"{pressure} bar"})
+            answer = machine_answer(other, 0)
+            assert (arrays["stall"][j, i] == 0) == answer.runs
+            energy = answer.to_json_dict()["si"]["blow_energy_J"] if answer.runs else math.nan
+            assert arrays["blow_energy"][j, i] == pytest.approx(energy, rel=1e-9, nan_ok=True)
+    problem = client.problems("/api/map", {**asked, "quantities": ["orbits"]})[0]
+    assert problem["key"] == "quantities"
 
 
 def test_a_clocked_case_is_no_machine_and_a_machine_has_no_clock(client: Client) -> None:
