@@ -16,9 +16,10 @@ import pytest
 pytest.importorskip("fastapi")
 
 from percuss import steady_states
-from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, machine_motion, simulation_answer
 from percuss.case.answers.machine_frames import machine_frames
 from percuss.case.answers.machine_json import cycle_dict
+from percuss.case.answers.machine_start_frames import start_frames
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
@@ -580,6 +581,35 @@ def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> 
     assert "58.29 mm behind the wall, and the port is at 130 mm" in header["sentence"]
     assert header["answer"]["failed_condition"]["remedy"].startswith("put the port nearer")
     assert header["modes"] == 32
+
+
+def test_a_machine_from_its_start_is_the_simulated_motion(client: Client) -> None:
+    words = {"start": {"position": -0.1}, "simulation": {"modes": 2}}
+    asked = {"machine": "valve-breaker", **words, "blows": 3, "points": 50}
+    header, sent = client.arrays("/api/machine/start", asked)
+    found = machine_motion(load_case("valve-breaker").changed(words["start"], words["simulation"]))
+    frames, motion = start_frames(found, 3, 50), found.motion
+    assert header["label"] == motion.label and header["answer"] == frames.header["answer"]
+    assert all(sent[name] == pytest.approx(values, rel=1e-6, abs=1e-9) for name, values in frames.arrays.items())
+    t = frames.arrays["t"]
+    assert np.all(np.diff(t) >= 0.0) and t[0] == 0.0 and t[-1] == motion.blow_times[2]
+    assert [blow["speed"] for blow in header["answer"]["blows"]] == motion.blow_speeds[:3].tolist()
+    assert frames.arrays["striking_end"] == pytest.approx(motion.gap(t) * motion.machine.length_scale, abs=1e-12)
+    for change in motion.events.of("valve"):
+        if change.time < t[-1]:
+            first = int(np.flatnonzero(t == change.time)[0])
+            before, after = (header["states"][number] for number in frames.arrays["state"][[first - 1, first]])
+            assert before != after == change.state
+    assert client.problems("/api/machine/start", {"machine": "mini-breaker"})[0]["key"] == "load.kind"
+    assert client.problems("/api/machine/start", {**asked, "start": {"position": 0.1}})[0]["key"] == "start.position"
+    assert client.problems("/api/machine/start", {**asked, "blows": 0})[0]["key"] == "blows"
+
+
+def test_a_machine_that_never_moves_has_a_start_of_no_blows() -> None:
+    still = load_case("valve-breaker").varied({"load.chamber.force": "15 kN"}).changed({"position": 0.0}, {"modes": 0})
+    frames = start_frames(machine_motion(still))
+    assert frames.header["label"] == "stalls (on the tool)" and not frames.header["answer"]["blows"]
+    assert np.all(frames.arrays["centre"] == 0.0) and np.all(np.isfinite(frames.arrays["velocity"]))
 
 
 def test_the_map_of_a_machine_is_that_of_percuss_sweep(client: Client) -> None:

@@ -1546,6 +1546,32 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     assert knows(page, "state.js:data.tables.contact.restitution") == 0
 
 
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")
+    driven(page)
+    expect(page.locator("#machine-start-position")).to_be_hidden()
+    page.click("#machine-of-start")
+    page.wait_for_selector("#machine-stage[data-label='runs 1/1']")
+    expect(page.locator("#machine-sentence")).to_contain_text("From this start the machine runs 1/1: 3.751 kJ")
+    expect(page.locator("#machine-start-position")).to_have_value("-39 mm")
+    assert knows(page, "state.js:view.machineShow") == "start"
+    page.fill("#machine-start-position", "39 mm")
+    page.press("#machine-start-position", "Enter")
+    expect(page.locator("#machine-start-problem")).to_contain_text("the bar is on the negative side")
+    page.click("#machine-start-draw")
+    until(page, f"{STATE}(({{ data }}) => data.tables.start.position < 0)")
+    assert knows(page, "state.js:data.tables.start.velocity").endswith(" m/s")
+    expect(page.locator("#machine-start-problem")).to_be_empty()
+    page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
+    slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
+    page.wait_for_selector("#machine-stage:not([data-label^=runs])")
+    expect(page.locator("#machine-play")).to_be_visible()
+    page.click("#machine-of-cycle")
+    expect(page.locator("#machine-play")).to_be_hidden()
+
+
 def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
     ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
     load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
