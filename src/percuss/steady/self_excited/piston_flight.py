@@ -6,6 +6,9 @@ The distance x behind the wall obeys x″ + d x′ + κx = a. With s the answer 
 
 which is a circle for κ > 0 and d = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
 machine that switches itself").
+
+`flight_kernels` says the same once more, on purpose: it is compiled, for many pistons at once, and for one piston no
+compiler need be loaded. A test compares the two.
 """
 
 from __future__ import annotations
@@ -23,15 +26,20 @@ __all__ = ["Crossing", "Flight", "response"]
 
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
 _TERMS = 18
+_NOTHING = 2.0**-56  # of the sums, which are about 1
 _PIECES = 3  # a flight between later turning points stays within the range of the third
+_STEPS = 200  # to a passage; halving alone takes fewer than 60
 _EPS = 2.0**-52
 
 
 def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float]:
     """s′, s and q at the time t: velocity and place after a unit velocity, and place under a unit force from rest.
 
-    By their power series, and by doubling the time: smooth in κ and d, down to 0, with no case to distinguish.
+    A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
     """
+    square = stiffness - 0.25 * drag * drag
+    if stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t:
+        return _swing(t, stiffness, drag, math.sqrt(square))
     return _responses(t, t, stiffness, drag)
 
 
@@ -43,19 +51,30 @@ def _responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[A
     while stiffness * longest * longest > _SMALL or drag * longest > _SMALL:
         longest *= 0.5
         doublings += 1
-    t = t * 0.5**doublings
+    t, many = t * 0.5**doublings, isinstance(t, np.ndarray)
     z, b = stiffness * t * t, drag * t
     before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
     ds = s = 1.0
     q = 0.5
     for n in range(1, _TERMS):
         before, now = now, -(b * n * now + z * before) / (n * (n + 1))
-        ds = ds + (n + 1) * now
-        s = s + now
-        q = q + now / (n + 2)
+        ds += (n + 1) * now
+        s += now
+        q += now / (n + 2)
+        if not many and n * (abs(now) + abs(before)) < _NOTHING:
+            break
     s, q = s * t, q * t * t
     for _ in range(doublings):
         ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
+    return ds, s, q
+
+
+def _swing(t: float, stiffness: float, drag: float, rate: float) -> tuple[float, float, float]:
+    """s′, s and q of a swing, where little is lost in their differences."""
+    left, more = math.exp(-0.5 * drag * t), 0.5 * drag / rate
+    sine, half = math.sin(rate * t), math.sin(0.5 * rate * t)
+    ds, s = left * (math.cos(rate * t) - more * sine), left * sine / rate
+    q = (2.0 * left * half * half - left * more * sine - math.expm1(-0.5 * drag * t)) / stiffness
     return ds, s, q
 
 
@@ -106,13 +125,12 @@ class Flight:
     def turning_time(self) -> float:
         """When the velocity first is 0 after the start; infinite when it never is."""
         v, f, square = self.v, self.acceleration, self.stiffness - 0.25 * self.drag**2
+        below = 0.5 * v * self.drag - f
         if square > 0.0:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            way = math.copysign(1.0, v)  # the angle from 0 to π, also a small one without a difference
-            return math.atan2(way * v * rate, way * (0.5 * v * self.drag - f)) / rate
-        below = 0.5 * v * self.drag - f
+            return math.atan2(abs(v) * rate, below if v > 0.0 else -below) / rate  # no π is added: it would cancel
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf
         ratio, rate = v / below, math.sqrt(-square)
@@ -174,18 +192,30 @@ class Flight:
             speed = way * math.sqrt(max(0.0, self.v**2 + 2.0 * self.push * (place - self.x)))
             return 2.0 * (place - self.x) / (self.v + speed) if number == 0 else (speed - self.v) / self.push
 
-        from scipy.optimize import brentq  # slow to import
-
-        def beyond(t: float) -> float:
-            return way * (self.at(t)[0] - place)
-
         x, v = self.at(start)
         far, force = abs(place - x), abs(self.push - self.stiffness * x)
         step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
         low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
-        while beyond(high) <= 0.0:
+        while way * (self.at(high)[0] - place) <= 0.0:
             if high >= stop:  # passed within rounding of the end
                 return stop
             step *= 2.0
             low, high = high, min(start + step, stop)
-        return float(brentq(beyond, low, high, xtol=_EPS * high, rtol=4.0 * _EPS))
+        return self._bracketed(place, way, low, high)
+
+    def _bracketed(self, place: float, way: int, low: float, high: float) -> float:
+        """When a place is passed between two times with no turning point between: Newton's method, else halving."""
+        t = 0.5 * (low + high)
+        for _ in range(_STEPS):
+            now, speed = self.at(t)
+            beyond = way * (now - place)
+            if beyond == 0.0:
+                return t
+            low, high = (t, high) if beyond < 0.0 else (low, t)
+            following = t - beyond / (way * speed) if way * speed > 0.0 else low
+            if not low < following < high:
+                following = 0.5 * (low + high)
+            if abs(following - t) <= 2.0 * _EPS * t or not low < following < high:
+                return following
+            t = following
+        return t
