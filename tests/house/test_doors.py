@@ -173,6 +173,10 @@ NO_DOORS: dict[str, str] = {
             "explore.Archive",
             "explore.Basins",
             "explore.Boundaries",
+            "explore.Branch",
+            "explore.Branch.at",
+            "explore.BranchPoint",
+            "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",
             "explore.Lyapunov",
@@ -227,7 +231,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    **dict.fromkeys(["blow.Outcome", "blow.Ending"], "a word, made from its sentence"),
+    **dict.fromkeys(["blow.Outcome", "blow.Ending", "explore.BranchEvent"], "a word, made from its sentence"),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -314,6 +318,7 @@ def table(folder: Path) -> dict[str, Entry]:
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
+    one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
@@ -792,6 +797,12 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"distance": 1e-4, "threads": 1}
             | RUNNING,
             {"starts": OPTIONAL, "seed": {"400 digits"}, "stop": OPTIONAL, "threads": OPTIONAL} | RUNNING_TAKES,
+        ),
+        "explore.follow": (
+            explore.follow,
+            {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9, "switch": 0,
+             "most": 2, "halt": None},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
