@@ -131,7 +131,7 @@ def to_rest(plant, ahead):
         now.gap_rate = 0.0
         return -1.0
     if held(table, motion):
-        return -1.0
+        return 0.0
     left = chatter_left(table, motion, plant.desk, ahead)
     sprung = bar.spring * left
     return left if sprung * sprung * left <= CHATTER_ERROR else -1.0

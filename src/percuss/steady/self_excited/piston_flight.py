@@ -6,6 +6,9 @@ The distance x behind the wall obeys x″ + d x′ + κx = a. With s the answer 
 
 which is a circle for κ > 0 and d = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
 machine that switches itself").
+
+`flight_kernels` says the same once more, on purpose: it is compiled, for many pistons at once, and for one piston no
+compiler need be loaded. A test compares the two.
 """
 
 from __future__ import annotations
@@ -90,13 +93,12 @@ class Flight:
     def turning_time(self) -> float:
         """When the velocity first is 0 after the start; infinite when it never is."""
         v, f, square = self.v, self.acceleration, self.stiffness - 0.25 * self.drag**2
+        below = 0.5 * v * self.drag - f
         if square > 0.0:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            angle = math.atan2(v * rate, 0.5 * v * self.drag - f)
-            return (angle if angle > 0.0 else angle + math.pi) / rate
-        below = 0.5 * v * self.drag - f
+            return math.atan2(abs(v) * rate, below if v > 0.0 else -below) / rate  # no π is added: it would cancel
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf
         ratio, rate = v / below, math.sqrt(-square)
