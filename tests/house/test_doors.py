@@ -315,8 +315,9 @@ def table(folder: Path) -> dict[str, Entry]:
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
-    several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
+    followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
+    several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
@@ -875,6 +876,16 @@ def table(folder: Path) -> dict[str, Entry]:
             {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False, "most_pieces": None},
             {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "most_pieces": OPTIONAL},
         ),
+        "case.orbits_answer": (
+            room_of_cases.orbits_answer,
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"modes": OPTIONAL},
+        ),
+        "case.branch_answer": (
+            room_of_cases.branch_answer,
+            {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
+            {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
             {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
@@ -932,6 +943,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
+        "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.plot.best_picture import best
     from percuss.plot.blow_picture import blow
+    from percuss.plot.branch_picture import branch
     from percuss.plot.canvas import save
     from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
@@ -15,13 +16,14 @@ if TYPE_CHECKING:
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["basins", "best", "blow", "experiment", "machine", "save", "steady", "sweep", "trajectory"]
+__all__ = ["basins", "best", "blow", "branch", "experiment", "machine", "save", "steady", "sweep", "trajectory"]
 
 
 _HOME = {
     "basins": "starts_picture",
     "best": "best_picture",
     "blow": "blow_picture",
+    "branch": "branch_picture",
     "experiment": "starts_picture",
     "machine": "machine_picture",
     "save": "canvas",
