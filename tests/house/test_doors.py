@@ -172,6 +172,10 @@ NO_DOORS: dict[str, str] = {
             "explore.Archive",
             "explore.Basins",
             "explore.Boundaries",
+            "explore.Branch",
+            "explore.Branch.at",
+            "explore.BranchPoint",
+            "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",
             "explore.Lyapunov",
@@ -225,7 +229,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    **dict.fromkeys(["blow.Outcome", "blow.Ending"], "a word, made from its sentence"),
+    **dict.fromkeys(["blow.Outcome", "blow.Ending", "explore.BranchEvent"], "a word, made from its sentence"),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -311,6 +315,8 @@ def table(folder: Path) -> dict[str, Entry]:
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
+    one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
+    followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
@@ -796,6 +802,12 @@ def table(folder: Path) -> dict[str, Entry]:
             | RUNNING,
             {"starts": OPTIONAL, "seed": {"400 digits"}, "stop": OPTIONAL, "threads": OPTIONAL} | RUNNING_TAKES,
         ),
+        "explore.follow": (
+            explore.follow,
+            {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9, "switch": 0,
+             "most": 2, "halt": None},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
@@ -865,6 +877,16 @@ def table(folder: Path) -> dict[str, Entry]:
             {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False, "most_pieces": None},
             {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "most_pieces": OPTIONAL},
         ),
+        "case.orbits_answer": (
+            room_of_cases.orbits_answer,
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"modes": OPTIONAL},
+        ),
+        "case.branch_answer": (
+            room_of_cases.branch_answer,
+            {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
+            {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
             {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
@@ -922,6 +944,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
+        "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
