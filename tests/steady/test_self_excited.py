@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from percuss.errors import ParameterError
@@ -373,11 +373,25 @@ def test_the_response_is_that_of_the_oscillator(t: float, stiffness: float, drag
     assert 1.0 - stiffness * q == pytest.approx(ds + drag * s, abs=1e-11 * (1.0 + stiffness * q))
 
 
+@pytest.mark.parametrize("stiffness", [1e-90, 1e-30, 1e-12, 1e-6])
+def test_a_soft_spring_turns_the_piston_where_none_would(stiffness: float) -> None:
+    assert Flight(1.0, stiffness, 0.0, 1.0, -1.9375).turning_time == pytest.approx(1.9375, rel=4.0 * stiffness + 1e-15)
+
+
+@given(none_or(5.0), none_or(5.0), st.lists(st.floats(0.0, 30.0), min_size=1, max_size=9))
+def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float, times: list[float]) -> None:
+    flight = Flight(-0.3, stiffness, drag, 0.4, 1.1)
+    found, each = flight.distances(np.array(times)), np.array([flight.at(t)[0] for t in times])
+    scale = 1.0 + np.array(times) ** 2
+    assert np.all(np.abs(found - each) <= 1e-12 * scale)
+
+
 @given(
     st.floats(-1.0, 1.0), st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(-2.0, 2.0),
     st.floats(0.01, 3.0),
 )  # fmt: skip
 @settings(max_examples=150)
+@example(1.0, 1e-214, 0.0, 1.0, -1.9375, 1.0)  # a spring that is next to none, and turns the piston all the same
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> None:
     """Against looking at many times."""
     flight, until = Flight(push, stiffness, drag, x, v), 8.0

@@ -6,6 +6,9 @@ The distance x behind the wall obeys x″ + d x′ + κx = a. With s the answer 
 
 which is a circle for κ > 0 and d = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
 machine that switches itself").
+
+`flight_kernels` says the same once more, on purpose: it is compiled, for many pistons at once, and for one piston no
+compiler need be loaded. A test compares the two.
 """
 
 from __future__ import annotations
@@ -13,6 +16,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from percuss.model.checks import Array
 
 __all__ = ["Crossing", "Flight", "response"]
 
@@ -30,15 +38,21 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
 
     A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
     """
-    if stiffness == 0.0 and drag == 0.0:
-        return 1.0, t, 0.5 * t * t
     square = stiffness - 0.25 * drag * drag
     if stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t:
         return _swing(t, stiffness, drag, math.sqrt(square))
+    return _responses(t, t, stiffness, drag)
+
+
+def _responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any]:
+    """The same of a time, or of an array of times, the longest of which tells how often it is halved."""
+    if stiffness == 0.0 and drag == 0.0:
+        return 1.0, t, 0.5 * t * t
     doublings = 0
-    while stiffness * t * t > _SMALL or drag * t > _SMALL:
-        t *= 0.5
+    while stiffness * longest * longest > _SMALL or drag * longest > _SMALL:
+        longest *= 0.5
         doublings += 1
+    t, many = t * 0.5**doublings, isinstance(t, np.ndarray)
     z, b = stiffness * t * t, drag * t
     before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
     ds = s = 1.0
@@ -48,7 +62,7 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
         ds += (n + 1) * now
         s += now
         q += now / (n + 2)
-        if n * (abs(now) + abs(before)) < _NOTHING:
+        if not many and n * (abs(now) + abs(before)) < _NOTHING:
             break
     s, q = s * t, q * t * t
     for _ in range(doublings):
@@ -103,17 +117,21 @@ class Flight:
         ds, s, q = response(t, self.stiffness, self.drag)
         return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
 
+    def distances(self, times: Array) -> Array:
+        """The distance at several times, in any order."""
+        _, s, q = _responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)
+        return np.asarray(self.x + self.v * s + self.acceleration * q)
+
     @property
     def turning_time(self) -> float:
         """When the velocity first is 0 after the start; infinite when it never is."""
         v, f, square = self.v, self.acceleration, self.stiffness - 0.25 * self.drag**2
+        below = 0.5 * v * self.drag - f
         if square > 0.0:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            way = math.copysign(1.0, v)  # so that a small angle is not lost beside π
-            return math.atan2(way * v * rate, way * (0.5 * v * self.drag - f)) / rate
-        below = 0.5 * v * self.drag - f
+            return math.atan2(abs(v) * rate, below if v > 0.0 else -below) / rate  # no π is added: it would cancel
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf
         ratio, rate = v / below, math.sqrt(-square)

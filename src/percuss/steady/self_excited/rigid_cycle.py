@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.self_excited.piston_legs import leg_after
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound, Segment, Switch, Uncovering
-from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
 
 __all__ = ["RigidCycle", "cycle_near"]
 
@@ -120,14 +119,15 @@ class RigidCycle(ValveCycle):
         found: ComplexArray = np.linalg.eigvals(slope).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]
 
-    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
-        """Displacement of the piston, all of which moves alike: 0 at the wall and negative behind it."""
-        checked_place(place)
-        within, segments = self._within(times), self.segments
+    def _displacement(self, within: Array, place: Place) -> Array:
+        segments = self.segments  # all of the piston moves alike
         begins = np.array([segment.time for segment in segments])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
-        found = [segments[i].flight.at(t)[0] for i, t in zip(which.flat, (within - begins[which]).flat, strict=True)]
-        return -np.array(found, dtype=float).reshape(within.shape)
+        found = np.empty(within.shape)
+        for i in np.unique(which).tolist():
+            there = which == i
+            found[there] = segments[i].flight.distances(within[there] - begins[i])
+        return -found
 
 
 def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = False) -> RigidCycle | None:
