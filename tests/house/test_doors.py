@@ -36,6 +36,7 @@ from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     Chamber,
+    Cushion,
     External,
     KelvinVoigt,
     Machine,
@@ -95,6 +96,7 @@ NO_DOORS: dict[str, str] = {
             "model.Section.piece",
             "model.Jump",
             "model.MachineModes",
+            "steady.BlankBlow",
             "steady.Drag",
             "steady.ElasticCycle",
             "steady.Energy",
@@ -416,14 +418,21 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Chamber": (Chamber, {"force": 0.4, "stiffness": 0.9}, {"force": REAL}),
+        "model.Cushion": (
+            Cushion,
+            {"beyond": 0.1, "force": 1.0, "stiffness": 9.0, "length": 0.2, "returned": 0.1, "area": 1e-3},
+            {"length": OPTIONAL, "area": OPTIONAL},
+        ),
+        "model.Cushion.energy": (Cushion(force=1.0).energy, {"depth": 0.1}, {"depth": REAL}),
+        "model.Cushion.scaled": (Cushion(force=1.0).scaled, {"force": 2.0, "length": 2.0}, {}),
         "model.Port": (
             Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},
             {"to": TEXT, "reads": set()},
         ),
         "model.Valve": (
             Valve, {"states": {"return": -0.4, "power": 1.8}, "ports": VALVE.ports, "start": "power"}
-            | {"chamber": Chamber()},
-            {"start": OPTIONAL},
+            | {"chamber": Chamber(), "cushion": Cushion()},
+            {"start": OPTIONAL, "cushion": OPTIONAL},
         ),
         "model.Valve.scaled": (VALVE.scaled, {"force": 2.0, "length": 2.0, "time": 1.0}, {}),
         "model.Machine": (
@@ -529,6 +538,11 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Rhythm.of_events": (
             steady.Rhythm.of_events,
             {"valve": VALVE, "events": [(1.0, "impact", 1.0), (3.0, "impact", 1.0)], "blows": 1}, {},
+        ),
+        "steady.blank_blow": (
+            steady.blank_blow,
+            {"motion": steady.self_excited_motion(MACHINE, modes=0), "cushion": Cushion(force=10.0)},
+            {"cushion": OPTIONAL},
         ),
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},

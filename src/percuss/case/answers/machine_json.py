@@ -36,6 +36,7 @@ def machine_dict(answer: ToldMachine) -> dict[str, Any]:
             for one in answer.sensitivities
         ],
         "pressure_curve": [plain(asdict(one)) for one in answer.curve],
+        "blank_blow": None if answer.blank is None else answer.blank.to_json_dict(),
         "rigid": None if answer.rigid is motion else _cycle(answer.rigid),
         "rigid_si": None if answer.rigid is motion else _si(machine, answer.rigid.cycle),
         "warnings": list(answer.warnings),
