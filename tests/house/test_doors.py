@@ -324,6 +324,8 @@ def table(folder: Path) -> dict[str, Entry]:
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
+    machine_saved = folder / "machine.nc"
+    machine_motion.save(machine_saved)
     recorded = folder / "recorded.csv"
     rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
     recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
@@ -693,6 +695,12 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {}),
         "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.continued": (
+            machine_motion.continued, {"stop": SHORT, "progress": None},
+            {"stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.MachineTrajectory.load": (simulate.MachineTrajectory.load, {"path": machine_saved}, {}),
+        "simulate.MachineTrajectory.save": (machine_motion.save, {"path": folder / "other.nc"}, {"path": TEXT}),
         "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy_balance": (
@@ -966,6 +974,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
         "plot.machine": (plot.machine, {"answer": machined}, {}),
+        "plot.machine_motion": (plot.machine_motion, {"motion": machine_motion}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),
