@@ -129,6 +129,8 @@ _VALUES: list[tuple[Any, str]] = [
     (valve_tables.Ports, "list of tables"),
     (valve_tables.PlainPorts, "list of tables"),
     (valve_tables.ChamberTable, "table"),
+    (valve_tables.CushionTable, "table"),
+    (valve_tables.PlainCushion, "table"),
     (valve_tables.PlainChamber, "table"),
     (valve_tables.Reads, '`"centre"` or number'),
     (values.Mass, "mass"),

@@ -201,6 +201,7 @@ UNITS = {
     "mass": "kg",
     "stiffness": "N/m",
     "time": "ms",
+    "force": "kN",
     "force or pressure": "kN",
 }
 

@@ -75,7 +75,7 @@ class CushionTable(Table):
     stiffness: Stiffness | None = None
     """How much that force grows with the depth. Allowed: 0 or greater. When left out: not at all."""
     length: Length | None = None
-    """Depth at which the piston strikes the front end of the housing. Allowed: greater than 0. When left out: no end."""
+    """Depth at which the piston strikes the front of the housing. Allowed: greater than 0. When left out: no end."""
     returned: float | None = None
     """Part of the energy that it gives back. Allowed: 0 (oil that is throttled) to 1 (a spring). When left out: 0."""
     area: Area | None = None
@@ -193,8 +193,8 @@ class ValveForce(Table):
     chamber: ChamberTable | None = None
     """A gas chamber behind the piston, see below. When left out: there is none."""
     cushion: CushionTable | None = None
-    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm is
-    assumed."""
+    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
+    is assumed."""
     room: Length | None = None
     """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
     at: int = 0
