@@ -36,6 +36,7 @@ from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     Chamber,
+    Cushion,
     External,
     KelvinVoigt,
     Machine,
@@ -95,6 +96,7 @@ NO_DOORS: dict[str, str] = {
             "model.Section.piece",
             "model.Jump",
             "model.MachineModes",
+            "steady.BlankBlow",
             "steady.Drag",
             "steady.ElasticCycle",
             "steady.Energy",
@@ -322,6 +324,8 @@ def table(folder: Path) -> dict[str, Entry]:
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
+    machine_saved = folder / "machine.nc"
+    machine_motion.save(machine_saved)
     recorded = folder / "recorded.csv"
     rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
     recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
@@ -416,14 +420,21 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Chamber": (Chamber, {"force": 0.4, "stiffness": 0.9}, {"force": REAL}),
+        "model.Cushion": (
+            Cushion,
+            {"beyond": 0.1, "force": 1.0, "stiffness": 9.0, "length": 0.2, "returned": 0.1, "area": 1e-3},
+            {"length": OPTIONAL, "area": OPTIONAL},
+        ),
+        "model.Cushion.energy": (Cushion(force=1.0).energy, {"depth": 0.1}, {"depth": REAL}),
+        "model.Cushion.scaled": (Cushion(force=1.0).scaled, {"force": 2.0, "length": 2.0}, {}),
         "model.Port": (
             Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},
             {"to": TEXT, "reads": set()},
         ),
         "model.Valve": (
             Valve, {"states": {"return": -0.4, "power": 1.8}, "ports": VALVE.ports, "start": "power"}
-            | {"chamber": Chamber()},
-            {"start": OPTIONAL},
+            | {"chamber": Chamber(), "cushion": Cushion()},
+            {"start": OPTIONAL, "cushion": OPTIONAL},
         ),
         "model.Valve.scaled": (VALVE.scaled, {"force": 2.0, "length": 2.0, "time": 1.0}, {}),
         "model.Machine": (
@@ -529,6 +540,11 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Rhythm.of_events": (
             steady.Rhythm.of_events,
             {"valve": VALVE, "events": [(1.0, "impact", 1.0), (3.0, "impact", 1.0)], "blows": 1}, {},
+        ),
+        "steady.blank_blow": (
+            steady.blank_blow,
+            {"motion": steady.self_excited_motion(MACHINE, modes=0), "cushion": Cushion(force=10.0)},
+            {"cushion": OPTIONAL},
         ),
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
@@ -651,7 +667,8 @@ def table(folder: Path) -> dict[str, Entry]:
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
         "simulate.MachineStarts": (
-            simulate.MachineStarts, {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
+            simulate.MachineStarts,
+            {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
             {},
         ),
         "simulate.run_machine": (
@@ -678,6 +695,12 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {}),
         "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.continued": (
+            machine_motion.continued, {"stop": SHORT, "progress": None},
+            {"stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.MachineTrajectory.load": (simulate.MachineTrajectory.load, {"path": machine_saved}, {}),
+        "simulate.MachineTrajectory.save": (machine_motion.save, {"path": folder / "other.nc"}, {"path": TEXT}),
         "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy_balance": (
@@ -951,6 +974,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
         "plot.machine": (plot.machine, {"answer": machined}, {}),
+        "plot.machine_motion": (plot.machine_motion, {"motion": machine_motion}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),

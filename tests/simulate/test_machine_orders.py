@@ -1,6 +1,7 @@
 """Orders of the valve that wait: none is lost, however many they are."""
 
 import numpy as np
+
 from percuss.model import Kept, Machine, Port, UniformBar, Valve
 from percuss.model.load.valve import Orders
 from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines

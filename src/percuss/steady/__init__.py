@@ -30,6 +30,7 @@ from percuss.steady.recorded import (
 )
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
+    BlankBlow,
     ElasticCycle,
     Obstacle,
     Rhythm,
@@ -38,6 +39,7 @@ from percuss.steady.self_excited import (
     Sensitivity,
     ValveCycle,
     ValveMargins,
+    blank_blow,
     self_excited_motion,
     sensitivities,
     valve_margins,
@@ -48,6 +50,7 @@ from percuss.steady.timed_orbit import TimedOrbit
 from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
+    "BlankBlow",
     "Drag",
     "Drop",
     "ElasticCycle",
@@ -78,6 +81,7 @@ __all__ = [
     "ValveCycle",
     "ValveMargins",
     "Violation",
+    "blank_blow",
     "drag_of",
     "greatest_drag",
     "grows",

@@ -8,6 +8,7 @@ from typing import Any, Literal, cast
 
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
+from percuss.model.load.cushion import Cushion
 
 __all__ = ["MOST_PORTS", "MOST_STATES", "NO_CHAMBER", "Chamber", "Orders", "Port", "Valve"]
 
@@ -149,6 +150,8 @@ class Valve:
         The state at the start, which counts as the last one demanded; the first of `states` by default.
     chamber
         A gas chamber behind the piston.
+    cushion
+        What stops the piston when it finds no tool; None where it is not known.
 
     Raises
     ------
@@ -167,6 +170,7 @@ class Valve:
     ports: tuple[Port, ...]
     start: str | None = None
     chamber: Chamber = NO_CHAMBER
+    cushion: Cushion | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -185,6 +189,8 @@ class Valve:
             raise ParameterError("start", start, _one_of(names))
         set_(self, "start", start)
         instance("chamber", self.chamber, Chamber)
+        if self.cushion is not None:
+            instance("cushion", self.cushion, Cushion)
 
     @property
     def pairs(self) -> tuple[tuple[str, float], ...]:
@@ -219,7 +225,8 @@ class Valve:
             for port in self.ports
         )
         chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
-        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber)
+        cushion = None if self.cushion is None else self.cushion.scaled(force, length)
+        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion)
 
     @property
     def orders(self) -> Orders:
