@@ -199,7 +199,7 @@ class _Job:
             self._member(numbers, self.starts[i if len(self.starts) > 1 else 0], i)
 
     def _member(self, numbers: Mechanism, start: MachineStart, i: int) -> None:
-        plant = plant_of(numbers)
+        plant = plant_of(numbers, start)
         begun(plant, numbers, start, NO_VALVE_LOG)
         ended, wandering = carried_on(plant, numbers, self.stop, lambda: self.stopped)
         cycle, columns = cycle_of(plant, numbers), self.columns

@@ -43,7 +43,7 @@ def ended_later(motion: _Motion, stop: Stop, progress: Callable[[Progress], obje
         stretch = followed(plant, numbers, stop, room_for(numbers, stop), motion.begin_time, watch)
     return {
         "events": MachineEvents.of_all([motion.events, stretch.events]),
-        "states": np.concatenate([motion.states, stretch.states]),
+        "states": np.concatenate([motion.states, stretch.states[1:]]),
         "stop": stop,
         **ending(stretch, numbers, stop, motion.begin_time),
     }

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from percuss.model import Machine
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
@@ -69,17 +67,17 @@ def run_machine(
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     callback("progress", progress)
     numbers = mechanism(machine, count("modes", modes, least=0, most=MAX_MODES))
-    plant, log = plant_of(numbers), room_for(numbers, stop)
-    resting = begun(plant, numbers, given, log)
-    first, state = row_of(plant), int(plant.controls.now["state"])
+    plant, room = plant_of(numbers, given), room_for(numbers, stop)
+    resting = begun(plant, numbers, given, room.log)
+    room.states[0], state = row_of(plant), int(plant.controls.now["state"])
     begin = given.bar.time
     with watched(progress) as watch:
-        stretch = followed(plant, numbers, stop, log, begin, watch)
+        stretch = followed(plant, numbers, stop, room, begin, watch)
     return MachineTrajectory(
         machine=machine,
         modes=numbers.modes,
         events=stretch.events,
-        states=np.concatenate([first[None], stretch.states]),
+        states=stretch.states,
         first_state=state,
         resting=resting,
         stop=stop,

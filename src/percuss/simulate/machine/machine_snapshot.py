@@ -10,9 +10,9 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.simulate.kernels.codes import GRAZED
 from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS
-from percuss.simulate.kernels.valve_records import QUEUE, TURNING, VALVE_NOW, Plant
+from percuss.simulate.kernels.valve_records import TURNING, VALVE_NOW, Plant
 from percuss.simulate.machine.mechanism import Mechanism
-from percuss.simulate.machine.plant import plant_of
+from percuss.simulate.machine.plant import plant_of, roomier
 from percuss.simulate.soundness import true, within
 
 __all__ = ["KINDS", "kept", "put_back"]
@@ -21,7 +21,9 @@ KINDS = {"now": NOW, "count": COUNT, "past": PAST, "sums": SUMS, "valve_now": VA
 """The types of those arrays that hold records."""
 
 _OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
-_OF_VALVE = ("now", "usual", "due", "order", "cross", "kind", "just", "memo", "memo_due", "past")
+_OF_VALVE = ("now", "usual", "usual_cross", "due", "order", "cross", "kind", "just", "memo", "memo_due", "past")
+
+_MOST_WAITING = 1 << 20
 
 Kept = dict[str, npt.NDArray[Any]]
 
@@ -40,8 +42,11 @@ def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
     PercussError
         When a simulation cannot have left it: it comes from a file that was changed, or made up.
     """
-    plant = plant_of(mechanism)
+    plant, waiting = plant_of(mechanism), snapshot.get("valve_due", np.empty(0)).size
     try:
+        true(waiting <= _MOST_WAITING, "the number of orders that wait")
+        while plant.controls.due.size < waiting:
+            plant = roomier(plant)
         for name, room in kept(plant).items():
             given = snapshot.get(name)
             true(given is not None, f"that there is no engine_{name}")
@@ -71,7 +76,7 @@ def _check(plant: Plant, states: int) -> None:
     for name in ("state", "last", "memo_state", "memo_last"):
         within(name, valve[name], 0, states - 1)
     for name in ("waiting", "memo_waiting"):
-        within(name, valve[name], 0, QUEUE)
+        within(name, valve[name], 0, controls.due.size)
     within("order", controls.order, 0, states - 1)
     within("mode", count["mode"], 0, GRAZED)
     true(count["events"] == 0, "a number of events")
