@@ -320,8 +320,14 @@ ANSWERS = {
     "sweep": (
         "sweep hydraulic-drifter --x restitution=0:0.8:3 --y load_factor=0.1:1:3 --curves -o map.zarr --workers 1",
     ),
-    "experiment": ("experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",),
-    "basins": ("basins hydraulic-drifter --x time=0:6:2 --y velocity=-6:-1:2 --modes 0 --workers 1",),
+    "experiment": (
+        "experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",
+        "experiment valve-drifter --starts 4 --modes 0 --workers 1",
+    ),
+    "basins": (
+        "basins hydraulic-drifter --x time=0:6:2 --y velocity=-6:-1:2 --modes 0 --workers 1",
+        "basins valve-drifter --x position=-20:-5mm:2 --y velocity=-6:-1:2 --at state=power --modes 0 --workers 1",
+    ),
     "show": ("show map.zarr",),
 }
 """For each command that prints JSON questions whose answers have every key that there can be."""
