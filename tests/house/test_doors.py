@@ -645,7 +645,8 @@ def table(folder: Path) -> dict[str, Entry]:
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
         "simulate.MachineStarts": (
-            simulate.MachineStarts, {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
+            simulate.MachineStarts,
+            {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
             {},
         ),
         "simulate.run_machine": (

@@ -13,7 +13,7 @@ import pytest
 
 from percuss import Load, System
 from percuss.errors import PercussError
-from percuss.simulate import Start, Stop, Trajectory, netcdf, run
+from percuss.simulate import Start, Stop, Trajectory, motion_files, run
 from percuss.simulate.kernels.codes import GRAZED
 from percuss.simulate.kernels.layout import COUNT
 
@@ -42,7 +42,7 @@ def motions() -> dict[str, Trajectory]:
 def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
     """With the check sum of what it holds now, as who makes such a file on purpose can write it."""
     try:
-        return dataset.assign_attrs(sha256=netcdf._digest(dataset))
+        return dataset.assign_attrs(sha256=motion_files.digest(dataset))
     except LookupError:  # what has no check sum any more is refused for that
         return dataset
 
