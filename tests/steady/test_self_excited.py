@@ -365,12 +365,13 @@ def test_the_derivative_agrees_with_differences() -> None:
 
 @given(st.floats(0.0, 30.0), none_or(5.0), none_or(5.0))
 def test_the_response_is_that_of_the_oscillator(t: float, stiffness: float, drag: float) -> None:
-    ds, s, q = response(t, stiffness, drag)
+    ds, s, q, w = response(t, stiffness, drag)
     root = np.sqrt(complex(stiffness - 0.25 * drag**2))
     angle = root * t
     exact = (np.exp(-0.5 * drag * t) * (np.sin(angle) / root if abs(angle) > 1e-8 else t)).real
     assert s == pytest.approx(exact, rel=1e-9, abs=1e-12)
     assert 1.0 - stiffness * q == pytest.approx(ds + drag * s, abs=1e-11 * (1.0 + stiffness * q))
+    assert stiffness * w == pytest.approx(t - s - drag * q, abs=1e-11 * (1.0 + t))
 
 
 @given(

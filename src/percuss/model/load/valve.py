@@ -8,6 +8,7 @@ from typing import Any, Literal, cast
 
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
+from percuss.model.load.supply import Supply
 
 __all__ = ["MOST_PORTS", "MOST_STATES", "NO_CHAMBER", "Chamber", "Orders", "Port", "Valve"]
 
@@ -137,6 +138,8 @@ class Valve:
     - A demand equal to the last one is ignored. Any other drops the orders that would be due when it is due or later,
       and is carried out after its delay.
     - Of simultaneous events the blow comes first, then the ports in their order, then the orders that are due.
+    - With a `supply` the forces of the states are those at the pressure 1, and are multiplied by the pressure, which
+      falls while the piston draws; see `Supply`.
 
     Parameters
     ----------
@@ -149,6 +152,8 @@ class Valve:
         The state at the start, which counts as the last one demanded; the first of `states` by default.
     chamber
         A gas chamber behind the piston.
+    supply
+        A pump and an accumulator; by default the pressure is constant.
 
     Raises
     ------
@@ -167,6 +172,7 @@ class Valve:
     ports: tuple[Port, ...]
     start: str | None = None
     chamber: Chamber = NO_CHAMBER
+    supply: Supply | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -185,6 +191,8 @@ class Valve:
             raise ParameterError("start", start, _one_of(names))
         set_(self, "start", start)
         instance("chamber", self.chamber, Chamber)
+        if self.supply is not None:
+            instance("supply", self.supply, Supply)
 
     @property
     def pairs(self) -> tuple[tuple[str, float], ...]:
@@ -219,7 +227,19 @@ class Valve:
             for port in self.ports
         )
         chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
-        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber)
+        supply = None if self.supply is None else self.supply.scaled(force * length / time, force * length)
+        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, supply)
+
+    def at_pressure(self, pressure: float) -> Valve:
+        """The valve under a constant pressure, a multiple of that for which the forces of the states hold.
+
+        Raises
+        ------
+        ParameterError
+            When the pressure is not greater than 0.
+        """
+        factor = positive("pressure", pressure)
+        return replace(self, states={name: factor * force for name, force in self.pairs}, supply=None)
 
     @property
     def orders(self) -> Orders:

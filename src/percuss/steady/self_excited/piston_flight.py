@@ -18,17 +18,18 @@ __all__ = ["Crossing", "Flight", "response"]
 
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
 _TERMS = 18
+_NOTHING = 1e-20  # of a sum near 1
 _PIECES = 3  # a flight between later turning points stays within the range of the third
 _EPS = 2.0**-52
 
 
-def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float]:
-    """s′, s and q at the time t: velocity and place after a unit velocity, and place under a unit force from rest.
+def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float, float]:
+    """s′, s, q and w at a time: motion after a unit velocity, place under a unit force and under a unit ramp.
 
     By their power series, and by doubling the time: smooth in κ and d, down to 0, with no case to distinguish.
     """
     if stiffness == 0.0 and drag == 0.0:
-        return 1.0, t, 0.5 * t * t
+        return 1.0, t, 0.5 * t * t, t * t * t / 6.0
     doublings = 0
     while stiffness * t * t > _SMALL or drag * t > _SMALL:
         t *= 0.5
@@ -36,16 +37,20 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
     z, b = stiffness * t * t, drag * t
     before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
     ds = s = 1.0
-    q = 0.5
+    q, w = 0.5, 1.0 / 6.0
     for n in range(1, _TERMS):
         before, now = now, -(b * n * now + z * before) / (n * (n + 1))
         ds += (n + 1) * now
         s += now
         q += now / (n + 2)
-    s, q = s * t, q * t * t
+        w += now / ((n + 2) * (n + 3))
+        if abs(before) + abs(now) < _NOTHING:
+            break
+    s, q, w = s * t, q * t * t, w * t * t * t
     for _ in range(doublings):
+        w, t = 2.0 * w + q * s + (t - stiffness * w) * q, 2.0 * t
         ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
-    return ds, s, q
+    return ds, s, q, w
 
 
 @dataclass(frozen=True)
@@ -81,9 +86,13 @@ class Flight:
         """At the start, without the drag."""
         return self.push - self.stiffness * self.x
 
+    def push_at(self, t: float) -> float:
+        """Acceleration away from the wall at the wall, at a time."""
+        return self.push
+
     def at(self, t: float) -> tuple[float, float]:
         """Distance and velocity at a time."""
-        ds, s, q = response(t, self.stiffness, self.drag)
+        ds, s, q, _ = response(t, self.stiffness, self.drag)
         return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
 
     @property
@@ -94,8 +103,8 @@ class Flight:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            angle = math.atan2(v * rate, 0.5 * v * self.drag - f)
-            return (angle if angle > 0.0 else angle + math.pi) / rate
+            way = math.copysign(1.0, v)  # so that a small angle is not lost beside π
+            return math.atan2(way * v * rate, way * (0.5 * v * self.drag - f)) / rate
         below = 0.5 * v * self.drag - f
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf
@@ -117,15 +126,17 @@ class Flight:
 
     def turning_places(self, until: float = math.inf) -> list[float]:
         """Where it turns, up to a time: the first three, within which all others lie."""
-        return [self.at(end)[0] for _, end in self._pieces() if end < until]
+        return [self.at(end)[0] for _, end in self._pieces([], until) if end < until]
 
     def first_crossing(self, places: Sequence[tuple[float, int]], until: float) -> Crossing | None:
         """The first of the places that is passed, each in its own direction: +1 away from the wall, −1 towards it.
 
         A place that is only touched, or at which the flight starts, is not passed.
         """
-        x = self.x
-        for number, (start, end) in enumerate(self._pieces()):
+        x, done = self.x, 0.0
+        for number, (start, end) in enumerate(self._pieces(places, until)):
+            x = self.at(start)[0] if start > done else x
+            done = end
             stop = min(end, until)
             last = self.at(stop)[0] if math.isfinite(stop) else self.last_place
             way = 1 if last > x else -1
@@ -141,8 +152,8 @@ class Flight:
             x = last
         return None
 
-    def _pieces(self) -> Iterator[tuple[float, float]]:
-        """The times between which it does not turn."""
+    def _pieces(self, places: Sequence[tuple[float, int]], until: float) -> Iterator[tuple[float, float]]:
+        """The times between which it does not turn, without some that are passed without any of the places."""
         start, end = 0.0, self.turning_time
         square = self.stiffness - 0.25 * self.drag**2
         step = math.pi / math.sqrt(square) if square > 0.0 else math.inf
@@ -166,6 +177,7 @@ class Flight:
         x, v = self.at(start)
         far, force = abs(place - x), abs(self.push - self.stiffness * x)
         step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
+        step = 1.0 / math.sqrt(self.stiffness) if step == math.inf else step  # at rest, until a ramp pushes
         low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
         while beyond(high) <= 0.0:
             if high >= stop:  # passed within rounding of the end
