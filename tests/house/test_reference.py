@@ -81,6 +81,7 @@ TABLES = {
     "ValveForce": ("si", "load"),
     "PortTable": ("si", "load.ports"),
     "ChamberTable": ("si", "load.chamber"),
+    "SupplyTable": ("si", "load.supply"),
     "AreasTable": ("si", "load.states"),
     "SystemTable": ("plain", "system"),
     "HarmonicLoad": ("plain", "load"),

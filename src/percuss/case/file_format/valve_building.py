@@ -9,12 +9,14 @@ from percuss.case.file_format.valve_tables import (
     ChamberTable,
     PlainChamber,
     PlainPort,
+    PlainSupply,
     PortTable,
+    SupplyTable,
     ValveForce,
     ValveLoad,
 )
 from percuss.errors import ParameterError
-from percuss.model import Chamber, Port, Valve
+from percuss.model import Chamber, Port, Supply, Valve
 from percuss.model.checks import non_negative, positive
 from percuss.units import si
 
@@ -41,7 +43,7 @@ def valve_of(table: ValveForce | ValveLoad) -> Valve:
             accepted = f"a port within the room, {table.room}"
             raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
     try:
-        return Valve(states, ports, table.start_state, _chamber(table.chamber))
+        return Valve(states, ports, table.start_state, _chamber(table.chamber), _supply(table, pressure))
     except ParameterError as error:
         name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
         raise ParameterError(name, error.value, error.accepted, _near(error, table)) from None
@@ -112,6 +114,26 @@ def _chamber(table: ChamberTable | PlainChamber | None) -> Chamber:
         )
     except ParameterError as error:
         raise ParameterError(f"chamber.{error.name}", error.value, error.accepted, error.remedy) from None
+
+
+def _supply(table: ValveForce | ValveLoad, pressure: float | None) -> Supply | None:
+    given: SupplyTable | PlainSupply | None = table.supply
+    if given is None:
+        return None
+    flow = _above_zero("supply.flow", given.flow, "flow")
+    accumulator = _above_zero("supply.accumulator", given.accumulator, "compliance")
+    start = None if given.start is None else _value("supply.start", given.start, "pressure")
+    if start is not None and start < 0.0:
+        raise ParameterError("supply.start", given.start, "a pressure, 0 or greater")
+    if isinstance(table, ValveLoad):
+        return Supply(flow, accumulator, 1.0 if start is None else start)
+    for name, state in table.states.items():
+        if not isinstance(state, AreasTable):
+            remedy = "a piston displaces oil by the areas on which its pressure acts"
+            raise ParameterError(f"states.{name}", state, "areas, {front = …, rear = …}, beside a supply", remedy)
+    if pressure is None:
+        raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
+    return Supply.of_oil(flow, accumulator, pressure, start)
 
 
 def _value(key: str, given: float | str, dimension: str) -> float:

@@ -12,6 +12,8 @@ from pydantic import BeforeValidator, Discriminator, Tag, ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
+    Compliance,
+    Flow,
     Force,
     Length,
     PlainNumber,
@@ -29,10 +31,12 @@ __all__ = [
     "PlainPort",
     "PlainPorts",
     "PlainStates",
+    "PlainSupply",
     "PortTable",
     "Ports",
     "Reads",
     "States",
+    "SupplyTable",
     "ValveForce",
     "ValveLoad",
 ]
@@ -61,6 +65,29 @@ class PlainChamber(Table):
 
     force: PlainNumber | None = None
     stiffness: PlainNumber | None = None
+
+
+class SupplyTable(Table):
+    """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
+
+    flow: Flow
+    """What the pump gives. Allowed: greater than 0."""
+    accumulator: Compliance
+    """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
+    start: Stress | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
+
+
+class PlainSupply(Table):
+    """Pump and accumulator in plain numbers."""
+
+    flow: PlainNumber
+    """What the pump gives, as a power at the pressure 1, for which the forces of the states hold. Allowed: greater than
+    0."""
+    accumulator: PlainNumber
+    """Energy of the accumulator, twice that at the pressure 1. Allowed: greater than 0."""
+    start: PlainNumber | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: 1."""
 
 
 def _reads(value: Any, info: ValidationInfo) -> Any:
@@ -162,6 +189,9 @@ class ValveForce(Table):
     When left out: the states are forces, and no oil flow is told."""
     chamber: ChamberTable | None = None
     """A gas chamber behind the piston, see below. When left out: there is none."""
+    supply: SupplyTable | None = None
+    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
+    out: the pressure is constant."""
     room: Length | None = None
     """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
     at: int = 0
@@ -178,5 +208,6 @@ class ValveLoad(Table):
     ports: PlainPorts
     start_state: str | None = None
     chamber: PlainChamber | None = None
+    supply: PlainSupply | None = None
     room: PlainNumber | None = None
     at: int = 0

@@ -100,6 +100,12 @@ class RigidCycle(ValveCycle):
         return supply.flow * math.fsum(pressure_integral(one, self.piston) for one in self.segments)
 
     @property
+    def drawn(self) -> float:
+        """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
+        supply = self.piston.valve.supply
+        return self.work if supply is None else supply.flow * self.period
+
+    @property
     def taken(self) -> float:
         """Energy that the blows of a cycle take."""
         speeds = [(leg.blow_speed, leg.rebound.speed) for leg in self.legs if leg.rebound is not None]

@@ -32,8 +32,8 @@ class SlowPressure(Shown):
         What is left of a disturbance of the pressure after a cycle: the multiplier whose direction is that of the
         pressure more than that of the speed. It flips at −1.
     slow_multiplier
-        The same for an accumulator so great that the speed follows at once, 1 + (V/(C P)) d ln(T/V)/d ln P; None where the
-        machine does not run under the mean pressure, as a constant one.
+        The same for an accumulator so great that the speed follows at once, 1 + (V/(C P)) d ln(T/V)/d ln P; None where
+        the machine does not run under the mean pressure, as a constant one.
     """
 
     at_blow: float
