@@ -214,14 +214,11 @@ def _never(flight: FedFlight, watched: Sequence[Watch], time: float) -> bool:
         going = v * flight.push >= 0.0 and (v != 0.0 or here != 0.0)
         return (going or still) and all(w.way * _value(w, ends, time) <= 0.0 for w in watched if w.of_time == 0.0)
     for w in watched:
-        if w.of_time != 0.0:
-            continue
-        least, most = -far, far
-        if flight.drifts * w.of_place * w.way > 0.0:
+        middle, swing = w.way * _value(w, line, time), abs(w.of_place) * far
+        goes = w.way * (w.of_place * flight.drifts + w.of_time)
+        if (middle + swing > 0.0 and goes <= 0.0 and middle - swing < 0.0) or (goes > 0.0 and middle <= swing):
             return False
-        if w.of_place * w.way > 0.0 and w.way * _value(w, line + most, time) > 0.0:
-            return False
-        if w.of_place * w.way < 0.0 and w.way * _value(w, line + least, time) > 0.0:
+        if goes < 0.0 and middle + swing > 0.0:
             return False
     return True
 
