@@ -16,6 +16,9 @@ KERNELS := $(VENV)/kernels.stamp
 # A file of tests stays with one worker, so that what it makes is made once; tests/conftest.py puts the longest first.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
+# The suite starts hundreds of processes; without bytecode beside the sources each would compile the package again.
+export PYTHONDONTWRITEBYTECODE =
+
 .DEFAULT_GOAL := help
 .PHONY: help demo ready test slow lint format docs bench pins clean
 

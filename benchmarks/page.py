@@ -47,9 +47,9 @@ const set = (id, value) => {
 };
 """
 
-MOVES = """async ([id, values, gap]) => {
+MOVES = """async ([canvas_, api, id, values, gap]) => {
   /* each move waits for a while after the one before; `gap` 0: one in every frame, as a hand drags */
-  const canvas = document.querySelector("#panel-orbits canvas");
+  const canvas = document.querySelector(canvas_);
   const moves = [];
   performance.clearResourceTimings();
   performance.setResourceTimingBufferSize(2000);
@@ -71,9 +71,23 @@ MOVES = """async ([id, values, gap]) => {
   await rest(100);
   going = false;
   await watch;
-  const asked = performance.getEntriesByType("resource").filter(({ name }) => name.endsWith("/api/quick"));
+  const asked = performance.getEntriesByType("resource").filter(({ name }) => name.endsWith(api));
   const painted_ = moves.map((at, i) => frames.find(([, change]) => change >= first + i + 1)[0] - at);
   return [painted_, asked.map(({ duration }) => duration)];
+}"""
+
+RESTED = """async ([id, values]) => {
+  const { canvas, found } = { canvas: document.getElementById("machine-stage"), found: { elastic: [], whole: [] } };
+  for (const value of values) {
+    const before = canvas.dataset.change;
+    const begun = performance.now();
+    set(id, value);
+    await until(canvas, () => canvas.dataset.change !== before && canvas.dataset.modes !== "0");
+    found.elastic.push((await painted())[0] - begun);
+    await until(canvas, () => canvas.dataset.whole === "true");
+    found.whole.push((await painted())[0] - begun);
+  }
+  return found;
 }"""
 
 MAPS = """async ([id, values]) => {
@@ -146,14 +160,40 @@ def first_paints(browser: Browser, base: str, runs: int = 7) -> list[Row]:
 
 def moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
     """The slider of the load factor on the panel of the orbits, which draws most."""
+    values = (0.25 + 0.1 * (0.618034 * np.arange(number) % 1.0)).round(4).tolist()
     page = opened(browser, base, f"panel=orbits&machine={MACHINE}")
+    rows = moved(page, ["#panel-orbits canvas", "/api/quick", "slide-load_factor", values])
+    page.context.close()
+    return rows
+
+
+def machine_moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
+    """The slider of a port of a machine that switches itself: a rigid piston while it moves, then 32 elastic modes."""
+    values = (90.0 + 40.0 * (0.618034 * np.arange(number) % 1.0)).round(1).tolist()
+    page = opened(browser, base, "panel=machine&machine=valve-breaker")
+    asked = ["#machine-stage", "/api/machine", "slide-load-ports-0-behind", values]
+    rows = [(f"machine, {words}", *rest) for words, *rest in moved(page, asked)]
+    times = ran(page, RESTED, ["slide-load-ports-0-behind", values[:9]])
+    page.context.close()
+    for part, name in _LATER:
+        middle, beside = told(times[part])
+        rows.append((f"machine, {name}", middle, "", f"{beside}; it waits for 220 ms without a move"))
+    return rows
+
+
+_LATER = [
+    ("elastic", "slider at rest to the cycle with 32 elastic modes"),
+    ("whole", "… to margins and curves over the pressure"),
+]
+
+
+def moved(page: Page, asked: list[Any]) -> list[Row]:
+    """The moves of a slider one at a time, and dragged: the canvas, the question, the slider and its values."""
     rows = []
     for words, gap in (("slider move to painted frame, one at a time", 700), ("slider dragged, a move a frame", 0)):
-        values = (0.25 + 0.1 * (0.618034 * np.arange(number) % 1.0)).round(4).tolist()
-        times, asked = ran(page, MOVES, ["slide-load_factor", values, gap])
-        beside = f"{told(times)[1]}; the answers took {np.median(asked):.0f} ms"
+        times, answers = ran(page, MOVES, [*asked, gap])
+        beside = f"{told(times)[1]}; the answers took {np.median(answers):.0f} ms"
         rows.append((words, told(times)[0], "50 ms, worst 100 ms", beside))
-    page.context.close()
     return rows
 
 
@@ -198,7 +238,7 @@ def page() -> list[Row]:
     with server() as (base, _, _), sync_playwright() as playwright:
         ready(base)
         browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
-        rows = [row for part in (first_paints, moves, maps, animation) for row in part(browser, base)]
+        rows = [row for part in (first_paints, moves, machine_moves, maps, animation) for row in part(browser, base)]
         browser.close()
     return rows
 

@@ -26,10 +26,11 @@ import numpy as np
 from blow import blow
 from explore_cells import explore_cells
 from explore_running import explore_running
+from machines import machines
 from page import page
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
-from simulation import bodies, machines, simulation
+from simulation import bodies, simulation
 from web import web
 
 ROOT = Path(__file__).resolve().parent
@@ -176,7 +177,7 @@ GROUPS: dict[str, tuple[str, Callable[[], list[Row]]]] = {
     "multipliers": ("Multipliers", multipliers),
     "simulation": ("Simulation", simulation),
     "bodies": ("Simulation of other bodies and laws of damping", bodies),
-    "machines": ("Simulation of machines that switch themselves", machines),
+    "machines": ("Machines that switch themselves", machines),
     "blow": ("The blow", blow),
     "cells": ("Cells of maps", explore_cells),
     "running": ("Archive and workers", explore_running),

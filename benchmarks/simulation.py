@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from percuss import Load, Start, Starts, Stop, System, run, simulate_many
-from percuss.model import Chamber, Kept, Machine, Port, Ratio, UniformBar, Valve
+from percuss.model import Kept, Ratio, UniformBar
 from percuss.model.body import Body, External, KelvinVoigt, SteppedBar
-from percuss.simulate import run_machine
 
 ROOT = Path(__file__).resolve().parent
 PEERS = ROOT.parent / "build" / "peers"
@@ -201,48 +200,6 @@ def bodies() -> list[Row]:
         cost, work = np.median(pairs[:, 0] / pairs[:, 1], axis=0)
         text = f"{cost:.2f} × external damping, {work:.2f} × the evaluations"
         rows.append((f"{what}, N = {modes}", f"{np.median(pairs[:, 0, 0]):.2f} µs", goal, text))
-    return rows
-
-
-def machines() -> list[Row]:
-    """A machine that switches itself, each beside the clocked square load on the same bar, in turn in one run."""
-    stop = Stop(impacts=IMPACTS, periodic=False)
-    bar, clocked = UniformBar(5.0, External(0.0048)), striker(5.0, Load.square(1.0, 1.3))
-
-    def machine(reads: Any = "centre", stiffness: float = 0.0) -> Machine:
-        rear = Port("power", 1.0, "back", 0.2, reads)
-        front = Port("return", 0.1, "front", 0.05, reads)
-        valve = Valve({"return": -0.5, "power": 1.0}, (rear, front), chamber=Chamber(0.0, stiffness))
-        return Machine(bar, valve, Kept(0.6))
-
-    def cost(task: Callable[[], object]) -> float:
-        begin = time.process_time()
-        for _ in range(5):
-            task()
-        return 1e6 * (time.process_time() - begin) / (5 * IMPACTS)
-
-    rows: list[Row] = []
-    start = Start.rigid(-1.0, time=0.3)
-    for what, one, modes in (
-        ("ports that read the centre", machine(), 0),
-        ("ports that read the centre", machine(), 8),
-        ("ports that read the centre", machine(), 32),
-        ("ports that read the driven end", machine(0.0), 32),
-        ("gas chamber", machine(stiffness=0.1), 32),
-    ):
-        run_machine(one, modes=modes, stop=stop), run(clocked, start, modes=modes, stop=stop)
-        pairs = np.array(
-            [
-                (
-                    cost(lambda m=one, n=modes: run_machine(m, modes=n, stop=stop)),
-                    cost(lambda n=modes: run(clocked, start, modes=n, stop=stop)),
-                )
-                for _ in range(11)
-            ]
-        )
-        own, other = np.median(pairs, axis=0)
-        text = f"{np.median(pairs[:, 0] / pairs[:, 1]):.1f} × the clocked square load, exact steps ({other:.2f} µs)"
-        rows.append((f"{what}, µs per impact, {name_of(modes, 5.0)}", f"{own:.2f} µs", "2 ×", text))
     return rows
 
 

@@ -1,9 +1,11 @@
 """How functions are compiled, and what their cache on disk is valid for.
 
-Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
+Five decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python, nor a cache of its own, nor
 machine code (`percuss.machine_code`).
 `inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
+`apart`: an `inner` that is made once, however many places call it. Of other ones numba makes copies where the function
+that was the first to call them is copied: it hands that down.
 `summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
@@ -23,7 +25,7 @@ from numba import njit
 
 from percuss.machine_code import pipelines
 
-__all__ = ["entry", "inlined", "inner", "sources_digest", "summed"]
+__all__ = ["apart", "entry", "inlined", "inner", "sources_digest", "summed"]
 
 _compile: Callable[..., Any] = njit  # with options that its types do not know
 _PART, _WHOLE = pipelines()
@@ -34,6 +36,9 @@ _SUMS = {"reassoc", "contract", "nsz"}
 
 inner: Callable[[Any], Any] = _compile(**_INNER)
 """Compile a function that only compiled functions call."""
+
+apart: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": False}))
+"""Compile a function that only compiled functions call, once for all of them, where `inner` would be copied."""
 
 inlined: Callable[[Any], Any] = _compile(forceinline=True, **_INNER)
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""

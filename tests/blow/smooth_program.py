@@ -188,10 +188,11 @@ def blow(given: Collision) -> Found:
     found.gap_after = case.gap
     now = 0.0
     while now < case.until * (1.0 - SMALL):
-        now = _interval(found, now)
+        then = _interval(found, now)
         found.intervals += 1
-        if found.intervals > MOST:
+        if found.intervals > MOST or not then > now:
             raise TooMany
+        now = then
     return found
 
 
@@ -256,12 +257,17 @@ def _closed_at(found: Found, now: float, then: float) -> bool:
     return bool((f - g)[0] > scale or (abs((f - g)[0]) <= scale and (f - g)[1] > scale))
 
 
-def _first_root(times: Vector, values: Vector, wanted: Callable[[float, float], bool]) -> float | None:
-    """The first time at which the sampled function goes through 0 as wanted, after its start."""
+def _first_root(
+    times: Vector, values: Vector, wanted: Callable[[float, float], bool], skipped: float = 1e-9
+) -> float | None:
+    """The first time at which the sampled function goes through 0 as wanted, after a share of the interval.
+
+    What begins with a zero needs the share; what does not may have its root within it.
+    """
     part = Part(times[0], times[-1], FIT @ values)
     where = np.linspace(times[0], times[-1], LOOKS + 1)[1:]
     looks = SAMPLES @ values
-    start = times[0] + 1e-9 * (times[-1] - times[0])
+    start = times[0] + skipped * (times[-1] - times[0])
     before, value = start, float(part.at(start))
     for t, new in zip(where, looks, strict=True):
         if wanted(value, float(new)):
@@ -300,7 +306,7 @@ def _face_event(found: Found, times: Vector, closed: bool) -> float | None:
         if np.all(np.abs(g - f) <= tiny):
             return None
         return _first_root(times, gap - SMALL * np.abs(gap).max(), falls)
-    return _first_root(times, gap, falls)
+    return _first_root(times, gap, falls, skipped=0.0)
 
 
 # -- bit and rock --
@@ -429,11 +435,11 @@ def _step(found: Found, chain: list[Section], i: int, times: Vector, pushed: flo
 def _face(found: Found, times: Vector, closed: bool, meets: bool) -> list[tuple[Way, Vector]]:
     f, g = _waves_at_face(found, times)
     striker, rod = found.striker[-1], found.rod[0] if found.rod else None
+    tiny = SMALL * 100.0 * (np.abs(f).max() + np.abs(g).max() + abs(found.collision.velocity_before))
+    if found.gap_after == 0.0 and abs(f[0] - g[0]) <= tiny:
+        start = found.touches.pop()[0] if found.touches and found.touches[-1][1] == times[0] else float(times[0])
+        found.touches.append((start, float(times[-1 if np.all(np.abs(f - g) <= tiny) else 0])))
     if not closed:
-        tiny = SMALL * 100.0 * (np.abs(f).max() + np.abs(g).max() + abs(found.collision.velocity_before))
-        if found.gap_after == 0.0 and np.all(np.abs(f - g) <= tiny):
-            start = found.touches.pop()[0] if found.touches and found.touches[-1][1] == times[0] else float(times[0])
-            found.touches.append((start, float(times[-1])))
         if meets:
             found.gap_after = 0.0
         else:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, reject, settings
+from hypothesis import example, given, reject, settings
 
 import lattice_program
 import rational_program
@@ -149,9 +149,21 @@ def test_blow_is_what_the_smooth_program_says(case: Collision) -> None:
     assert_is_smooth(case)
 
 
+# faces that open for 3e-10 of a transit, and faces whose force is a rounding error for 3e-8
+SHORT_GAP = Collision(
+    ((1.0, 1.0), (10.0**0.5, 1.0)), (0.0, 1.0), 6.0, ((10.0, 1.0000000001399305),), "fixed",
+)  # fmt: skip
+FAINT_FORCE = Collision(
+    ((1.000000000000001, 10.0**0.5),), (1.0,), 9.486832980505138, ((0.999999999999, 0.9999976868402354),), "rock",
+    k1=6.586073530314961, gamma=0.8186265750900974,
+)  # fmt: skip
+
+
 @pytest.mark.slow
 @settings(max_examples=300)
 @given(case=collisions(transits=3.0))
+@example(case=SHORT_GAP)
+@example(case=FAINT_FORCE)
 def test_many_blows_are_what_the_smooth_program_says(case: Collision) -> None:
     assert_is_smooth(case)
 

@@ -11,8 +11,9 @@ from percuss.errors import ParameterError, PercussError, ResonanceError
 from percuss.explore.attractors.cycles import COLUMNS, invariants_of
 from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job
 from percuss.explore.attractors.grouping import matched
+from percuss.explore.attractors.own_starts import own
 from percuss.explore.attractors.shares import wilson
-from percuss.explore.attractors.start_distributions import BLOCK, DISTRIBUTIONS, drawn, named, own
+from percuss.explore.attractors.start_distributions import BLOCK, DISTRIBUTIONS, drawn, named
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model.described import describe_system, system_from

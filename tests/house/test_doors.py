@@ -144,7 +144,6 @@ NO_DOORS: dict[str, str] = {
             "simulate.MachineEnsemble",
             "simulate.MachineEvent",
             "simulate.MachineEvents",
-            "simulate.MachineEvents.of_all",
             "simulate.MachineTrajectory",
             "simulate.Progress",
             "simulate.SISummary",
@@ -191,7 +190,6 @@ NO_DOORS: dict[str, str] = {
             "case.SimulationAnswer",
             "case.SteadyAnswer",
             "case.WavesAnswer",
-            "simulate.Events.of_all",
             "steady.ModalState.first",
             "stability.LinearMap.dense",
             "stability.LinearMap.participation",
@@ -646,6 +644,11 @@ def table(folder: Path) -> dict[str, Entry]:
             simulate.MachineStart, {"bar": Start.rigid(), "state": "power", "orders": VALVE.orders},
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
+        "simulate.MachineStarts": (
+            simulate.MachineStarts,
+            {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
+            {},
+        ),
         "simulate.run_machine": (
             simulate.run_machine,
             {"machine": MACHINE, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
@@ -899,6 +902,7 @@ def table(folder: Path) -> dict[str, Entry]:
             room_of_cases.simulation_answer, {"case": case, "progress": None}, {"progress": OPTIONAL | {"class"}},
         ),
         "case.WavesAnswer.to_json_dict": (by_waves.to_json_dict, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
+        "case.WavesAnswer.to_json_text": (by_waves.to_json_text, {"last": 1}, {"last": OPTIONAL | {"400 digits"}}),
         "case.waves_answer": (
             room_of_cases.waves_answer, {"case": case, "progress": None, "quiet": True, "cells": 16},
             {"progress": OPTIONAL | {"class"}, "quiet": {"bool"}},

@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from percuss.errors import ParameterError
@@ -365,13 +365,25 @@ def test_the_derivative_agrees_with_differences() -> None:
 
 @given(st.floats(0.0, 30.0), none_or(5.0), none_or(5.0))
 def test_the_response_is_that_of_the_oscillator(t: float, stiffness: float, drag: float) -> None:
-    ds, s, q, w = response(t, stiffness, drag)
+    ds, s, q = response(t, stiffness, drag)
     root = np.sqrt(complex(stiffness - 0.25 * drag**2))
     angle = root * t
     exact = (np.exp(-0.5 * drag * t) * (np.sin(angle) / root if abs(angle) > 1e-8 else t)).real
     assert s == pytest.approx(exact, rel=1e-9, abs=1e-12)
     assert 1.0 - stiffness * q == pytest.approx(ds + drag * s, abs=1e-11 * (1.0 + stiffness * q))
-    assert stiffness * w == pytest.approx(t - s - drag * q, abs=1e-11 * (1.0 + t))
+
+
+@pytest.mark.parametrize("stiffness", [1e-90, 1e-30, 1e-12, 1e-6])
+def test_a_soft_spring_turns_the_piston_where_none_would(stiffness: float) -> None:
+    assert Flight(1.0, stiffness, 0.0, 1.0, -1.9375).turning_time == pytest.approx(1.9375, rel=4.0 * stiffness + 1e-15)
+
+
+@given(none_or(5.0), none_or(5.0), st.lists(st.floats(0.0, 30.0), min_size=1, max_size=9))
+def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float, times: list[float]) -> None:
+    flight = Flight(-0.3, stiffness, drag, 0.4, 1.1)
+    found, each = flight.distances(np.array(times)), np.array([flight.at(t)[0] for t in times])
+    scale = 1.0 + np.array(times) ** 2
+    assert np.all(np.abs(found - each) <= 1e-12 * scale)
 
 
 @given(
@@ -379,6 +391,7 @@ def test_the_response_is_that_of_the_oscillator(t: float, stiffness: float, drag
     st.floats(0.01, 3.0),
 )  # fmt: skip
 @settings(max_examples=150)
+@example(1.0, 1e-214, 0.0, 1.0, -1.9375, 1.0)  # a spring that is next to none, and turns the piston all the same
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> None:
     """Against looking at many times."""
     flight, until = Flight(push, stiffness, drag, x, v), 8.0
@@ -391,3 +404,16 @@ def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> 
     else:
         assert flight.at(found.time)[0] == pytest.approx(place, abs=1e-9)
         assert not changes.size or found.time <= times[changes[0] + 1] + 1e-9
+
+
+def test_a_chamber_that_turns_the_piston_before_its_port_does_not_start_it() -> None:
+    """Without delay and drag a start from rest takes 2 a_r S > κS² and running R²w + 2 a_r S > κS², also close by."""
+    margins = valve_margins(rigid(two_force(0.3, 1.0, kappa=1.46), Kept(0.5)))
+    assert margins.chamber_to_start == pytest.approx(0.6 / 1.46, rel=1e-6)
+    assert margins.chamber_to_run == pytest.approx((0.25 * 2.6 / 0.75 + 0.6) / 1.46, rel=1e-6)
+
+
+def test_a_spring_that_is_hardly_there_turns_a_piston_as_none_does() -> None:
+    """The angle of a swing as slow as this is not lost beside π."""
+    assert Flight(1.0, 1e-60, 0.0, 1.0, -1.0).turning_time == pytest.approx(1.0, rel=1e-12)
+    assert Flight(1.0, 1e-60, 1e-40, 1.0, -1.0).at(1.0)[0] == pytest.approx(0.5)

@@ -43,9 +43,12 @@ def lost(orbit: Orbit, most: int) -> float:
     full = (1.0 + system.restitution) / (1.0 - system.restitution)
     sign = np.where(n % 2, -2.0, 2.0)
     z, rate = -full * velocity * cotangent / omega * sign, -full * velocity / omega * sign
-    t = np.random.default_rng(1).uniform(0.0, orbit.period, 200)
-    seen = np.array([float(z @ np.cos(omega * x) + rate @ np.sin(omega * x) - z.sum()) for x in t])
-    return float(np.abs(seen).max()) / orbit.rigid_stroke
+    wave, greatest = z - 1j * rate, 0.0
+    step = np.exp(1j * omega * (orbit.period * (math.sqrt(5.0) - 1.0) / 2.0))  # its multiples fill a period evenly
+    for _ in range(200):
+        wave *= step
+        greatest = max(greatest, abs(float((wave.sum() - z.sum()).real)))
+    return greatest / orbit.rigid_stroke
 
 
 @pytest.mark.parametrize("s", SPEEDS)

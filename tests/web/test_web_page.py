@@ -1478,7 +1478,10 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     assert len(set(drawn)) == 3
     expect(page.locator("#machine-charts canvas").first).to_have_attribute("data-drawn", re.compile(r"\d"))
     expect(page.locator("#machine-changes tr")).to_have_count(7)  # margins and what changes it come later
-    expect(page.locator("#machine-facts")).to_contain_text("Margins")
+    expect(page.locator("#machine-facts")).to_contain_text("Margins, of a rigid piston")
+    expect(page.locator("#machine-facts")).to_contain_text("What changes it, with 32 elastic modes")
+    said = "blow rate over the pressure: 32 elastic modes, now, rigid piston, now, 32 elastic modes"
+    expect(page.locator(f"#machine-charts canvas[aria-label='{said}']")).to_have_count(1)
     expect(page.locator("#reason")).to_contain_text("It starts from rest on the tool")
     page.locator("#panel-machine").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
     page.keyboard.press("Space")

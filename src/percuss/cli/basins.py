@@ -18,11 +18,13 @@ _DESCRIPTION = """\
 A plane of starts, each followed until its motion is found: the basins of attraction as an image. The axes are two of
 position (of the striking end, the wall is at 0), velocity and time (load phase in radians), or modal amplitudes u_1,
 u_2, …, v_1, v_2, …; all dimensionless, and 0 unless given. For a case in SI, position, velocity and time may
-have units; the axes of the result are dimensionless even then."""
+have units; the axes of the result are dimensionless even then. A machine that switches its own valve has no load phase;
+--at state=NAME is the state of the valve at the start (default: its own starting state)."""
 
 _EXAMPLES = """\
   percuss basins hydraulic-drifter --x "time=0:16.6 ms:200" --y "velocity=-12:0 m/s:150" --modes 0 --plot basins.png
   percuss basins mini-breaker --x time=0:6.28:80 --y velocity=-6:-0.1:60 --at position=-0.5
+  percuss basins valve-breaker --x "position=-300:-5 mm:60" --y "velocity=-15:15 m/s:60" --at state=power --modes 0
   percuss basins case.toml --x velocity=-5:5:300 --y position=-5:0:300 --at time=1.5 -o basins.zarr"""
 
 
@@ -45,14 +47,14 @@ def _parser() -> Parser:
 
 
 def _values(text: str) -> dict[str, float | str]:
-    """``position=-1,time=0.3`` as numbers by name; with a unit (``-30 mm``) they stay text."""
+    """``position=-1,time=0.3`` as numbers by name; with a unit (``-30 mm``), and of a state, they stay text."""
     found: dict[str, float | str] = {}
     for part in text.split(","):
         name, _, value = part.partition("=")
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            if not name.strip() or not _WITH_UNIT.match(value):
+            if not name.strip() or not (_WITH_UNIT.match(value) or name.strip() == "state"):
                 told = f"'{text}': give NAME=NUMBER, for example position=-1,time=0.3"
                 raise argparse.ArgumentTypeError(told) from None
             found[name.strip()] = value.strip()
@@ -83,8 +85,8 @@ def run(arguments: Sequence[str]) -> int:
 
         print(json.dumps(basins_dict(case, found), ensure_ascii=False))
     else:
-        from percuss.cli.map_report import basins_report
         from percuss.cli.report_printing import show
+        from percuss.cli.starts_report import basins_report
 
         show(basins_report(case.title, found))
     tell_made(options.json, basins=options.output, picture=options.plot)

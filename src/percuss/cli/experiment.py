@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
 from percuss.cli.long_commands import add_carrying, carried
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
-
-if TYPE_CHECKING:
-    pass
 
 __all__ = ["run"]
 
@@ -22,12 +18,18 @@ The same seed gives the same numbers on any machine with any number of workers.
 
 distributions: wall, on the wall, leaving with |N(0, 1)| times the speed of one impact per load period; field, up to
 20 bar lengths off the wall, velocity 5 N(0, 1); gentle, on the wall, leaving with 0 to 0.2; each at any load phase. Or
-a file of starts: CSV, .npz or .nc with columns among position, velocity and time, or u_0, u_1, …, v_0, v_1, …, time."""
+a file of starts: CSV, .npz or .nc with columns among position, velocity and time, or u_0, u_1, …, v_0, v_1, …, time.
+
+Of a machine that switches its own valve: which starts run and which stall. Its starts have a state of the valve, at
+random or the column state of a file, and no load phase. S is the distance of the farthest port, V = sqrt(2 S times the
+difference of the valve's greatest and least acceleration): wall, leaving with |N(0, 1)| V; field, up to 2 S off the
+wall, velocity V N(0, 1); gentle, on the wall, leaving with 0 to V/20."""
 
 _EXAMPLES = """\
   percuss experiment hydraulic-drifter --starts 1000
   percuss experiment case.toml --starts 100000 --distribution field --seed 1 --modes 0 -o starts.zarr
   percuss experiment case.toml --starts 1000000 --modes 0 -o starts.zarr --resume --workers 8
+  percuss experiment valve-breaker --starts 1000 --distribution field
   percuss experiment case.toml --distribution mine.csv --json"""
 
 
@@ -73,8 +75,8 @@ def run(arguments: Sequence[str]) -> int:
 
         print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
     else:
-        from percuss.cli.map_report import experiment_report
         from percuss.cli.report_printing import show
+        from percuss.cli.starts_report import experiment_report
 
         show(experiment_report(case.title, found))
     tell_made(options.json, experiment=options.output, picture=options.plot)

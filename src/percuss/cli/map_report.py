@@ -1,4 +1,4 @@
-"""The reports of `percuss sweep`, `percuss experiment` and `percuss basins`."""
+"""The report of `percuss sweep`."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.clock_note import clock_in_short, clock_note
 from percuss.case.answers.numerals import counted as _counted
 from percuss.case.answers.numerals import number, percent
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 from percuss.explore.machine_quantities import MACHINE_QUANTITIES
 from percuss.explore.quantities import CELL_OUTCOMES, QUANTITIES, needs
 
 if TYPE_CHECKING:
-    from percuss.explore import Axis, Basins, Boundaries, Experiment, Share, Sweep
+    from percuss.explore import Axis, Boundaries, Sweep
     from percuss.explore.ranges import Range
-    from percuss.model import System
 
-__all__ = ["basins_report", "experiment_report", "sweep_report"]
+__all__ = ["bar_in_words", "sweep_report"]
 
 _MOST_LABELS = 6
 _MOST_ROWS = 40
@@ -61,7 +59,7 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
             told += f", simulated with {found.ask['simulated']}"
         rows.append(("modes", f"{told}{'; ' if per_impact else ''}{per_impact}"))
     elif "machine" in asked:
-        rows.append(("bar", _bar(found.ask["modes"])))
+        rows.append(("bar", bar_in_words(found.ask["modes"])))
     elif per_impact:
         rows.append(("periods", per_impact))
     codes, counts = np.unique(found["outcome"], return_counts=True)
@@ -74,7 +72,8 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def _bar(modes: int) -> str:
+def bar_in_words(modes: int) -> str:
+    """What is kept of the bar."""
     return "rigid" if modes == 0 else _counted(modes, "elastic mode")
 
 
@@ -178,62 +177,3 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
             span = f"{curves.y_name} from {number(float(there.min()))} to {number(float(there.max()))}"
             rows.append((curve.kind, f"{span}, {_counted(int(there.size), 'point')}"))
     return tuple(rows) or (("none", "no boundary crosses the plane"),)
-
-
-def experiment_report(title: str, found: Experiment) -> Report:
-    """The results of random starts."""
-    shares = found.shares
-    first = shares[0]
-    rows = [
-        ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
-        ("bar", _bar(found.modes)),
-        ("ends", f"after at most {_counted(found.stop.most_impacts, 'impact')}, or when the motion is found"),
-    ]
-    tone = GOOD if first.label.startswith("z=") and len(shares) == 1 else BAD if first.label == "departed" else PLAIN
-    summary = f"{first.label} in {percent(first.share)} of the starts"
-    summary += "." if len(shares) == 1 else f"; {len(shares)} motions in all."
-    load = found.system.load
-    if found.system.is_si:
-        load = load.scaled(found.system.force_scale, frequency=found.system.frequency)
-    if note := clock_note(load):
-        rows.append(("note", note))
-    summary = f"{summary} {clock_in_short(load)}".rstrip()
-    return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares, found.system)))
-
-
-def basins_report(title: str, found: Basins) -> Report:
-    """What a plane of starts leads to."""
-    (x, over), (y, up) = found.x, found.y
-    rows = [
-        (name, f"{number(values[0])} to {number(values[-1])}, {_counted(len(values), 'value')}")
-        for name, values in (found.x, found.y)
-    ]
-    rows += [(name, number(value)) for name, value in found.at]
-    rows.append(("bar", _bar(found.modes)))
-    shares = found.shares
-    summary = f"{_counted(len(over) * len(up), 'start')} over {x} and {y}: {_counted(len(shares), 'attractor')}."
-    return Report(
-        title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
-    )
-
-
-def _attractors(shares: Sequence[Share], system: System, sample: bool = True) -> Grid:
-    """A line for each attractor; the interval only where the starts are a sample."""
-    speed, unit = (system.speed_scale, " [m/s]") if system.is_si else (1.0, "")
-    head = ("motion", "share", *(("95 % interval",) if sample else ()), "phases [rad]", f"striking speeds{unit}")
-    rows = tuple(
-        (
-            share.label,
-            percent(share.share),
-            *((f"{percent(share.low)} … {percent(share.high)}",) if sample else ()),
-            _few(share.phases),
-            _few(tuple(speed * velocity for velocity in share.impact_velocities)),
-        )
-        for share in shares
-    )
-    return Grid("Attractors", head, rows)
-
-
-def _few(values: tuple[float, ...], most: int = 3) -> str:
-    told = ", ".join(f"{value:.4g}" for value in values[:most])
-    return told + (", …" if len(values) > most else "")

@@ -109,9 +109,7 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
         answer = waves_answer(case, watch, quiet=options.quiet, **cells)
     last = None if options.events is None else options.events[0]
     if options.json:
-        from percuss.case.answers.waves_json import with_an_impact_a_line
-
-        print(with_an_impact_a_line(answer.to_json_dict(last)))
+        print(answer.to_json_text(last))
     else:
         from percuss.cli.report_printing import show
         from percuss.cli.waves_report import waves_report

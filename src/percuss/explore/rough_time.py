@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-__all__ = ["seconds_of_cell", "seconds_of_plane_cell", "seconds_of_start"]
+__all__ = ["seconds_of_cell", "seconds_of_machine_start", "seconds_of_plane_cell", "seconds_of_start"]
 
 _CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}
 _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}
@@ -14,6 +14,11 @@ _FUNCTION = 1e-3
 def seconds_of_start(modes: int) -> float:
     """Seconds that it takes to follow one start until its motion is found."""
     return 3e-4 * (1.0 + modes / 8.0)
+
+
+def seconds_of_machine_start(modes: int) -> float:
+    """Seconds that it takes to follow one start of a machine until its motion is found."""
+    return 5e-4 * (1.0 + modes / 32.0)
 
 
 def seconds_of_cell(groups: Collection[str], modes: int, simulated: int, functions: int = 0) -> float:

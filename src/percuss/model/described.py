@@ -1,4 +1,4 @@
-"""Systems in JSON's types, exactly, and back: what archives and saved motions are known by."""
+"""Systems and machines in JSON's types, exactly, and back: what archives and saved motions are known by."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model.body import BODIES, DAMPINGS, SIZED_BODIES, External, UniformBar
 from percuss.model.contact import LAWS, Kept
-from percuss.model.load import Load
+from percuss.model.load import Chamber, Load, Port, Valve
 from percuss.model.machine import Machine
 from percuss.model.system import System
 
-__all__ = ["describe_machine", "describe_system", "system_from"]
+__all__ = ["describe_machine", "describe_system", "machine_from", "system_from"]
 
 _KINDS: dict[str, Mapping[str, type]] = {
     "body": BODIES,
@@ -66,6 +66,26 @@ def system_from(about: Mapping[str, Any]) -> System:
     if about.get("bar") is None:
         return System(body, load, contact)
     return System(body, load, contact, bar=_made("bar", about["bar"]), frequency=float(about["frequency"]))
+
+
+def machine_from(about: Mapping[str, Any]) -> Machine:
+    """The machine that a description tells of; `describe_machine` backwards.
+
+    Raises
+    ------
+    ParameterError
+        When it tells of none.
+    """
+    body, contact, valve = _made("body", about["body"]), _made("contact", about["contact"]), about["valve"]
+    made = Valve(
+        tuple(tuple(state) for state in valve["states"]),
+        tuple(Port(**port) for port in valve["ports"]),
+        valve["start"],
+        Chamber(**valve["chamber"]),
+    )
+    if about.get("bar") is None:
+        return Machine(body, made, contact, at=about["at"])
+    return Machine(body, made, contact, at=about["at"], bar=_made("bar", about["bar"]), pressure=about["pressure"])
 
 
 def _load(load: Load) -> dict[str, Any]:

@@ -112,7 +112,7 @@ def _resting(trial: Trial) -> Finding:
         found = trial.of(hydraulic(0.0, kappa), each, "field")
         share = found.labels.get("rest/1", (0.0, 0.0, 0.0))[0]
         shown = ", ".join(f"{name} {100 * values[0]:.3g} %" for name, values in list(found.labels.items())[:4])
-        rate = found.attractors[0].blow_rate
+        rate = float(found.columns["blow_rate"][found.attractor == 0].mean())
         rows.append((kappa, percent(round(share * each), each), rate, shown))
         if share == 1.0:
             regular.append(kappa)

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.model import System
+    from percuss.explore.attractors.hammer import AnyAttractor, Hammer
+    from percuss.model import Machine, System
 
 __all__ = ["basins", "experiment"]
 
@@ -28,7 +29,7 @@ MOST_POINTS = 20_000
 _OTHERS = "#B5B5B5"
 _NAMES = {
     "time": "load phase of the start [rad]",
-    "velocity": "velocity of the start [bar lengths/rad]",
+    "velocity": "velocity of the start",
     "position": "position of the start [bar lengths]",
 }
 _SI_NAMES = {
@@ -48,14 +49,16 @@ class _Share(Protocol):
     @property
     def high(self) -> float: ...
     @property
-    def phases(self) -> tuple[float, ...]: ...
+    def attractor(self) -> AnyAttractor: ...
 
 
 class _Starts(Protocol):
     """Starts and where they end: an experiment."""
 
     @property
-    def system(self) -> System: ...
+    def system(self) -> System | Machine: ...
+    @property
+    def hammer(self) -> Hammer: ...
     @property
     def shares(self) -> Sequence[_Share]: ...
     @property
@@ -68,7 +71,9 @@ class _Image(Protocol):
     """Basins over a plane."""
 
     @property
-    def system(self) -> System: ...
+    def system(self) -> System | Machine: ...
+    @property
+    def hammer(self) -> Hammer: ...
     @property
     def shares(self) -> Sequence[_Share]: ...
     @property
@@ -148,11 +153,12 @@ def basins(found: _Image, title: str = "") -> Figure:
     return figure
 
 
-def _axis(name: str, values: Any, system: System) -> tuple[np.ndarray[Any, Any], str]:
+def _axis(name: str, values: Any, system: System | Machine) -> tuple[np.ndarray[Any, Any], str]:
     """Values of a start and their name on an axis, in SI where the system has scales."""
     found = np.asarray(values, dtype=float)
     if not system.is_si or name not in _SI_NAMES:
-        return found, _NAMES.get(name, name)
+        unit = " [bar lengths/rad]" if name == "velocity" and hasattr(system, "load") else ""
+        return found, _NAMES.get(name, name) + unit
     scales = {"time": 1e3 * system.time_scale, "velocity": system.speed_scale, "position": 1e3 * system.length_scale}
     return found * scales[name], _SI_NAMES[name]
 
@@ -162,11 +168,10 @@ def _colour(i: int) -> str:
 
 
 def _name(shares: Sequence[_Share], i: int) -> str:
-    """The label; with the phase of its fastest impact where several have the same one."""
+    """The label, and what else tells it from others where several have the same one."""
     share = shares[i]
-    if sum(other.label == share.label for other in shares) > 1 and share.phases:
-        return f"{share.label} at {share.phases[0]:.3f}"
-    return share.label
+    alone = sum(other.label == share.label for other in shares) == 1
+    return share.label if alone else f"{share.label} {share.attractor.mark}".rstrip()
 
 
 def _legend(ax: Axes, shares: Sequence[_Share], n: int) -> None:
@@ -193,21 +198,39 @@ def _bars(ax: Axes, shares: Sequence[_Share]) -> None:
 
 
 def _scatter(ax: Axes, found: _Starts) -> None:
-    columns, number = found.columns, found.attractor
-    speed = columns.get("velocity", columns.get("start_velocity"))
-    assert speed is not None
-    vertical, name = (speed if speed.ndim == 1 else speed[:, 0]), "velocity"
-    if np.ptp(vertical) == 0.0:
-        vertical, name = columns["position"], "position"
-    (time, time_name), (vertical, name) = (
-        _axis("time", columns["time"], found.system),
-        _axis(name, vertical, found.system),
-    )
+    number = found.attractor
+    (x, x_name), (y, y_name) = _plane(ax, found)
     step = max(1, -(-number.size // MOST_POINTS))
     size = float(np.clip(3000.0 / (number.size / step), 0.3, 14.0))
     for i in range(min(int(number.max()), MOST_SHOWN), -1, -1):  # the most frequent last, over the others' edges
         here = np.flatnonzero(np.minimum(number, MOST_SHOWN) == i)[::step]
-        ax.scatter(time[here], vertical[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
-    ax.set_xlabel(time_name)
-    ax.set_ylabel(name)
+        ax.scatter(x[here], y[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
+    ax.set_xlabel(x_name)
+    ax.set_ylabel(y_name)
     ax.set_title("(b) starts in the colour of what they lead to")
+
+
+_Line = tuple[np.ndarray[Any, Any], str]
+
+
+def _plane(ax: Axes, found: _Starts) -> tuple[_Line, _Line]:
+    """Over which two quantities the starts are drawn, with their names: velocity where it differs, and the load phase.
+
+    Of a machine the position in its place or, of starts at one place, the state of the valve, each on a strip.
+    """
+    columns = found.columns
+    speed = columns.get("velocity", columns.get("start_velocity"))
+    assert speed is not None
+    velocity = speed if speed.ndim == 1 else speed[:, 0]
+    if "time" in columns:
+        name, values = ("velocity", velocity) if np.ptp(velocity) else ("position", columns["position"])
+        return _axis("time", columns["time"], found.system), _axis(name, values, found.system)
+    if np.ptp(columns["position"]) > 0.0:
+        return _axis("position", columns["position"], found.system), _axis("velocity", velocity, found.system)
+    states = found.hammer.words["state"]
+    ax.set_yticks(range(len(states)), list(states))
+    spread = 0.6 * ((np.arange(velocity.size) * _GOLDEN) % 1.0 - 0.5)
+    return _axis("velocity", velocity, found.system), (columns["state"] + spread, "state of the valve at the start")
+
+
+_GOLDEN = 0.6180339887498949  # fills a strip evenly, the same every time

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
     from percuss.simulate.machine.machine_running import run_machine
     from percuss.simulate.machine.machine_start import MachineStart
+    from percuss.simulate.machine.machine_starts import MachineStarts
     from percuss.simulate.machine.machine_summary import MACHINE_OUTCOMES, STALLS, MachineCycle
     from percuss.simulate.machine.machine_trajectory import MachineTrajectory
     from percuss.simulate.many import simulate_many
@@ -49,6 +50,7 @@ __all__ = [
     "MachineEvent",
     "MachineEvents",
     "MachineStart",
+    "MachineStarts",
     "MachineTrajectory",
     "Progress",
     "SISummary",
@@ -84,6 +86,7 @@ _HOME = {
     "MachineEvent": "machine.machine_events",
     "MachineEvents": "machine.machine_events",
     "MachineStart": "machine.machine_start",
+    "MachineStarts": "machine.machine_starts",
     "MachineTrajectory": "machine.machine_trajectory",
     "run_machine": "machine.machine_running",
     "Progress": "engine",

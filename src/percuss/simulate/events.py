@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
-from typing import overload
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array, choice
+from percuss.model.checks import Array
 from percuss.shown import Shown
+from percuss.simulate.event_columns import EventColumns
 
 __all__ = ["CHATTER", "IMPACT", "KINDS", "RELEASE", "REST", "Event", "Events"]
 
@@ -39,7 +38,7 @@ class Event(Shown):
 
 
 @dataclass(frozen=True)
-class Events(Shown):
+class Events(EventColumns[Event]):
     """The events of a motion in order of time, one array for each quantity, all of shape (n,).
 
     ``events[i]`` is one `Event`; a slice, a mask or an array of numbers gives the `Events` of it.
@@ -67,7 +66,8 @@ class Events(Shown):
         Number of the load's step that holds, for a load of steps.
     """
 
-    code: npt.NDArray[np.int8]
+    KINDS = KINDS
+
     period: npt.NDArray[np.int64]
     phase: Array
     impact_velocity: Array
@@ -82,46 +82,6 @@ class Events(Shown):
         """2π · period + phase, in radians; shape (n,)."""
         return self.period * _TURN + self.phase
 
-    @property
-    def kind(self) -> npt.NDArray[np.str_]:
-        """The kinds as words; shape (n,)."""
-        return np.array(KINDS)[self.code]
-
-    def of(self, kind: str) -> Events:
-        """The events of one kind.
-
-        Raises
-        ------
-        ParameterError
-            For a kind that there is not.
-        """
-        choice("kind", kind, *KINDS)
-        which: npt.NDArray[np.bool_] = self.code == KINDS.index(kind)
-        return self[which]
-
-    def __str__(self) -> str:
-        numbers = np.bincount(self.code, minlength=len(KINDS)).tolist()
-        kinds = ", ".join(f"{n} {kind}" for n, kind in zip(numbers, KINDS, strict=True) if n)
-        return f"Events: {kinds or 'none'}"
-
-    def __len__(self) -> int:
-        return int(self.code.size)
-
-    @overload
-    def __getitem__(self, which: int | np.integer) -> Event: ...
-    @overload
-    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Events: ...
-    def __getitem__(
-        self, which: int | np.integer | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
-    ) -> Event | Events:
-        """One event by its number, from the end when negative; the events of a slice, a mask or an array of numbers."""
-        if isinstance(which, int | np.integer) and not isinstance(which, bool):
-            return self._one(range(len(self))[which])
-        return Events(*(getattr(self, field.name)[which] for field in fields(self)))
-
-    def __iter__(self) -> Iterator[Event]:
-        return map(self._one, range(len(self)))
-
     def _one(self, i: int) -> Event:
         return Event(
             KINDS[self.code[i]],
@@ -135,10 +95,3 @@ class Events(Shown):
             int(self.period[i]),
             int(self.piece[i]),
         )
-
-    @classmethod
-    def of_all(cls, parts: Sequence[Events]) -> Events:
-        """The events of several stretches of one motion, one after the other."""
-        if len(parts) == 1:
-            return parts[0]
-        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))

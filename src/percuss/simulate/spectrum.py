@@ -12,11 +12,10 @@ from percuss.errors import ResonanceError
 from percuss.model import System
 from percuss.model.body import Modes
 from percuss.model.checks import Array, ComplexArray
+from percuss.simulate.damped_modes import DampedModes
 
 __all__ = ["Spectrum", "units"]
 
-# A mode with d_n/2 beyond this part of ω_n is treated as if overdamped: its amplitude and phase lose their meaning
-_NEARLY_OVERDAMPED = 0.95
 # Where a load at a node of a mode does not move it, B77's u_n would be of no use
 _NODE = 1e-12
 # Forced amplitudes this much larger than off resonance would leave no digit of an impact's time
@@ -24,7 +23,7 @@ _RESONANT = 1e10
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class Spectrum(DampedModes):
     """Modes 1 … N of a system as q_n = γ_n u_n, which is what mode n adds to u_0 at the striking end: the gap function.
 
     Parameters
@@ -70,22 +69,6 @@ class Spectrum:
     def inertia(self) -> Array:
         """What q_n'²/2 is multiplied by to be the kinetic energy of mode n; shape (N,)."""
         return self.elastic.inertia
-
-    @cached_property
-    def square(self) -> Array:
-        """λ_n² = ω_n² − d_n²/4, negative where overdamped; shape (N,)."""
-        half = 0.5 * self.damping
-        return np.asarray((self.omega - half) * (self.omega + half))
-
-    @cached_property
-    def lam(self) -> Array:
-        """λ_n, and 1 where overdamped; shape (N,)."""
-        return np.sqrt(np.where(self.square > 0.0, self.square, 1.0))
-
-    @cached_property
-    def creeps(self) -> npt.NDArray[np.bool_]:
-        """Which modes are overdamped or nearly so: their state is kept in another form; shape (N,)."""
-        return np.asarray(0.5 * self.damping > _NEARLY_OVERDAMPED * self.omega)
 
     @cached_property
     def unit(self) -> Array:

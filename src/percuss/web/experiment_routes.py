@@ -130,7 +130,7 @@ def _key(asked: ExperimentAsked) -> str:
 
 def _size(found: Experiment) -> int:
     """How many starts have been followed."""
-    return len(found.columns["time"])
+    return len(found)
 
 
 def _first(found: Experiment, most: int) -> Experiment:

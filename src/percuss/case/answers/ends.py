@@ -151,16 +151,12 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
         raise
     except PercussError as error:  # an undamped mode in resonance has no bounded motion
         return not_followed(error.message)
+    from percuss.explore.attractors.start_distributions import named
     from percuss.simulate import simulate_many
 
     most = _EVALUATIONS * impacts
-    many = simulate_many(
-        job.system,
-        job.starts(0, number),
-        modes=job.modes,
-        stop=job.stop,
-        work=most,
-    )
+    drawn = named(case.system(), DISTRIBUTION, number, SEED)
+    many = simulate_many(case.system(), drawn, modes=job.modes, stop=job.stop, work=most)
     long = int(np.count_nonzero(many.outcome == "work"))
     note = f"{long} of {number} not followed to their end: each would take more than {most} evaluations of its motion"
     return Ends(number, job.modes, job.stop.most_impacts, _ends(many), note if long else "")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from percuss.case.case import Case, checked_case
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
+from percuss.model import Machine
 from percuss.model.checks import instance, mapping
 from percuss.units import si, unit_scale
 
@@ -51,7 +52,7 @@ def experiment_job_of(
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
     stop = stop_when_found(simulation.stop, impacts)
-    return experiment_job(case.system(), starts, distribution, seed, modes=kept, stop=stop)
+    return experiment_job(_hammer(case), starts, distribution, seed, modes=kept, stop=stop)
 
 
 def basins_job_of(
@@ -69,7 +70,7 @@ def basins_job_of(
     ----------
     x, y, at
         See `percuss.explore.basins`. For a case in SI position, velocity and time may also have units, in `at` as text
-        (``"-30 mm"``).
+        (``"-30 mm"``). Of a machine `at` may name the state of the valve, ``{"state": "power"}``.
     modes, impacts
         Instead of those of the table [simulation].
 
@@ -82,12 +83,17 @@ def basins_job_of(
 
     checked_case(case)
     instance("x", x, Axis), instance("y", y, Axis)
-    simulation, system = case.simulation(), case.system()
+    simulation, system = case.simulation(), _hammer(case)
     kept = simulation.modes if modes is None else modes
     x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
     held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
     fixed = {name: _plain(system, name, value) for name, value in held.items()}
     return basins_job(system, x, y, at=fixed, modes=kept, stop=stop_when_found(simulation.stop, impacts))
+
+
+def _hammer(case: Case) -> System | Machine:
+    """What the starts of a case are starts of."""
+    return case.machine() if case.is_machine else case.system()
 
 
 _START_SCALES = {
@@ -97,9 +103,9 @@ _START_SCALES = {
 }
 
 
-def _plain(system: System, name: str, value: float | str) -> float:
-    """A number of a start without its unit, dimensionless."""
-    if not isinstance(value, str):
+def _plain(system: System | Machine, name: str, value: float | str) -> float | str:
+    """A number of a start without its unit, dimensionless; the name of a state as it is."""
+    if not isinstance(value, str) or (name == "state" and isinstance(system, Machine)):
         return value
     if name not in _START_SCALES or not system.is_si:
         _scale(system, name, value)
@@ -107,7 +113,7 @@ def _plain(system: System, name: str, value: float | str) -> float:
     return si(value, dimension, name) / float(getattr(system, scale))
 
 
-def _scale(system: System, name: str, unit: str) -> float:
+def _scale(system: System | Machine, name: str, unit: str) -> float:
     """What a number of a start in some unit is divided by to be dimensionless."""
     plain = "a plain number: it is dimensionless"
     if name not in _START_SCALES:

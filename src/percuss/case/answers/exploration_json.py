@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.json_values import number
+from percuss.model import Machine
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -78,8 +79,7 @@ def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
             {
                 "label": share.label,
                 "share": share.share,
-                "phases": list(share.phases),
-                "impact_velocities": list(share.impact_velocities),
+                **share.attractor.figures,
             }
             for share in found.shares
         ],
@@ -97,8 +97,8 @@ def _known(found: Sweep, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return shown
 
 
-def _scales(system: System) -> dict[str, float | None] | None:
-    """What the dimensionless numbers are to be multiplied by for SI, and the frequency; None without scales."""
+def _scales(system: System | Machine) -> dict[str, float | None] | None:
+    """What the dimensionless numbers are multiplied by for SI, and the frequency of a clock; None without scales."""
     if not system.is_si:
         return None
     return {
@@ -106,7 +106,7 @@ def _scales(system: System) -> dict[str, float | None] | None:
         "speed_m_s": system.speed_scale,
         "time_s": system.time_scale,
         "energy_J": system.energy_scale,
-        "frequency_Hz": system.frequency,
+        **({} if isinstance(system, Machine) else {"frequency_Hz": system.frequency}),
     }
 
 

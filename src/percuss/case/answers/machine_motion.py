@@ -7,10 +7,9 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number, numbers, plain
-from percuss.case.answers.simulation_json import with_an_event_a_line
+from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.case import checked_case
-from percuss.model.checks import callback, count
-from percuss.shown import Shown
+from percuss.model.checks import callback
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -21,7 +20,7 @@ __all__ = ["MachineMotion", "machine_motion"]
 
 
 @dataclass(frozen=True)
-class MachineMotion(Shown):
+class MachineMotion(ToldMotion):
     """A simulated motion of a machine that switches its own valve.
 
     Attributes
@@ -44,9 +43,7 @@ class MachineMotion(Shown):
         """The machine that moved."""
         return self.motion.machine
 
-    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
-        last = None if last is None else count("last", last, least=0)
+    def _told(self, last: int | None) -> dict[str, Any]:
         motion, cycle = self.motion, self.motion.cycle
         return {
             "case": self.name,
@@ -61,10 +58,6 @@ class MachineMotion(Shown):
             "pressure": _pressure(motion),
             "events": _events(motion, last),
         }
-
-    def to_json_text(self, last: int | None = None) -> str:
-        """The same as text, one line for each event."""
-        return with_an_event_a_line(self.to_json_dict(last))
 
 
 def machine_motion(case: Case, progress: Callable[[Progress], object] | None = None) -> MachineMotion:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import heading_dict
-from percuss.case.answers.simulation_json import motion_dict, with_an_event_a_line
+from percuss.case.answers.simulation_json import motion_dict
+from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import callback, count, positive
-from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
 from percuss.units import si
 
@@ -27,7 +27,7 @@ __all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
 
 
 @dataclass(frozen=True)
-class SimulationAnswer(Shown):
+class SimulationAnswer(ToldMotion):
     """A simulated motion of a case.
 
     Attributes
@@ -65,15 +65,9 @@ class SimulationAnswer(Shown):
         """What a reader of the figures should know, one sentence each."""
         return tuple(_warnings(self.motion))
 
-    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values, as `percuss simulate --json` prints it; `last` keeps so many events only."""
-        last = None if last is None else count("last", last, least=0)
+    def _told(self, last: int | None) -> dict[str, Any]:
         heading = heading_dict(self.name, self.title, self.system, self.notes)
         return {**heading, **motion_dict(self.motion, self.warnings, last)}
-
-    def to_json_text(self, last: int | None = None) -> str:
-        """The same as text, one line for each event."""
-        return with_an_event_a_line(self.to_json_dict(last))
 
 
 def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:

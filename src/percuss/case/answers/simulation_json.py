@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from percuss.case.answers.json_values import number, plain
 if TYPE_CHECKING:
     from percuss.simulate import Trajectory
 
-__all__ = ["motion_dict", "with_an_event_a_line"]
+__all__ = ["motion_dict"]
 
 
 def motion_dict(motion: Trajectory, warnings: Sequence[str], last: int | None = None) -> dict[str, Any]:
@@ -54,11 +53,3 @@ def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
         }
         for event in part
     ]
-
-
-def with_an_event_a_line(tree: dict[str, Any]) -> str:
-    """A JSON object that has ``events`` as text, one line for each of them."""
-    rows = [json.dumps(event, allow_nan=False) for event in tree["events"]]
-    text = json.dumps({**tree, "events": []}, indent=1, allow_nan=False)
-    # a quote inside a text is written \", so this is the list itself
-    return text.replace('"events": []', '"events": [\n  ' + ",\n  ".join(rows) + "\n ]") if rows else text

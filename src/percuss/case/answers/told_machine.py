@@ -24,19 +24,7 @@ __all__ = ["ToldMachine"]
 
 @dataclass(frozen=True)
 class ToldMachine(Shown):
-    """How a machine runs that switches its own valve, or what keeps it from running.
-
-    Attributes
-    ----------
-    name, title
-        The case as it was named, and its title.
-    motion
-        Its cycle with elastic modes, or what keeps it from running.
-    rigid
-        The same of a rigid piston.
-    notes
-        What was assumed, one sentence each.
-    """
+    """How a machine runs, or what keeps it from running; `MachineAnswer` says what the fields are."""
 
     name: str
     title: str

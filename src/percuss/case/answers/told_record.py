@@ -35,17 +35,7 @@ class ByClock(Shown):
 
 @dataclass(frozen=True)
 class ToldRecord(Shown):
-    """A recorded load read as a valve.
-
-    Attributes
-    ----------
-    read
-        The switches, ports and delays.
-    clock
-        The verdict on the recorded motion for a load that keeps time by itself.
-    answer
-        How the machine of the best reading runs.
-    """
+    """A recorded load read as a valve; `RecordedAnswer` says what the fields are."""
 
     read: RecordedValve
     clock: ByClock

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.json_values import heading_dict, plain
+from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.answers.waves_json import waves_dict
 from percuss.case.answers.waves_question import limits_of, release_of, struck_by
 from percuss.case.answers.waves_warnings import waves_warnings
@@ -57,7 +58,7 @@ class Beside(Shown):
 
 
 @dataclass(frozen=True)
-class WavesAnswer(Shown):
+class WavesAnswer(ToldMotion):
     """A motion of a case with every contact resolved by waves.
 
     Attributes
@@ -73,6 +74,8 @@ class WavesAnswer(Shown):
     notes
         What was assumed.
     """
+
+    ROWS = "impacts"
 
     name: str
     title: str
@@ -91,9 +94,7 @@ class WavesAnswer(Shown):
         """What a reader of the figures should know, one sentence each."""
         return tuple(waves_warnings(self.motion))
 
-    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values, as `percuss simulate --contact waves --json` prints it."""
-        last = None if last is None else count("last", last, least=0)
+    def _told(self, last: int | None) -> dict[str, Any]:
         heading = heading_dict(self.name, self.title, self.system, self.notes)
         beside = [plain(asdict(one)) for one in self.beside]
         return {**heading, **waves_dict(self.motion, self.warnings, beside, last)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from percuss.case.answers.json_values import number, numbers, plain
 if TYPE_CHECKING:
     from percuss.blow.machine import MachineMotion
 
-__all__ = ["waves_dict", "with_an_impact_a_line"]
+__all__ = ["waves_dict"]
 
 
 def waves_dict(
@@ -102,11 +101,3 @@ def _impacts(motion: MachineMotion, last: int | None) -> list[dict[str, Any]]:
         }
         for i in range(part.size)
     ]
-
-
-def with_an_impact_a_line(tree: dict[str, Any]) -> str:
-    """The JSON object as text, one line for each impact."""
-    rows = [json.dumps(impact, allow_nan=False) for impact in tree["impacts"]]
-    text = json.dumps({**tree, "impacts": []}, indent=1, allow_nan=False)
-    head, mark, tail = text.rpartition('"impacts": []')  # the list is the last key; others of that name are numbers
-    return f'{head}"impacts": [\n  ' + ",\n  ".join(rows) + f"\n ]{tail}" if rows and mark else text

@@ -11,19 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.explore.attractors.basin_job import BasinsJob, Line, basins_job
-from percuss.explore.attractors.cycles import COLUMNS
-from percuss.explore.attractors.grouping import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.attractors.motion_columns import dataset_of, done, si_attributes, starts_from
+from percuss.explore.attractors.grouping import DISTANCE
+from percuss.explore.attractors.hammer import Hammer
+from percuss.explore.attractors.hammers import hammer_from, hammer_of
+from percuss.explore.attractors.motion_columns import done
+from percuss.explore.attractors.motion_dataset import dataset_of, si_attributes
 from percuss.explore.attractors.shares import Share, share_of
 from percuss.explore.jobs.job import Columns
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import non_negative
-from percuss.model.described import system_from
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
 
+    from percuss.explore.attractors.hammer import AnyAttractor
     from percuss.simulate import Stop
 
 __all__ = ["Basins", "BasinsJob", "basins", "basins_job"]
@@ -47,7 +49,7 @@ class Basins(Shown):
         What tells attractors of one label apart.
     """
 
-    system: System
+    system: System | Machine
     modes: int
     stop: Stop
     x: tuple[str, tuple[float, ...]]
@@ -71,8 +73,13 @@ class Basins(Shown):
         columns = {name: np.asarray(values) for name, values in archive.read().items()}
         at = tuple((str(name), float(value)) for name, value in ask["at"].items())
         return cls(
-            system_from(ask["system"]), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns
+            hammer_from(ask), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns
         )  # fmt: skip
+
+    @cached_property
+    def hammer(self) -> Hammer:
+        """What was followed, as it is asked."""
+        return hammer_of(self.system)
 
     @cached_property
     def _known(self) -> Columns:
@@ -81,7 +88,7 @@ class Basins(Shown):
 
     @cached_property
     def _numbers(self) -> npt.NDArray[np.int64]:
-        return matched(self._known, float(np.abs(self.system.load.coefficients).sum()), self.distance)
+        return self.hammer.matched(self._known, self.distance)
 
     @cached_property
     def image(self) -> npt.NDArray[np.int64]:
@@ -93,16 +100,16 @@ class Basins(Shown):
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
         """What motion each start ends in, empty where it is not done; shape (y, x)."""
-        names = labels(self._known)
+        names = self.hammer.labels(self._known)
         found = np.full(self.columns["code"].size, "", dtype=f"<U{max(names.dtype.itemsize // 4, 1)}")
         found[done(self.columns)] = names
         return found.reshape(len(self.y[1]), len(self.x[1]))
 
     @cached_property
-    def attractors(self) -> tuple[Attractor, ...]:
+    def attractors(self) -> tuple[AnyAttractor, ...]:
         """The attractors, the most frequent first."""
-        known = self._known
-        return attractors_of(known, self._numbers, self.system, starts_from(known), self.modes, self.stop)
+        known, hammer = self._known, self.hammer
+        return hammer.attractors(known, self._numbers, hammer.starts_from(known), self.modes, self.stop)
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
@@ -119,18 +126,18 @@ class Basins(Shown):
             (y, x),
             self.image,
             self.shares,
-            COLUMNS,
-            self.system,
+            self.hammer,
             {
                 "title": f"percuss basins: {y} over {x}",
                 "modes": self.modes,
-                "system": str(self.system),
+                self.hammer.kind: str(self.system),
                 **{f"at_{name}": value for name, value in self.at},
             },
         )
-        units = {"position": "bar lengths", "velocity": "bar lengths/rad", "time": "rad"}
+        known = self.hammer.start_columns(1, 1)
         for name, values in ((x, over), (y, up)):
-            attributes = {"units": units.get(name, "1"), **si_attributes(name, self.system)}
+            unit = known[name].unit if name in known else "1"
+            attributes = {"units": unit, **si_attributes(name, self.hammer)}
             found = found.assign_coords({name: (name, np.array(values), attributes)})
         return found
 
@@ -141,11 +148,11 @@ class Basins(Shown):
 
 
 def basins(
-    system: System,
+    system: System | Machine,
     x: Line,
     y: Line,
     *,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, float | str] | None = None,
     modes: int = 0,
     stop: Stop | None = None,
     distance: float = DISTANCE,
@@ -157,13 +164,14 @@ def basins(
     Parameters
     ----------
     system
-        What moves; dimensionless.
+        What moves, dimensionless: a system whose load keeps time, or a machine that switches its own valve.
     x, y
         The axes: ``(name, first, last, number)``, ``(name, values)`` or an `Axis` without a unit; dimensionless. Names
         are ``position`` (of the striking end, the wall is at 0), ``velocity``, ``time`` (load phase in radians), and
-        the modal amplitudes ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, ….
+        the modal amplitudes ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, …; a machine has no load phase.
     at
-        The same for all starts, by name; 0 where nothing is said.
+        The same for all starts, by name; 0 where nothing is said. Of a machine also ``state``, that of the valve by its
+        name: its own starting state where nothing is said.
     modes
         N, the elastic modes kept; 0 is the rigid bar.
     stop, distance, threads, running

@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.errors import ParameterError
-from percuss.explore.attractors.cycles import COLUMNS, followed
-from percuss.explore.attractors.motion_columns import fingerprint, some, start_columns, start_values
-from percuss.explore.attractors.start_distributions import DISTRIBUTIONS, drawn, named, own
+from percuss.explore.attractors.hammer import Hammer
+from percuss.explore.attractors.hammers import hammer_of
+from percuss.explore.attractors.motion_columns import bars_of, fingerprint, some
+from percuss.explore.attractors.start_distributions import DISTRIBUTIONS, drawn
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.explore.rough_time import seconds_of_start
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import count, instance
-from percuss.model.described import describe_system
 
 if TYPE_CHECKING:
-    from percuss.simulate import Starts, Stop
+    from percuss.explore.attractors.hammer import AnyStarts
+    from percuss.simulate import Stop
 
 __all__ = ["DEFAULT_STARTS", "ExperimentJob", "experiment_job"]
 
@@ -41,22 +42,27 @@ class ExperimentJob:
     rows
         One's own starts, or None for a named distribution.
     threads
-        Of `simulate_many` for one portion; the numbers do not depend on it.
+        Of one portion; the numbers do not depend on it.
     """
 
-    system: System
+    system: System | Machine
     number: int
     distribution: str
     seed: int
     modes: int
     stop: Stop
-    rows: Starts | None = None
+    rows: AnyStarts | None = None
     threads: int | None = 1
 
-    def starts(self, first: int, last: int) -> Starts:
+    @cached_property
+    def hammer(self) -> Hammer:
+        """What is followed, as it is asked."""
+        return hammer_of(self.system)
+
+    def starts(self, first: int, last: int) -> AnyStarts:
         """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
-            return named(self.system, self.distribution, last - first, self.seed, first)
+            return self.hammer.named(self.distribution, last - first, self.seed, first)
         if self.number > len(self.rows):
             return drawn(self.rows, last - first, self.seed, first)
         return some(self.rows, slice(first, last))
@@ -69,13 +75,14 @@ class ExperimentJob:
     @property
     def rough_seconds(self) -> float:
         """What all starts take, by rule of thumb."""
-        return self.size * seconds_of_start(self.modes)
+        return self.size * self.hammer.rough_seconds(self.modes)
 
     @property
     def columns(self) -> Mapping[str, Column]:
-        """`COLUMNS`, and the starts."""
-        shape = (1, 1) if self.rows is None else (self.rows.displacement.shape[1], self.rows.velocity.shape[1])
-        return {**start_columns(*shape), **COLUMNS}
+        """The numbers of the motions, and the starts."""
+        bars = None if self.rows is None else bars_of(self.rows)
+        shape = (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
+        return {**self.hammer.start_columns(*shape), **self.hammer.columns}
 
     @property
     def ask(self) -> dict[str, Any]:
@@ -83,7 +90,7 @@ class ExperimentJob:
         asked = {
             "kind": "experiment",
             "percuss": ASK_FORMAT,
-            "system": describe_system(self.system),
+            **self.hammer.described,
             "starts": self.number,
             "distribution": self.distribution,
             "seed": self.seed,
@@ -94,14 +101,14 @@ class ExperimentJob:
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The motions from starts `first` … `last` − 1."""
-        part = self.starts(first, last)
-        return {**start_values(part), **followed(self.system, part, self.modes, self.stop, self.threads, stopped)}
+        part, hammer = self.starts(first, last), self.hammer
+        return {**hammer.start_values(part), **hammer.followed(part, self.modes, self.stop, self.threads, stopped)}
 
 
 def experiment_job(
-    system: System,
+    system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
+    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -109,25 +116,25 @@ def experiment_job(
     threads: int | None = 1,
 ) -> ExperimentJob:
     """What `experiment` carries out."""
-    from percuss.simulate import Starts, Stop
-    from percuss.simulate.spectrum import Spectrum
+    from percuss.simulate import MachineStarts, Starts, Stop
 
-    instance("system", system, System)
+    hammer = hammer_of(system)
     kept = count("modes", modes, least=0, most=4096)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     count("impacts", stop.impacts)
-    Spectrum(system, kept)  # a resonance is an error here, not in a worker
+    hammer.check(kept)  # a resonance is an error here, not in a worker
     seed = count("seed", seed, least=0)
     number = None if starts is None else count("starts", starts, most=_MOST_STARTS)
     if isinstance(distribution, str) and distribution in DISTRIBUTIONS:
         job = ExperimentJob(system, number or DEFAULT_STARTS, distribution, seed, kept, stop, None, threads)
-        named(system, distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
+        hammer.named(distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
         return job
-    rows = own(system, distribution, seed)
-    if rows.displacement[:, kept + 1 :].any() or rows.velocity[:, kept + 1 :].any():
-        most = max(rows.displacement.shape[1], rows.velocity.shape[1]) - 1
+    rows = hammer.own(distribution, seed)
+    bars = bars_of(rows)
+    if bars.displacement[:, kept + 1 :].any() or bars.velocity[:, kept + 1 :].any():
+        most = max(bars.displacement.shape[1], bars.velocity.shape[1]) - 1
         raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")
-    if isinstance(distribution, Starts):
+    if isinstance(distribution, Starts | MachineStarts):
         name = "starts"
     elif callable(distribution):
         name = str(getattr(distribution, "__qualname__", type(distribution).__name__))

@@ -12,21 +12,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.attractors.cycles import COLUMNS
 from percuss.explore.attractors.experiment_job import ExperimentJob, experiment_job
-from percuss.explore.attractors.grouping import DISTANCE, Attractor, attractors_of, labels, matched
-from percuss.explore.attractors.motion_columns import dataset_of, done, starts_from
+from percuss.explore.attractors.grouping import DISTANCE
+from percuss.explore.attractors.hammer import Hammer
+from percuss.explore.attractors.hammers import hammer_from, hammer_of
+from percuss.explore.attractors.motion_columns import done
+from percuss.explore.attractors.motion_dataset import dataset_of
 from percuss.explore.attractors.shares import Share, share_of, wilson
 from percuss.explore.jobs.job import Columns
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import non_negative
-from percuss.model.described import system_from
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.simulate import Starts, Stop
+    from percuss.explore.attractors.hammer import AnyAttractor, AnyStarts
+    from percuss.simulate import Stop
 
 __all__ = ["Experiment", "ExperimentJob", "experiment", "experiment_job"]
 
@@ -47,7 +49,7 @@ class Experiment(Shown):
         What tells attractors of one label apart; see `percuss.explore.attractors.grouping.matched`.
     """
 
-    system: System
+    system: System | Machine
     modes: int
     stop: Stop
     distribution: str
@@ -68,31 +70,36 @@ class Experiment(Shown):
         ask, columns = archive.ask, archive.read()
         whole = done(columns)
         kept = {name: np.asarray(values)[whole] for name, values in columns.items()}
-        system, stop = system_from(ask["system"]), Stop(**ask["stop"])
+        system, stop = hammer_from(ask), Stop(**ask["stop"])
         return cls(system, int(ask["modes"]), stop, ask["distribution"], int(ask["seed"]), kept)
 
     def __len__(self) -> int:
         return int(self.columns["code"].size)
 
+    @cached_property
+    def hammer(self) -> Hammer:
+        """What was followed, as it is asked."""
+        return hammer_of(self.system)
+
     @property
-    def starts(self) -> Starts:
+    def starts(self) -> AnyStarts:
         """All starts."""
-        return starts_from(self.columns)
+        return self.hammer.starts_from(self.columns)
 
     @cached_property
     def attractor(self) -> npt.NDArray[np.int64]:
         """The number of the attractor of each start, 0 for the most frequent; shape (starts,)."""
-        return matched(self.columns, float(np.abs(self.system.load.coefficients).sum()), self.distance)
+        return self.hammer.matched(self.columns, self.distance)
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
-        """What motion each start ends in, as `Trajectory.label`; shape (starts,)."""
-        return labels(self.columns)
+        """What motion each start ends in, as `Trajectory.label` or `MachineTrajectory.label`; shape (starts,)."""
+        return self.hammer.labels(self.columns)
 
     @cached_property
-    def attractors(self) -> tuple[Attractor, ...]:
+    def attractors(self) -> tuple[AnyAttractor, ...]:
         """The attractors, the most frequent first."""
-        return attractors_of(self.columns, self.attractor, self.system, self.starts, self.modes, self.stop)
+        return self.hammer.attractors(self.columns, self.attractor, self.starts, self.modes, self.stop)
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
@@ -115,14 +122,13 @@ class Experiment(Shown):
             ("start",),
             self.attractor,
             self.shares,
-            COLUMNS,
-            self.system,
+            self.hammer,
             {
                 "title": f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}",
                 "distribution": self.distribution,
                 "seed": self.seed,
                 "modes": self.modes,
-                "system": str(self.system),
+                self.hammer.kind: str(self.system),
             },
         )
 
@@ -139,8 +145,7 @@ class Experiment(Shown):
                     "share": share.share,
                     "low": share.low,
                     "high": share.high,
-                    "phases": list(share.phases),
-                    "impact_velocities": list(share.impact_velocities),
+                    **share.attractor.figures,
                 }
                 for share in self.shares
             ],
@@ -152,9 +157,9 @@ class Experiment(Shown):
 
 
 def experiment(
-    system: System,
+    system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
+    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -170,12 +175,13 @@ def experiment(
     Parameters
     ----------
     system
-        What moves; dimensionless.
+        What moves, dimensionless: a system whose load keeps time, or a machine that switches its own valve.
     starts
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
-        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.start_distributions.named`), a file of
-        starts, `Starts`, or a function that makes them from the seed. More starts than there are rows are drawn from
+        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.start_distributions.named`, and
+        `percuss.explore.attractors.machine_draws.drawn_machines` for machines), a file of starts, `Starts` or
+        `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are drawn from
         them by chance.
     seed
         0 or greater.
@@ -185,7 +191,7 @@ def experiment(
         When a motion ends; by default after 2000 impacts or when a periodic motion is found. See
         `percuss.simulate.Stop` for its tolerance.
     distance
-        How far apart motions of one label are different attractors (radians, relative speeds).
+        How far apart motions of one label are different attractors (radians, relative periods and speeds).
     threads
         Threads of each process; processes are what `workers` counts.
     running

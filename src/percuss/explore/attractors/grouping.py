@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.simulate import Starts, Stop
 
-__all__ = ["DISTANCE", "Attractor", "attractors_of", "labels", "matched"]
+__all__ = ["DISTANCE", "Attractor", "attractors_of", "grouped", "labels", "matched"]
 
 DISTANCE = 1e-4
 """How far apart, in radians and relative speeds, motions of one label are different attractors."""
@@ -60,6 +60,16 @@ class Attractor(Shown):
     impact_velocity: float
     blow_energy: float
 
+    @property
+    def mark(self) -> str:
+        """What tells it from others of its label: the phase of its fastest impact."""
+        return f"at {self.phases[0]:.3f}" if self.phases else ""
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Phases and speeds of its impacts by name, of JSON's types."""
+        return {"phases": list(self.phases), "impact_velocities": list(self.impact_velocities)}
+
 
 def _keys(columns: Columns) -> npt.NDArray[np.int64]:
     """A whole number for each label: equal keys, equal labels."""
@@ -68,7 +78,7 @@ def _keys(columns: Columns) -> npt.NDArray[np.int64]:
     code, n = columns["code"].astype(np.int64), columns["cycle_periods"].astype(np.int64)
     kind, p = columns["cycle_kind"].astype(np.int64), columns["cycle_impacts"].astype(np.int64)
     key = np.where(columns["wanders"], _FINITE["aperiodic"], _FINITE["undecided"])
-    key = np.where(n > 0, 4 + kind + 3 * (n * (int(p.max(initial=0)) + 1) + np.where(kind == 0, p, 0)), key)
+    key = np.where(n > 0, _PERIODIC + kind + 3 * (n * (int(p.max(initial=0)) + 1) + np.where(kind == 0, p, 0)), key)
     for name in ("rest", "departed"):
         key = np.where(code == OUTCOMES.index(name), _FINITE[name], key)
     return np.asarray(key, dtype=np.int64)
@@ -82,7 +92,7 @@ def labels(columns: Columns) -> npt.NDArray[np.str_]:
 
 
 def _label(columns: Columns, i: int, key: int) -> str:
-    if key < 4:
+    if key < _PERIODIC:
         return next(name for name, number in _FINITE.items() if number == key)
     p, n, kind = (int(columns[name][i]) for name in ("cycle_impacts", "cycle_periods", "cycle_kind"))
     return (f"z={p}/{n}", f"rest/{n}", f"chatter/{n}")[kind]
@@ -110,11 +120,31 @@ def matched(columns: Columns, scale: float, distance: float = DISTANCE) -> npt.N
     values[:, :2] /= (scale, scale * scale)
     values[:, 1] = np.sqrt(values[:, 1])
     values[:, :2] = np.arcsinh(values[:, :2])  # differences relative to 1 + x
-    values[~np.isfinite(values)] = 1e9
+    return grouped(key, values, _PERIODIC, distance)
+
+
+_PERIODIC = 4  # the least key of a motion with a cycle
+
+
+def grouped(key: npt.NDArray[np.int64], values: Array, periodic_from: int, distance: float) -> npt.NDArray[np.int64]:
+    """The number of the group of each motion, 0 for the greatest; see `matched`.
+
+    Parameters
+    ----------
+    key
+        Equal for motions that may be of one group, shape (motions,).
+    values
+        The numbers that tell motions of one key apart, shape (motions, numbers).
+    periodic_from
+        The least key of motions that have such numbers.
+    distance
+        The least gap between two groups.
+    """
+    values = np.where(np.isfinite(values), values, 1e9)
     order = np.argsort(key, kind="stable")
     cuts = np.flatnonzero(np.diff(key[order])) + 1
     groups: list[npt.NDArray[np.intp]] = []
-    todo = [(part, bool(key[part[0]] >= 4)) for part in np.split(order, cuts) if part.size]
+    todo = [(part, bool(key[part[0]] >= periodic_from)) for part in np.split(order, cuts) if part.size]
     while todo:
         part, periodic = todo.pop()
         pieces = _cut(part, values[part], distance) if periodic else [part]

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import TYPE_CHECKING
 
 from percuss.errors import ParameterError
-from percuss.explore.attractors.grouping import Attractor
 from percuss.model.checks import count, finite
 from percuss.shown import Shown
+
+if TYPE_CHECKING:
+    from percuss.explore.attractors.hammer import AnyAttractor
 
 __all__ = ["CONFIDENCE", "Share", "share_of", "wilson"]
 
@@ -62,14 +65,14 @@ class Share(Shown):
         The part, and Wilson's interval of 95 % of its probability.
     """
 
-    attractor: Attractor
+    attractor: AnyAttractor
     share: float
     low: float
     high: float
 
     @property
     def label(self) -> str:
-        """The label of the motion, as `Trajectory.label` gives it."""
+        """The label of the motion, as `Trajectory.label` or `MachineTrajectory.label` gives it."""
         return self.attractor.label
 
     @property
@@ -79,7 +82,7 @@ class Share(Shown):
 
     @property
     def phases(self) -> tuple[float, ...]:
-        """Load phases (rad) of the impacts of one cycle, from the fastest on; empty when not periodic."""
+        """Load phases (rad) of the impacts of one cycle, from the fastest on; empty without a period or a clock."""
         return self.attractor.phases
 
     @property
@@ -91,6 +94,6 @@ class Share(Shown):
         return f"{self.label}: {self.share:.4%} ({self.low:.4%} … {self.high:.4%})"
 
 
-def share_of(attractor: Attractor, starts: int) -> Share:
+def share_of(attractor: AnyAttractor, starts: int) -> Share:
     """The share of an attractor among so many starts."""
     return Share(attractor, attractor.members / starts, *wilson(attractor.members, starts))

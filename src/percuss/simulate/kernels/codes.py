@@ -21,8 +21,9 @@ FLYING, ON_WALL, RESTING, GRAZED = range(4)
 IMPACT, GRAZING, CHATTER, REST, RELEASE, PORT, VALVE = np.arange(7)
 # what a call ends with, or that the motion goes on
 FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
-# … and that of a machine: it orbits in its chamber for ever, or switches without end at a port
-IN_CHAMBER, ON_PORT = 10, 11
+# … and that of a machine: it orbits in its chamber for ever, or switches without end at a port; or more orders wait
+# than there is room for
+IN_CHAMBER, ON_PORT, CROWDED = 10, 11, 12
 # what a search for the next contact ends with, or that it is still open
 NOTHING, CONTACT, GRAZE, AWAY, TIRED, OPEN = range(6)
 # … and what a port's next crossing is: it is entered, left, neither before a horizon, or neither ever

@@ -21,6 +21,8 @@ def change(plant, tolerance, log):
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
     bar, modes, now, count, valve, z = table.bar, table.modes, motion.now, motion.count, controls.now, motion.z
     old = gear.forces[valve.state]
+    if valve.fresh > 0:  # no contact came under the force that ends now
+        controls.usual[valve.state] = 0.0
     valve.state = next_order(controls)
     new = gear.forces[valve.state]
     if count.mode == RESTING:
@@ -44,7 +46,7 @@ def change(plant, tolerance, log):
 
 
 @inlined
-def crossings(plant, first, horizon, limit, forever):
+def crossings(plant, sight, first, horizon, limit, forever):
     """The next crossing of each port, in `cross` and `kind`; returns the first time, of which port, and NEVER or not.
 
     Only ports whose state was not the last demanded can do anything. TIRED when one could not be decided.
@@ -52,17 +54,21 @@ def crossings(plant, first, horizon, limit, forever):
     gear, motion, controls = plant.gear, plant.motion, plant.controls
     cross, kind, last = controls.cross, controls.kind, controls.now.last
     best, which, answer = math.inf, -1, NEVER
+    since = controls.now.time - controls.now.changed
     for port in range(gear.to.shape[0]):
         cross[port], kind[port] = math.inf, NOWHERE
         if gear.side[port] == 0.0 or gear.to[port] == last:
             continue
         until = min(horizon, best) + SAME_TIME
-        cross[port], kind[port], steps = next_crossing(plant, port, first, until, limit, forever)
+        guess = controls.usual_cross[port] - since
+        cross[port], kind[port], steps = next_crossing(plant, sight, port, first, until, limit, forever, guess)
         motion.count.work += steps
         if kind[port] == TIRED:
             return best, which, TIRED
         if kind[port] != NEVER:
             answer = NOWHERE
+        if cross[port] < math.inf:
+            controls.usual_cross[port] = since + cross[port]
         if cross[port] < best:
             best, which = cross[port], port
     return best, which, answer

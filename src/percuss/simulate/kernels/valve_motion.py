@@ -13,10 +13,12 @@ from percuss.compiled import entry, inlined
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.codes import (
     AT_REST,
+    AWAY,
     BY_IMPACTS,
     BY_TIME,
     BY_WORK,
     CONTACT,
+    CROWDED,
     DEPARTED,
     ENTERS,
     FLYING,
@@ -35,14 +37,14 @@ from percuss.simulate.kernels.codes import (
     RESTING,
     TIRED,
 )
-from percuss.simulate.kernels.first_contact import next_contact
 from percuss.simulate.kernels.flight import advance
 from percuss.simulate.kernels.modes import turn_modes
 from percuss.simulate.kernels.smooth import drifted, smooth_at_anchor
 from percuss.simulate.kernels.valve_changes import SAME_TIME, change, crossings, fire
 from percuss.simulate.kernels.valve_cycles import sliding, wandering
 from percuss.simulate.kernels.valve_orders import enter, go_by
-from percuss.simulate.kernels.valve_sight import held_by_gas, most, rigid_place
+from percuss.simulate.kernels.valve_records import Drive, Sight
+from percuss.simulate.kernels.valve_sight import held_by_gas, met, most, out_of_reach, rigid_place
 from percuss.simulate.kernels.valve_wall import let_loose, set_down, strike, to_rest
 
 MANY_PAUSES = 100_000
@@ -55,6 +57,8 @@ def follow_valve(plant, rules, log):
     Time ends at `rules.end_phase`. The anchor stays at the last event then, so that going on gives the same bits.
     """
     gear, motion, controls = plant.gear, plant.motion, plant.controls
+    drive = Drive(plant.table, gear, motion, plant.desk, controls)
+    sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
     count, valve = motion.count, controls.now
     room = log.events.shape[0] - gear.to.shape[0] - 8
     while True:
@@ -64,8 +68,10 @@ def follow_valve(plant, rules, log):
             return FULL
         if count.work >= rules.budget:
             return BY_WORK
+        if valve.waiting + gear.to.shape[0] > controls.due.shape[0]:  # each port may demand once before the next look
+            return CROWDED
         if valve.waiting > 0 and controls.due[0] <= 0.0:
-            change(plant, rules.tolerance, log)
+            change(drive, rules.tolerance, log)
             if sliding(controls):
                 return ON_PORT
             if rules.until_cycle and valve.confirmed >= 2:
@@ -74,7 +80,7 @@ def follow_valve(plant, rules, log):
         left = (rules.end_phase - valve.time) - valve.time_low
         if count.mode == RESTING:
             if gear.forces[valve.state] < 0.0:
-                let_loose(plant, log)
+                let_loose(drive, log)
                 continue
             if valve.waiting == 0:
                 return AT_REST
@@ -82,7 +88,7 @@ def follow_valve(plant, rules, log):
                 return BY_TIME
             go_by(motion, controls, controls.due[0])
             continue
-        code = flown(plant, rules, left, log)
+        code = flown(drive, sight, rules, left, log)
         if code != GOES_ON:
             return code
 
@@ -94,7 +100,7 @@ def wanders(controls):
 
 
 @inlined
-def flown(plant, rules, left, log):
+def flown(plant, sight, rules, left, log):
     """The motion on to its next event, or the proof that there is none; how it ends, or GOES_ON."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
     bar, now, count, valve, desk = table.bar, motion.now, motion.count, controls.now, plant.desk
@@ -124,12 +130,13 @@ def flown(plant, rules, left, log):
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
         controls.cross[:] = math.inf
     else:
-        best, which, answer = crossings(plant, first, horizon, limit, forever)
+        best, which, answer = crossings(plant, sight, first, horizon, limit, forever)
         if answer == TIRED:
             return BY_WORK
         need = horizon
         if best < math.inf:
-            need = min(need, best + (gear.delay[which] if controls.kind[which] == ENTERS else 0.0))
+            after = best + (gear.delay[which] if controls.kind[which] == ENTERS else 0.0)
+            need = min(need, best if best < valve.awaited < after else after)
         if forever and most(bar, now) >= -1e-13 * abs(now.gap):
             answer = NOWHERE
         if valve.clear < need:
@@ -138,26 +145,22 @@ def flown(plant, rules, left, log):
                 return BY_WORK
     count.work += 1
     ahead = min(best, horizon)
-    if tau < math.inf and tau <= ahead + SAME_TIME:
-        if tau > left:
-            return BY_TIME
-        reach_wall(plant, found, tau, speed, late, slip, log)
-        if found == CONTACT:
-            fire(plant, tau, True, log)
-        elif valve.stalled > 0:
-            return IN_CHAMBER
-        return GOES_ON
-    if forever and answer == NEVER:
+    at_wall = tau < math.inf and tau <= ahead + SAME_TIME
+    if not at_wall and forever and answer == NEVER:
         return IN_CHAMBER
-    if ahead == math.inf:
+    if not at_wall and ahead == math.inf:
         return DEPARTED
-    if ahead > left:
+    if (tau if at_wall else ahead) > left:
         return BY_TIME
-    if ahead > 0.0:
+    if at_wall:
+        reach_wall(plant, found, tau, speed, late, slip, log)
+        if found == GRAZE:
+            return IN_CHAMBER if valve.stalled > 0 else GOES_ON
+    elif ahead > 0.0:
         on_by(plant, ahead)
         count.mode = FLYING
-    if best <= horizon + SAME_TIME:
-        fire(plant, best, False, log)
+    if at_wall or best <= horizon + SAME_TIME:
+        fire(plant, tau if at_wall else best, at_wall, log)
     elif forever:
         valve.pauses += 1
     return GOES_ON if valve.pauses < MANY_PAUSES else BY_WORK
@@ -165,19 +168,28 @@ def flown(plant, rules, left, log):
 
 @inlined
 def sought(plant, on_wall, need, limit):
-    """The next contact, when there is one before the time `need`; otherwise `clear` says so. As `next_contact`."""
+    """The next contact, when there is one before the time `need`; otherwise `clear` says so. As `next_contact`.
+
+    How long after a change of the valve the first contact came is what is tried after the next like change.
+    """
     now, controls = plant.motion.now, plant.controls
     valve = controls.now
-    found, tau, speed, steps, late, slip = next_contact(
+    if out_of_reach(plant.table.bar, now, need + SAME_TIME):
+        valve.clear = need
+        return NOTHING, math.inf, 0.0, 0.0, 0.0
+    found, tau, speed, steps, late, slip = met(
         plant.table, plant.motion, plant.desk, on_wall, now.hold, valve.awaited, need + SAME_TIME, limit
     )
     plant.motion.count.work += steps
-    if found != CONTACT and found != GRAZE:
-        valve.clear, tau = need, math.inf
-    elif valve.fresh > 0:
-        controls.usual[valve.state] = tau
-    valve.awaited = tau if found == CONTACT else 0.0
-    valve.fresh = 0
+    if found == CONTACT:
+        if valve.fresh > 0:
+            controls.usual[valve.state] = (valve.time - valve.changed) + tau
+        valve.awaited, valve.fresh = tau, 0
+    elif found != TIRED:
+        if found != GRAZE:
+            valve.clear, tau = (math.inf if found == AWAY else need), math.inf
+        if found == GRAZE or valve.awaited < need:
+            valve.awaited = 0.0
     return found, tau, speed, late, slip
 
 
@@ -185,8 +197,9 @@ def sought(plant, on_wall, need, limit):
 def on_by(plant, tau):
     """The anchor moved on by τ, without an impact."""
     advance(plant.table, plant.motion, plant.desk, tau)
-    amplitudes(plant.table.bar, plant.table.modes, plant.motion.z, plant.motion.now)
     go_by(plant.motion, plant.controls, tau)
+    if not (plant.controls.now.waiting > 0 and plant.controls.due[0] <= 0.0):  # else the change of the valve is next
+        amplitudes(plant.table.bar, plant.table.modes, plant.motion.z, plant.motion.now)
 
 
 @inlined

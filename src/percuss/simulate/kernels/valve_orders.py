@@ -5,7 +5,6 @@ from __future__ import annotations
 from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.calls import STATE_NUMBERS
 from percuss.simulate.kernels.codes import PORT
-from percuss.simulate.kernels.valve_records import QUEUE
 
 
 @inner
@@ -40,9 +39,8 @@ def demand(gear, motion, controls, port, rate, log):
     valve.last = to
     while valve.waiting > 0 and due[valve.waiting - 1] >= gear.delay[port]:
         valve.waiting -= 1
-    if valve.waiting < QUEUE:
-        due[valve.waiting], order[valve.waiting] = gear.delay[port], to
-        valve.waiting += 1
+    due[valve.waiting], order[valve.waiting] = gear.delay[port], to  # there is room: see `CROWDED`
+    valve.waiting += 1
     enter(PORT, rate, 0.0, 0.0, port, motion, controls, log)
 
 

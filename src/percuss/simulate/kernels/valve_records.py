@@ -69,7 +69,7 @@ VALVE_NOW = np.dtype(
         ("state", "i8"),
         ("last", "i8"),  # the last demand
         ("waiting", "i8"),  # orders that wait
-        ("fresh", "i8"),  # whether no contact was sought since the last change
+        ("fresh", "i8"),  # whether no contact was found since the last change
         ("pulled", "i8"),  # whether the force has pulled since the last impact
         ("changes", "i8"),
         ("recent", "i8"),  # those in the window
@@ -111,20 +111,20 @@ VALVE_NOW = np.dtype(
 TURNING = np.dtype([("interval", "f8"), ("gap", "f8"), ("rate", "f8"), ("state", "i8")])
 """One of the last changes of the valve."""
 
-QUEUE = 256  # most orders that wait
-
 
 class Controls(NamedTuple):
     """What of a machine changes besides the bar.
 
-    `now`: a VALVE_NOW. `usual` (S,): when the contact came after the last change to each state. `due`, `order`: the
-    orders that wait, time left and state. `cross`, `kind`, `just`: of each port the time of its next crossing, what
-    that is, and whether it was crossed at this very moment. `memo`: the amplitudes remembered, shape (2, N), and
-    `memo_due` the times left. `past`: the last changes, in a ring.
+    `now`: a VALVE_NOW. `usual` (S,), `usual_cross` (P,): how long after a change of state the contact came last, for
+    each state, and the crossing of each port. `due`, `order`: the orders that wait, time left and state; a motion whose
+    orders might not find room there ends, CROWDED, to be carried on with longer ones. `cross`, `kind`, `just`: of each
+    port the time of its next crossing, what that is, and whether it was crossed at this very moment. `memo`: the
+    amplitudes remembered, shape (2, N), and `memo_due` the times left. `past`: the last changes, in a ring.
     """
 
     now: Any
     usual: Floats
+    usual_cross: Floats
     due: Floats
     order: Wholes
     cross: Floats
@@ -150,3 +150,22 @@ class Plant(NamedTuple):
     desk: Desk
     bench: Desk
     controls: Controls
+
+
+class Drive(NamedTuple):
+    """Of a plant, what nearly all of its functions work with: the fewer arrays, the less there is to compile."""
+
+    table: Table
+    gear: Gear
+    motion: Motion
+    desk: Desk
+    controls: Controls
+
+
+class Sight(NamedTuple):
+    """Of a plant, what ports see with."""
+
+    alone: Table
+    eye: Motion
+    spot: Motion
+    bench: Desk

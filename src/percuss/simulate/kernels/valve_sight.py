@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inlined, summed
+from percuss.compiled import apart, inlined, summed
 from percuss.simulate.kernels.bounds import amplitudes
 from percuss.simulate.kernels.codes import CONTACT, ENTERS, GRAZE, LEAVES, NEVER, NOTHING, NOWHERE, TIRED
 from percuss.simulate.kernels.first_contact import next_contact
@@ -92,11 +92,28 @@ def held_by_gas(table, gear, motion, controls):
     return True
 
 
+@apart
+def met(table, motion, desk, at_edge, begin, guess, horizon, limit):
+    """`next_contact`, once for all that a machine may meet."""
+    return next_contact(table, motion, desk, at_edge, begin, guess, horizon, limit)
+
+
 @inlined
-def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limit, forever):
+def out_of_reach(bar, now, horizon):
+    """Whether the gap surely stays open until then: the free part by its bound, and the rest by a parabola."""
+    pull = bar.mean - bar.damping * now.drift
+    up = abs(pull) + bar.spring * abs(now.drift) if bar.spring > 0.0 else max(pull, 0.0)
+    top, rise = now.gap - now.free + now.sup, now.smooth_rate + 0.5 * up * horizon
+    sizes = abs(now.gap) + now.sup + (abs(now.smooth_rate) + up * horizon) * horizon
+    return top + max(rise, 0.0) * horizon < -1e-12 * sizes
+
+
+@inlined
+def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limit, forever, guess):
     """The next crossing that an eye sees: what was found, its time, and the evaluations.
 
     `forever`: whether nothing else ends the motion in a chamber, so that a crossing may be proved never to come.
+    `guess` > 0: a time worth trying.
     """
     bar, now = table.bar, eye.now
     before = bar.mean
@@ -107,14 +124,14 @@ def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limi
         found, tau = CONTACT, 0.0
     elif forever and most(bar, now) < 1e-13 * abs(now.gap):
         found = NEVER
-    else:
-        found, tau, _, steps, _, _ = next_contact(table, eye, desk, at_edge, 0.0, 0.0, horizon, limit)
+    elif not out_of_reach(bar, now, horizon):
+        found, tau, _, steps, _, _ = met(table, eye, desk, at_edge, 0.0, guess, horizon, limit)
     bar.mean = before
     return found, tau, steps
 
 
 @inlined
-def next_crossing(plant, port, first, horizon, limit, forever):
+def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
     """When a port is next entered, or left so that it may be entered again; NOWHERE when not before the horizon.
 
     Returns the time, what it is, and the evaluations. A graze is a time to look anew.
@@ -136,15 +153,15 @@ def next_crossing(plant, port, first, horizon, limit, forever):
     found, tau, steps = NOTHING, horizon, 1
     mean, scale = table.bar.mean, gear.ratio[port, 0]
     if gear.rigid[port]:
-        aim(gear, motion, plant.spot, port, sign, gap, toward)
+        aim(gear, motion, sight.spot, port, sign, gap, toward)
         found, tau, steps = looked_for(
-            plant.alone, plant.spot, plant.bench, sign, scale, mean, at_edge, toward, horizon, limit, forever
+            sight.alone, sight.spot, sight.bench, sign, scale, mean, at_edge, toward, horizon, limit, forever, guess
         )
     else:
-        aim(gear, motion, plant.eye, port, sign, gap, toward)
-        amplitudes(table.bar, table.modes, plant.eye.z, plant.eye.now)
+        aim(gear, motion, sight.eye, port, sign, gap, toward)
+        amplitudes(table.bar, table.modes, sight.eye.z, sight.eye.now)
         found, tau, steps = looked_for(
-            table, plant.eye, plant.desk, sign, scale, mean, at_edge, toward, horizon, limit, forever
+            table, sight.eye, plant.desk, sign, scale, mean, at_edge, toward, horizon, limit, forever, guess
         )
     if found == NEVER:
         return math.inf, NEVER, steps

@@ -107,7 +107,7 @@ def let_loose(plant, log):
     now, count, valve = motion.now, motion.count, controls.now
     lie(plant.table, motion, plant.gear.forces[valve.state])
     count.mode, count.run, count.pile = ON_WALL, 0, 0
-    valve.lap, valve.pulled, valve.clear = bar.wave, 1, 0.0
+    valve.lap, valve.pulled, valve.clear, valve.awaited = bar.wave, 1, 0.0, 0.0
     now.hold = math.inf if bar.spring == 0.0 else max(bar.wave, QUARTER / bar.spring)
     now.last_flight, now.since = -1.0, 0.0
     enter(RELEASE, 0.0, 0.0, 0.0, 0, motion, controls, log)
@@ -131,7 +131,7 @@ def to_rest(plant, ahead):
         now.gap_rate = 0.0
         return -1.0
     if held(table, motion):
-        return -1.0
+        return 0.0
     left = chatter_left(table, motion, plant.desk, ahead)
     sprung = bar.spring * left
     return left if sprung * sprung * left <= CHATTER_ERROR else -1.0

@@ -15,6 +15,7 @@ from percuss.simulate.kernels.codes import (
     BY_IMPACTS,
     BY_TIME,
     BY_WORK,
+    CROWDED,
     DEPARTED,
     IN_CHAMBER,
     ON_PORT,
@@ -26,14 +27,16 @@ from percuss.simulate.kernels.valve_records import VALVE_EVENT, Plant, ValveLog
 from percuss.simulate.machine.machine_events import MachineEvents
 from percuss.simulate.machine.machine_summary import MachineCycle
 from percuss.simulate.machine.mechanism import Mechanism
-from percuss.simulate.machine.plant import NO_VALVE_LOG
+from percuss.simulate.machine.plant import NO_VALVE_LOG, roomier
 from percuss.simulate.stop import Stop
 
-__all__ = ["ENDS", "MachineStretch", "carried_on", "cycle_of", "followed", "room_for"]
+__all__ = ["ENDS", "MachineStretch", "Room", "carried_on", "cycle_of", "followed", "room_for"]
 
 _STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _MANY_STRIDES = 4096  # … of a motion that is not recorded
+_MOST_NUMBERS = 1 << 23  # of the states of a stretch
+_EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
 _TOO_MANY = 16  # such strides without an event end a simulation
 ENDS = {
     BY_IMPACTS: "impacts",
@@ -48,10 +51,19 @@ ENDS = {
 
 
 @dataclass(frozen=True)
-class MachineStretch:
-    """What a simulation gave: its events, the states after them, why it ended, and what its last changes look like.
+class Room:
+    """Where a motion is recorded: the kernel's log, and `states`, that of the start and after it those of the log."""
 
-    `stalled`: whether it has been proved that only ever weaker blows can follow.
+    log: ValveLog
+    states: Array
+
+
+@dataclass(frozen=True)
+class MachineStretch:
+    """What a simulation gave: its events, why it ended, and what its last changes look like.
+
+    `states`: at the start and after each event. `stalled`: whether it has been proved that only ever weaker blows can
+    follow.
     """
 
     events: MachineEvents
@@ -67,21 +79,21 @@ def followed(
     plant: Plant,
     mechanism: Mechanism,
     stop: Stop,
-    log: ValveLog,
+    room: Room,
     begin_time: float,
     progress: Callable[[Progress], object] | None = None,
 ) -> MachineStretch:
-    """The motion of a plant on until the stop rule holds; its record so far may have events in it."""
+    """The motion of a plant on until the stop rule holds; the log may have events of its start in it."""
     count, valve, unit = plant.motion.count, plant.controls.now, mechanism.unit
     time = np.inf if stop.time is None else stop.time / unit
-    stride = _STRIDE // (mechanism.modes + 30)
+    stride, log = _STRIDE // (mechanism.modes + 30), room.log
     events: list[MachineEvents] = []
-    after: list[Array] = []
-    ended, idle, recorded = "", 0, 0
+    states: list[Array] = []
+    ended, idle, recorded, first = "", 0, 0, 0
     while not ended:
         budget = (int(count["work"]) // stride + 1) * stride
         rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        code = follow_valve(plant, rules, log)
+        code, plant = _went_on(plant, rules, log)
         n = int(count["events"])
         ended, recorded = ENDS.get(code, ""), recorded + n * (log.events.itemsize + 8 * log.states.shape[1])
         idle = idle + 1 if code == BY_WORK and not n else 0
@@ -90,7 +102,7 @@ def followed(
         if idle > _TOO_MANY or (code == BY_WORK and not ended and int(count["work"]) < budget):
             ended = "work"
         events.append(_events(log.events[:n], mechanism, begin_time))
-        after.append(log.states[:n].copy())
+        states.append(room.states[first : 1 + n])
         count["events"] = 0
         if progress is not None and not ended:
             gone = float(valve["time"]) * unit
@@ -99,9 +111,12 @@ def followed(
                 fraction = max(fraction, gone / stop.time)
             if progress(Progress(int(count["impacts"]), gone, min(fraction, 1.0))):
                 ended = "cancelled"
+        if not ended:  # else what was recorded last stays where it is
+            states[-1], first = states[-1].copy(), 1
+    record = states[0] if len(states) == 1 else np.concatenate(states)
     return MachineStretch(
         MachineEvents.of_all(events),
-        np.concatenate(after),
+        record.copy() if 4 * record.size < room.states.size else record,
         ended,
         bool(valve["stalled"]),
         cycle_of(plant, mechanism),
@@ -116,19 +131,28 @@ def carried_on(plant: Plant, mechanism: Mechanism, stop: Stop, stopped: Callable
     time = np.inf if stop.time is None else stop.time / mechanism.unit
     for tries in range(1, _MANY_STRIDES + 1):
         rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, tries * stride)
-        code = follow_valve(plant, rules, NO_VALVE_LOG)
+        code, plant = _went_on(plant, rules, NO_VALVE_LOG)
         ended = ENDS.get(code, "")
         if ended or int(count["work"]) < tries * stride or stopped():
             return ended or ("cancelled" if stopped() else "work"), bool(wanders(plant.controls))
     return "work", bool(wanders(plant.controls))
 
 
-def room_for(mechanism: Mechanism, stop: Stop) -> ValveLog:
-    """A record of so many rows as a stretch may fill."""
-    width = 2 * mechanism.modes + STATE_NUMBERS
-    ports = mechanism.gear.to.size
-    rows = max(64, min((1 << 20) // width, 6 * (stop.most_impacts + 16), 4096)) + 2 * ports
-    return ValveLog(np.empty(rows, VALVE_EVENT), np.empty((rows, width)))
+def _went_on(plant: Plant, rules: Rules, log: ValveLog) -> tuple[int, Plant]:
+    """The motion on, with room for all orders that come to wait: how it ended, and the plant with that room."""
+    code = follow_valve(plant, rules, log)
+    while code == CROWDED:
+        plant = roomier(plant)
+        code = follow_valve(plant, rules, log)
+    return code, plant
+
+
+def room_for(mechanism: Mechanism, stop: Stop) -> Room:
+    """Room for the record of a whole motion, or of a stretch: memory that nothing is written into costs nothing."""
+    width, ports = 2 * mechanism.modes + STATE_NUMBERS, mechanism.gear.to.size
+    rows = max(64, min(_MOST_NUMBERS // width, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
+    states = np.empty((1 + rows, width))
+    return Room(ValveLog(np.empty(rows, VALVE_EVENT), states[1:]), states)
 
 
 def cycle_of(plant: Plant, mechanism: Mechanism) -> MachineCycle | None:

@@ -20,6 +20,7 @@ from percuss.simulate.ensemble import EnsembleProgress
 from percuss.simulate.machine.machine_engine import carried_on, cycle_of
 from percuss.simulate.machine.machine_running import start_of
 from percuss.simulate.machine.machine_start import MachineStart
+from percuss.simulate.machine.machine_starts import MachineStarts
 from percuss.simulate.machine.machine_summary import STALLS, machine_label
 from percuss.simulate.machine.mechanism import Mechanism, mechanism
 from percuss.simulate.machine.plant import NO_VALVE_LOG, begun, plant_of
@@ -30,7 +31,9 @@ from percuss.simulate.stop import MAX_MODES, Stop
 __all__ = ["MachineEnsemble", "simulate_machines"]
 
 _CHUNK = 64
-_COLUMNS = ("impacts", "end_time", "period", "blows", "valve_cycles", "kind", "blow_speed", "energy_lost")
+_OF_CYCLE = ("period", "blows", "valve_cycles", "kind", "blow_speed", "energy_lost")
+_COLUMNS = ("impacts", "end_time", "stall", "wanders", *_OF_CYCLE)
+_TYPES = dict.fromkeys(("impacts", "stall", "blows", "valve_cycles", "kind"), np.int64) | {"wanders": np.bool_}
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,10 @@ class MachineEnsemble(Shown):
         From the start.
     end_time
         Time from the start to the last event.
+    stall
+        Where each stalls, by its number in `percuss.simulate.STALLS`; −1 for those that do not.
+    wanders
+        Whether the last changes of the valve do not come near any of the ones before.
     period, blows, valve_cycles, kind, blow_speed, energy_lost
         Of the periodic motion of each, as of `MachineCycle`; NaN, 0, 0, 0, NaN, NaN when none was found.
     """
@@ -58,6 +65,8 @@ class MachineEnsemble(Shown):
     outcome: npt.NDArray[Any]
     impacts: npt.NDArray[np.int64]
     end_time: Array
+    stall: npt.NDArray[np.int64]
+    wanders: npt.NDArray[np.bool_]
     period: Array
     blows: npt.NDArray[np.int64]
     valve_cycles: npt.NDArray[np.int64]
@@ -86,7 +95,7 @@ class MachineEnsemble(Shown):
 
 def simulate_machines(
     machines: Machine | Sequence[Machine],
-    starts: MachineStart | Start | Sequence[MachineStart | Start],
+    starts: MachineStart | Start | Sequence[MachineStart | Start] | MachineStarts,
     *,
     modes: int = 32,
     stop: Stop | None = None,
@@ -132,7 +141,8 @@ def simulate_machines(
         raise ParameterError("starts", None, "starts", "Start.rigid(0.0) is rest on the wall")
     given = [start_of(start) for start in several_starts]
     for machine in listed:
-        instance("machines", machine, Machine)
+        if instance("machines", machine, Machine).valve.supply is not None:
+            raise ParameterError("machines", str(machine), "machines without a supply", "follow one with run_machine")
     members = max(len(listed), len(given))
     if {len(listed), len(given)} - {1, members} or not listed or not given:
         text = f"{len(listed)} machines and {len(given)} starts"
@@ -158,6 +168,7 @@ class _Job:
         self.columns = {name: np.zeros(members) for name in _COLUMNS}
         for name in ("period", "blow_speed", "energy_lost"):
             self.columns[name][:] = np.nan
+        self.columns["stall"][:] = -1
         self.stopped = False
 
     def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
@@ -189,24 +200,25 @@ class _Job:
             self._member(numbers, self.starts[i if len(self.starts) > 1 else 0], i)
 
     def _member(self, numbers: Mechanism, start: MachineStart, i: int) -> None:
-        plant = plant_of(numbers)
+        plant = plant_of(numbers, start)
         begun(plant, numbers, start, NO_VALVE_LOG)
         ended, wandering = carried_on(plant, numbers, self.stop, lambda: self.stopped)
         cycle, columns = cycle_of(plant, numbers), self.columns
-        stalled = bool(plant.controls.now["stalled"])
-        self.labels[i] = machine_label("in the chamber" if stalled else ended, cycle, wandering)
+        place = "in the chamber" if plant.controls.now["stalled"] else ended
+        self.labels[i] = machine_label(place, cycle, wandering)
         self.outcomes[i] = "stalls" if ended in STALLS else ended
         columns["impacts"][i] = plant.motion.count["impacts"]
         columns["end_time"][i] = plant.controls.now["time"] * numbers.unit
+        columns["stall"][i] = STALLS.index(place) if place in STALLS else -1
+        columns["wanders"][i] = wandering
         if cycle is not None:
-            for name in _COLUMNS[2:]:
+            for name in _OF_CYCLE:
                 columns[name][i] = getattr(cycle, name)
 
     def result(self) -> MachineEnsemble:
         """The columns."""
-        whole = {"impacts", "blows", "valve_cycles", "kind"}
         columns: dict[str, Any] = {
-            name: values.astype(np.int64) if name in whole else values for name, values in self.columns.items()
+            name: values.astype(_TYPES.get(name, np.float64)) for name, values in self.columns.items()
         }
         return MachineEnsemble(
             modes=self.modes, label=np.array(self.labels), outcome=np.array(self.outcomes), **columns

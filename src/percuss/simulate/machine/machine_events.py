@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array, choice
+from percuss.model.checks import Array
 from percuss.shown import Shown
+from percuss.simulate.event_columns import EventColumns
 
 __all__ = ["MACHINE_KINDS", "MachineEvent", "MachineEvents"]
 
 MACHINE_KINDS = ("impact", "grazing", "chatter", "rest", "release", "port", "valve")
 """Kinds of events of a machine, in the order of their numbers."""
-
-_COLUMNS = (
-    "code", "time", "velocity", "rebound_velocity", "energy_lost", "kinetic_energy", "state", "port", "resolved",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,7 @@ class MachineEvent(Shown):
 
 
 @dataclass(frozen=True)
-class MachineEvents(Shown):
+class MachineEvents(EventColumns[MachineEvent]):
     """The events of a machine's motion in order of time, one array for each quantity, all of shape (n,).
 
     ``events[i]`` is one `MachineEvent`; a slice, a mask or an array of numbers gives the `MachineEvents` of it.
@@ -68,7 +63,8 @@ class MachineEvents(Shown):
         The names of the valve's states.
     """
 
-    code: npt.NDArray[np.int8]
+    KINDS = MACHINE_KINDS
+
     time: Array
     velocity: Array
     rebound_velocity: Array
@@ -78,37 +74,6 @@ class MachineEvents(Shown):
     port: npt.NDArray[np.int64]
     resolved: npt.NDArray[np.int64]
     states: tuple[str, ...]
-
-    @property
-    def kind(self) -> npt.NDArray[np.str_]:
-        """The kinds as words; shape (n,)."""
-        return np.array(MACHINE_KINDS)[self.code]
-
-    def of(self, kind: str) -> MachineEvents:
-        """The events of one kind.
-
-        Raises
-        ------
-        ParameterError
-            For a kind that there is not.
-        """
-        choice("kind", kind, *MACHINE_KINDS)
-        return self._part(self.code == MACHINE_KINDS.index(kind))
-
-    def __len__(self) -> int:
-        return int(self.code.size)
-
-    def __iter__(self) -> Iterator[MachineEvent]:
-        return map(self._one, range(len(self)))
-
-    def __getitem__(self, which: object) -> MachineEvent | MachineEvents:
-        """One event by its number, from the end when negative; the events of a slice, a mask or an array of numbers."""
-        if isinstance(which, int | np.integer) and not isinstance(which, bool):
-            return self._one(range(len(self))[which])
-        return self._part(which)
-
-    def _part(self, which: object) -> MachineEvents:
-        return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 
     def _one(self, i: int) -> MachineEvent:
         return MachineEvent(
@@ -122,16 +87,3 @@ class MachineEvents(Shown):
             int(self.port[i]) if self.port[i] >= 0 else None,
             int(self.resolved[i]),
         )
-
-    @classmethod
-    def of_all(cls, parts: Sequence[MachineEvents]) -> MachineEvents:
-        """The events of several stretches of one motion, one after the other."""
-        if len(parts) == 1:
-            return parts[0]
-        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
-        return replace(parts[0], **columns)
-
-    def __str__(self) -> str:
-        numbers = np.bincount(self.code, minlength=len(MACHINE_KINDS)).tolist()
-        kinds = ", ".join(f"{n} {kind}" for n, kind in zip(numbers, MACHINE_KINDS, strict=True) if n)
-        return f"MachineEvents: {kinds or 'none'}"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-
 from percuss.errors import ParameterError
 from percuss.model import Machine
 from percuss.model.checks import callback, count, instance
@@ -75,12 +73,12 @@ def run_machine(
     if machine.valve.supply is not None:
         return _fed(machine, given, modes, stop, progress)
     numbers = mechanism(machine, count("modes", modes, least=0, most=MAX_MODES))
-    plant, log = plant_of(numbers), room_for(numbers, stop)
-    resting = begun(plant, numbers, given, log)
-    first, state = row_of(plant), int(plant.controls.now["state"])
+    plant, room = plant_of(numbers, given), room_for(numbers, stop)
+    resting = begun(plant, numbers, given, room.log)
+    room.states[0], state = row_of(plant), int(plant.controls.now["state"])
     begin = given.bar.time
     with watched(progress) as watch:
-        stretch = followed(plant, numbers, stop, log, begin, watch)
+        stretch = followed(plant, numbers, stop, room, begin, watch)
     known = stretch.time
     if stretch.ended in STALLS and numbers.spring > 0.0:
         known += 2.0 * math.pi / numbers.spring  # it goes on for ever
@@ -91,7 +89,7 @@ def run_machine(
         machine=machine,
         modes=numbers.modes,
         events=stretch.events,
-        states=np.concatenate([first[None], stretch.states]),
+        states=stretch.states,
         first_state=state,
         resting=resting,
         outcome="stalls" if stretch.ended in STALLS else stretch.ended,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -76,5 +77,10 @@ def state_and_orders(start: MachineStart, machine: Machine) -> tuple[str, Orders
 
 def placed(start: MachineStart, machine: Machine, modes: int) -> tuple[Array, Array, float]:
     """B77's u_n and u_n', each of shape (modes+1,), and the gap; see `Start.state`."""
-    still = System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)
-    return start.bar.state(modes, still)
+    return start.bar.state(modes, _still(machine))
+
+
+@lru_cache(maxsize=16)
+def _still(machine: Machine) -> System:
+    """The bar of a machine under no load: whose modes the amplitudes are."""
+    return System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.model import Machine
 from percuss.model.checks import Array
+from percuss.simulate.damped_modes import DampedModes
 from percuss.simulate.kernels.layout import Harmonics, Table
 from percuss.simulate.kernels.valve_records import Gear
 from percuss.simulate.tables import bar_of, tabled_modes
@@ -18,12 +18,11 @@ from percuss.simulate.tables import bar_of, tabled_modes
 __all__ = ["Elastic", "Mechanism", "mechanism"]
 
 _NODE = 1e-12
-_NEARLY_OVERDAMPED = 0.95
 _SOFTEST = 1e-100  # frequency of a chamber that is none
 
 
 @dataclass(frozen=True)
-class Elastic:
+class Elastic(DampedModes):
     """The elastic modes of a machine as q_i, what m_i moves the striking end by; each array of shape (N,).
 
     Parameters
@@ -38,22 +37,6 @@ class Elastic:
     damping: Array
     end: Array
     driven: Array
-
-    @cached_property
-    def square(self) -> Array:
-        """λ_i² = ω_i² − d_i²/4, negative where overdamped."""
-        half = 0.5 * self.damping
-        return np.asarray((self.omega - half) * (self.omega + half))
-
-    @cached_property
-    def lam(self) -> Array:
-        """λ_i, and 1 where overdamped."""
-        return np.sqrt(np.where(self.square > 0.0, self.square, 1.0))
-
-    @cached_property
-    def creeps(self) -> npt.NDArray[np.bool_]:
-        """Which modes are overdamped or nearly so: the kernels keep their state in another form."""
-        return np.asarray(0.5 * self.damping > _NEARLY_OVERDAMPED * self.omega)
 
     @cached_property
     def statics(self) -> Array:

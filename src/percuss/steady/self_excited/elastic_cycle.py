@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.model import Machine
 from percuss.model.checks import Array, ComplexArray
@@ -17,7 +16,7 @@ from percuss.steady.self_excited.first_entering import farthest
 from percuss.steady.self_excited.modal_flight import ModalFlight
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
 from percuss.steady.self_excited.rhythm import Rhythm
-from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
 
 __all__ = ["Blow", "ElasticCycle"]
 
@@ -131,23 +130,8 @@ class ElasticCycle(ValveCycle):
         """Energy that the blows of a cycle take."""
         return math.fsum(self.machine.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
 
-    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
-        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
-
-        Parameters
-        ----------
-        times
-            Any; the motion is repeated with its period.
-        place
-            From 0 (driven end) to 1 (striking end), or "centre".
-
-        Raises
-        ------
-        ParameterError
-            When an argument is none of these.
-        """
-        within = self._within(times)
-        row = place_row(self.machine, self.flights[0].modes, checked_place(place))
+    def _displacement(self, within: Array, place: Place) -> Array:
+        row = place_row(self.machine, self.flights[0].modes, place)
         begins = np.array([flight.time for flight in self.flights])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
         found = np.empty(within.shape)

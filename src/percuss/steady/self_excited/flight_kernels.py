@@ -55,8 +55,7 @@ def turning_time(push, stiffness, drag, x, v):
         rate = math.sqrt(square)
         if v == 0.0:
             return math.pi / rate if force != 0.0 else math.inf
-        angle = math.atan2(v * rate, below)
-        return (angle if angle > 0.0 else angle + math.pi) / rate
+        return math.atan2(abs(v) * rate, below if v > 0.0 else -below) / rate  # no π is added: it would cancel
     if v == 0.0 or below == 0.0 or v / below < 0.0:
         return math.inf
     ratio, rate = v / below, math.sqrt(-square)

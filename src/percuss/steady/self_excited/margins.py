@@ -176,7 +176,8 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         return replace(motion.machine.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
 
     def starts(factor: float) -> bool:
-        return leg_from(piston_of(motion.machine.with_valve(filled(factor))), 0.0, 0.0).ending == "blow"
+        first = leg_from(piston_of(motion.machine.with_valve(filled(factor))), 0.0, 0.0)
+        return first.ending == "blow" and bool(first.switches)
 
     run, _ = _limit(motion, filled, 1.0, _STEP)
     low, high = 0.0, 1.0 + _STEP * _MOST_STEPS if run is None else run

@@ -35,7 +35,7 @@ MATRICES = 4
 SINGLE, WHOLE = range(MOST_BLOWS, MOST_BLOWS + 2)
 TELLING = MOST_BLOWS + 2
 
-STEPS, HALVINGS, CLOSED = 40, 6, 1e-13  # as in rigid_cycle
+STEPS, SHRINKING, SHRUNK, HALVINGS, CLOSED, MEETS = 40, 16, 0.9, 6, 1e-13, 1e-9  # as in rigid_cycle
 
 
 @inner
@@ -103,19 +103,21 @@ def solved(equations, size, step):
 
 @inner
 def newton_step(begin, rows, matrices, tells, step):
-    """The next step of Newton's method: 0 when there is none, 2 when it is nothing, else 1."""
+    """The size of the next step of Newton's method, as a part of speed or period; infinite when there is none."""
     size, equations, end = 1 + int(begin[COUNT]), matrices[EQUATIONS], rows[END]
+    apart = 0.0
     for i in range(size):
         place = V if i == 0 else DUE + i - 1
+        apart = max(apart, abs(end[place] - begin[place]) / tells[WHOLE, SPEED if i == 0 else DURATION])
         for k in range(size):
             equations[i, k] = (1.0 if i == k else 0.0) - matrices[ALL, i, k]
         equations[i, size] = end[place] - begin[place]
     if not solved(equations, size, step):
-        return 0
+        return math.inf
+    greatest = 0.0
     for i in range(size):
-        if not abs(step[i]) <= CLOSED * tells[WHOLE, SPEED if i == 0 else DURATION]:
-            return 1
-    return 2
+        greatest = max(greatest, abs(step[i]) / tells[WHOLE, SPEED if i == 0 else DURATION])
+    return greatest if greatest > CLOSED or apart <= MEETS else math.inf
 
 
 @inner
@@ -135,12 +137,16 @@ def cycle_near(forces, ports, law, begin, blows, rows, slopes, matrices, tells, 
     size = 1 + int(begin[COUNT])
     if not legs_of_cycle(forces, ports, law, now, blows, rows, slopes, matrices, tells):
         return False
-    for _ in range(STEPS):
+    before = math.inf
+    for number in range(STEPS):
         if is_idle(now, tells):
             return False
-        found = newton_step(now, rows, matrices, tells, step)
-        if found != 1:
-            return found == 2
+        far = newton_step(now, rows, matrices, tells, step)
+        if far <= CLOSED:
+            return True
+        if far == math.inf or (number >= SHRINKING and far > SHRUNK * before):
+            return False
+        before = far
         part, there = 1.0, False
         for _ in range(HALVINGS):
             copied(now, trial)

@@ -6,6 +6,9 @@ The distance x behind the wall obeys x″ + d x′ + κx = a. With s the answer 
 
 which is a circle for κ > 0 and d = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
 machine that switches itself").
+
+`flight_kernels` says the same once more, on purpose: it is compiled, for many pistons at once, and for one piston no
+compiler need be loaded. A test compares the two.
 """
 
 from __future__ import annotations
@@ -13,44 +16,66 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from percuss.model.checks import Array
 
 __all__ = ["Crossing", "Flight", "response"]
 
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
 _TERMS = 18
-_NOTHING = 1e-20  # of a sum near 1
+_NOTHING = 2.0**-56  # of the sums, which are about 1
 _PIECES = 3  # a flight between later turning points stays within the range of the third
+_STEPS = 200  # to a passage; halving alone takes fewer than 60
 _EPS = 2.0**-52
 
 
-def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float, float]:
-    """s′, s, q and w at a time: motion after a unit velocity, place under a unit force and under a unit ramp.
+def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float]:
+    """s′, s and q at the time t: velocity and place after a unit velocity, and place under a unit force from rest.
 
-    By their power series, and by doubling the time: smooth in κ and d, down to 0, with no case to distinguish.
+    A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
     """
+    square = stiffness - 0.25 * drag * drag
+    if stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t:
+        return _swing(t, stiffness, drag, math.sqrt(square))
+    return _responses(t, t, stiffness, drag)
+
+
+def _responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any]:
+    """The same of a time, or of an array of times, the longest of which tells how often it is halved."""
     if stiffness == 0.0 and drag == 0.0:
-        return 1.0, t, 0.5 * t * t, t * t * t / 6.0
+        return 1.0, t, 0.5 * t * t
     doublings = 0
-    while stiffness * t * t > _SMALL or drag * t > _SMALL:
-        t *= 0.5
+    while stiffness * longest * longest > _SMALL or drag * longest > _SMALL:
+        longest *= 0.5
         doublings += 1
+    t, many = t * 0.5**doublings, isinstance(t, np.ndarray)
     z, b = stiffness * t * t, drag * t
     before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
     ds = s = 1.0
-    q, w = 0.5, 1.0 / 6.0
+    q = 0.5
     for n in range(1, _TERMS):
         before, now = now, -(b * n * now + z * before) / (n * (n + 1))
         ds += (n + 1) * now
         s += now
         q += now / (n + 2)
-        w += now / ((n + 2) * (n + 3))
-        if abs(before) + abs(now) < _NOTHING:
+        if not many and n * (abs(now) + abs(before)) < _NOTHING:
             break
-    s, q, w = s * t, q * t * t, w * t * t * t
+    s, q = s * t, q * t * t
     for _ in range(doublings):
-        w, t = 2.0 * w + q * s + (t - stiffness * w) * q, 2.0 * t
         ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
-    return ds, s, q, w
+    return ds, s, q
+
+
+def _swing(t: float, stiffness: float, drag: float, rate: float) -> tuple[float, float, float]:
+    """s′, s and q of a swing, where little is lost in their differences."""
+    left, more = math.exp(-0.5 * drag * t), 0.5 * drag / rate
+    sine, half = math.sin(rate * t), math.sin(0.5 * rate * t)
+    ds, s = left * (math.cos(rate * t) - more * sine), left * sine / rate
+    q = (2.0 * left * half * half - left * more * sine - math.expm1(-0.5 * drag * t)) / stiffness
+    return ds, s, q
 
 
 @dataclass(frozen=True)
@@ -92,20 +117,24 @@ class Flight:
 
     def at(self, t: float) -> tuple[float, float]:
         """Distance and velocity at a time."""
-        ds, s, q, _ = response(t, self.stiffness, self.drag)
+        ds, s, q = response(t, self.stiffness, self.drag)
         return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
+
+    def distances(self, times: Array) -> Array:
+        """The distance at several times, in any order."""
+        _, s, q = _responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)
+        return np.asarray(self.x + self.v * s + self.acceleration * q)
 
     @property
     def turning_time(self) -> float:
         """When the velocity first is 0 after the start; infinite when it never is."""
         v, f, square = self.v, self.acceleration, self.stiffness - 0.25 * self.drag**2
+        below = 0.5 * v * self.drag - f
         if square > 0.0:
             rate = math.sqrt(square)
             if v == 0.0:
                 return math.pi / rate if f != 0.0 else math.inf
-            way = math.copysign(1.0, v)  # so that a small angle is not lost beside π
-            return math.atan2(way * v * rate, way * (0.5 * v * self.drag - f)) / rate
-        below = 0.5 * v * self.drag - f
+            return math.atan2(abs(v) * rate, below if v > 0.0 else -below) / rate  # no π is added: it would cancel
         if v == 0.0 or below == 0.0 or v / below < 0.0:
             return math.inf
         ratio, rate = v / below, math.sqrt(-square)
@@ -169,19 +198,31 @@ class Flight:
             speed = way * math.sqrt(max(0.0, self.v**2 + 2.0 * self.push * (place - self.x)))
             return 2.0 * (place - self.x) / (self.v + speed) if number == 0 else (speed - self.v) / self.push
 
-        from scipy.optimize import brentq  # slow to import
-
-        def beyond(t: float) -> float:
-            return way * (self.at(t)[0] - place)
-
         x, v = self.at(start)
         far, force = abs(place - x), abs(self.push - self.stiffness * x)
         step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
         step = 1.0 / math.sqrt(self.stiffness) if step == math.inf else step  # at rest, until a ramp pushes
         low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
-        while beyond(high) <= 0.0:
+        while way * (self.at(high)[0] - place) <= 0.0:
             if high >= stop:  # passed within rounding of the end
                 return stop
             step *= 2.0
             low, high = high, min(start + step, stop)
-        return float(brentq(beyond, low, high, xtol=_EPS * high, rtol=4.0 * _EPS))
+        return self._bracketed(place, way, low, high)
+
+    def _bracketed(self, place: float, way: int, low: float, high: float) -> float:
+        """When a place is passed between two times with no turning point between: Newton's method, else halving."""
+        t = 0.5 * (low + high)
+        for _ in range(_STEPS):
+            now, speed = self.at(t)
+            beyond = way * (now - place)
+            if beyond == 0.0:
+                return t
+            low, high = (t, high) if beyond < 0.0 else (low, t)
+            following = t - beyond / (way * speed) if way * speed > 0.0 else low
+            if not low < following < high:
+                following = 0.5 * (low + high)
+            if abs(following - t) <= 2.0 * _EPS * t or not low < following < high:
+                return following
+            t = following
+        return t

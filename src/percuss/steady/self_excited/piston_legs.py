@@ -147,7 +147,7 @@ class _Going:
     def _fly(self, flight: Flight, duration: float, place: float | None) -> None:
         """To the place, or, with none, to when the next order is due."""
         x, v = flight.at(duration)
-        ds, s, q, _ = response(duration, flight.stiffness, flight.drag)
+        ds, s, q = response(duration, flight.stiffness, flight.drag)
         gas, drawing = self.piston.gas, self.piston.drawing(self.state)
         slope_x = (1.0 - gas * q) * self.slope_x + s * self.slope_v - drawing * q * self.slope_pressure
         slope_v = -gas * s * self.slope_x + ds * self.slope_v - drawing * s * self.slope_pressure

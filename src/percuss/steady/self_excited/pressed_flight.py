@@ -17,14 +17,18 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, takewhile
 
+import numpy as np
+
 from percuss.halting import look
-from percuss.steady.self_excited.piston_flight import Flight, response
+from percuss.model.checks import Array
+from percuss.steady.self_excited.piston_flight import Flight
 
 __all__ = ["PressedFlight"]
 
 _EPS = 2.0**-52
 _MOST_TURNS = 4096  # that are looked at
 _BEFORE_LEAP = 4  # pieces
+_TERMS = 18
 _SHORT = 0.5  # square of the phase up to which the series are taken
 
 
@@ -50,11 +54,15 @@ class PressedFlight(Flight):
         push = self.acceleration
         return self.x + self.v * s + push * q + self.ramp * w, self.v * ds + push * s + self.ramp * q
 
+    def distances(self, times: Array) -> Array:
+        """The distance at several times, in any order."""
+        return np.array([self.at(float(t))[0] for t in times.flat]).reshape(times.shape)
+
     def response(self, t: float) -> tuple[float, float, float, float]:
-        """The functions of `piston_flight.response`: of sine and cosine where nothing cancels, which is quicker."""
+        """s′, s and q, and w, the place under a unit ramp: by sine and cosine where nothing cancels, else by series."""
         stiffness, drag = self.stiffness, self.drag
         if stiffness * t * t < _SHORT or drag * drag > stiffness:
-            return response(t, stiffness, drag)
+            return _by_series(t, stiffness, drag)
         rate, fade = self._rate, math.exp(-0.5 * drag * t)
         s = fade * math.sin(rate * t) / rate
         ds = fade * math.cos(rate * t) - 0.5 * drag * s
@@ -181,3 +189,25 @@ class PressedFlight(Flight):
         next_one = min((distance for distance in ahead if distance > far), default=math.inf)
         idle: float = min((next_one - far) / abs(self._drift), until - time)
         return idle * (1.0 - 1e-9)
+
+
+def _by_series(t: float, stiffness: float, drag: float) -> tuple[float, float, float, float]:
+    """s′, s, q and w by power series, and by doubling the time."""
+    doublings = 0
+    while stiffness * t * t > _SHORT or drag * t > _SHORT:
+        t *= 0.5
+        doublings += 1
+    z, b = stiffness * t * t, drag * t
+    before, now = 0.0, 1.0  # coefficients of the series of s(t)/t, one after the other
+    ds, s, q, w = 1.0, 1.0, 0.5, 1.0 / 6.0
+    for n in range(1, _TERMS):
+        before, now = now, -(b * n * now + z * before) / (n * (n + 1))
+        ds += (n + 1) * now
+        s += now
+        q += now / (n + 2)
+        w += now / ((n + 2) * (n + 3))
+    s, q, w = s * t, q * t * t, w * t * t * t
+    for _ in range(doublings):
+        w, t = 2.0 * w + q * s + (t - stiffness * w) * q, 2.0 * t
+        ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
+    return ds, s, q, w

@@ -7,18 +7,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.self_excited.piston_legs import leg_after
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound, Segment, Switch, Uncovering
 from percuss.steady.self_excited.supply_course import pressure_integral
-from percuss.steady.self_excited.valve_cycle import Place, ValveCycle, checked_place
+from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
 
 __all__ = ["RigidCycle", "cycle_near"]
 
 _STEPS = 40
+_SHRINKING = 16  # steps after which each is shorter than the one before, or there is no cycle near
+_CLOSELY = 3  # the same for a start close to the cycle
+_SHRUNK = 0.9  # of the step before: at a fold it is 0.5
 _CLOSED = 1e-13  # of the speed and of the period
+_MEETS = 1e-9  # … of the rebound and the one that follows: at a grazing the slope is so great that no step is long
 _HALVINGS = 6
 
 
@@ -133,21 +136,25 @@ class RigidCycle(ValveCycle):
         """The same with its pressure forgotten: what a cycle under the constant one is looked for from."""
         return replace(self, rebound=replace(self.rebound, pressure=None))
 
-    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
-        """Displacement of the piston, all of which moves alike: 0 at the wall and negative behind it."""
-        checked_place(place)
-        within, segments = self._within(times), self.segments
+    def _displacement(self, within: Array, place: Place) -> Array:
+        segments = self.segments  # all of the piston moves alike
         begins = np.array([segment.time for segment in segments])
         which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
-        found = [segments[i].flight.at(t)[0] for i, t in zip(which.flat, (within - begins[which]).flat, strict=True)]
-        return -np.array(found, dtype=float).reshape(within.shape)
+        found = np.empty(within.shape)
+        for i in np.unique(which).tolist():
+            there = which == i
+            found[there] = segments[i].flight.distances(within[there] - begins[i])
+        return -found
 
 
-def cycle_near(piston: Piston, rebound: Rebound, blows: int, steps: int = _STEPS) -> RigidCycle | None:
-    """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
-    now, legs = rebound, _legs(piston, rebound, blows)
-    for _ in range(steps):
-        if legs is None:
+def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = False) -> RigidCycle | None:
+    """The cycle of so many blows to which Newton's method leads from a rebound near it, or None.
+
+    With `close` the rebound is so near it that the steps soon get shorter.
+    """
+    now, legs, before = rebound, _legs(piston, rebound, blows), math.inf
+    for number in range(_STEPS):
+        if legs is None or _is_idle(now, legs):
             return None
         error = _error(now, legs)
         slope: Array = reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size))
@@ -160,8 +167,12 @@ def cycle_near(piston: Piston, rebound: Rebound, blows: int, steps: int = _STEPS
         scale = np.array([max(leg.blow_speed for leg in legs), *[sum(leg.duration for leg in legs)] * (step.size - 1)])
         if now.pressure is not None:
             scale[-1] = now.pressure
-        if np.all(np.abs(step) <= _CLOSED * scale):
-            return _made(piston, now, legs)
+        size = float(np.max(np.abs(step) / scale))
+        if size <= _CLOSED:
+            return _made(piston, now, legs) if np.all(np.abs(error) <= _MEETS * scale) else None
+        if number >= (_CLOSELY if close else _SHRINKING) and size > _SHRUNK * before:
+            return None
+        before = size
         now, legs = _stepped(piston, now, step, blows)
     return None
 
@@ -177,6 +188,14 @@ def _legs(piston: Piston, rebound: Rebound, blows: int) -> tuple[Leg, ...] | Non
             return None
         now = following
     return tuple(legs) if now.label == rebound.label else None
+
+
+def _is_idle(rebound: Rebound, legs: tuple[Leg, ...]) -> bool:
+    """Whether no demand was accepted.
+
+    A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
+    """
+    return not rebound.orders.pending and not any(leg.switches or leg.dropped for leg in legs)
 
 
 def _error(rebound: Rebound, legs: tuple[Leg, ...]) -> Array:

@@ -19,7 +19,7 @@ _ALIKE = 0.1  # speeds so near each other, as a part, are worth a try with sever
 _CHATTER = 1e-10  # of the greatest speed: a slower rebound at a wall to which the valve pushes is at rest
 _TRIES = 12
 _TRIES_IN_CYCLE = 3  # for each number of blows in a cycle
-_FEW_STEPS = 20  # of Newton's method from a cycle that differs little: at a distance of 1e-8 from where the cycles end
+_LAST = 5  # rebounds + 1
 
 
 def followed_legs(piston: Piston, behind: float = 0.0, velocity: float = 0.0, most: int = 6 * _MOST_BLOWS) -> list[Leg]:
@@ -45,10 +45,17 @@ def followed_from(piston: Piston, rebound: Rebound, most: int) -> list[Leg]:
 def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     """The cycle in which a fast start ends, and the flights of the fastest start."""
     first: list[Leg] = []
-    for part, most in ((1.0, _FEW), (1.0, _MOST_BLOWS), (0.5, _MOST_BLOWS), (0.25, _MOST_BLOWS), (2.0, _MOST_BLOWS)):
+    starts = (
+        (1.0, _FEW, 0),
+        (1.0, _MOST_BLOWS, _FEW),
+        (0.5, _MOST_BLOWS, 0),
+        (0.25, _MOST_BLOWS, 0),
+        (2.0, _MOST_BLOWS, 0),
+    )
+    for part, most, tried in starts:
         legs = _followed(piston, leg_after(piston, _fast(piston, part)), most)
         first = first if len(first) > _FEW else legs
-        cycle = cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None])
+        cycle = cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None], tried)
         if cycle is not None:
             return cycle, legs
     return None, first
@@ -56,12 +63,12 @@ def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
 
 def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
     """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
-    found = cycle_near(piston, cycle.rebound, 1, _FEW_STEPS)
+    found = cycle_near(piston, cycle.rebound, 1, close=True)
     if found is not None:
         return found
     legs = _followed(piston, leg_after(piston, cycle.rebound), _FEW)
     rebounds = [leg.rebound for leg in legs if leg.rebound is not None]
-    tried = (cycle_near(piston, rebound, 1, _FEW_STEPS) for rebound in reversed(rebounds))
+    tried = (cycle_near(piston, rebound, 1, close=True) for rebound in rebounds[:-_LAST:-1])
     return next((one for one in tried if one is not None and one.switches), None)
 
 
@@ -79,9 +86,9 @@ def _fast(piston: Piston, part: float) -> Rebound:
     return Rebound(speed, back, replace(valve.orders, last=back))
 
 
-def cycle_at(piston: Piston, rebounds: list[Rebound]) -> RigidCycle | None:
-    """The cycle that one of the rebounds is near, with few blows rather than many."""
-    for rebound in rebounds[:_TRIES]:
+def cycle_at(piston: Piston, rebounds: list[Rebound], tried: int = 0) -> RigidCycle | None:
+    """The cycle that one of the rebounds is near, with few blows rather than many; the first ones were tried before."""
+    for rebound in rebounds[tried:_TRIES]:
         cycle = cycle_near(piston, rebound, 1)
         if cycle is not None and cycle.switches:
             return cycle

@@ -93,21 +93,8 @@ class ValveCycle(Shown, ABC):
         """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
 
     @abstractmethod
-    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
-        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
-
-        Parameters
-        ----------
-        times
-            Any; the motion is repeated with its period.
-        place
-            From 0 (driven end) to 1 (striking end), or "centre".
-
-        Raises
-        ------
-        ParameterError
-            When an argument is none of these.
-        """
+    def _displacement(self, within: Array, place: Place) -> Array:
+        """Displacement of a place of the body at times of the cycle; the shape of `within`."""
 
     # -- what follows --
 
@@ -160,9 +147,23 @@ class ValveCycle(Shown, ABC):
         """Whether disturbances die out."""
         return abs(self.multiplier) < 1.0
 
-    def _within(self, times: npt.ArrayLike) -> Array:
-        """The times, brought into the cycle that begins at 0."""
-        return np.asarray(np.mod(numbers("times", times), self.period))
+    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
+        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
+
+        Parameters
+        ----------
+        times
+            Any; the motion is repeated with its period.
+        place
+            From 0 (driven end) to 1 (striking end), or "centre".
+
+        Raises
+        ------
+        ParameterError
+            When an argument is none of these.
+        """
+        found = np.mod(numbers("times", times), self.period)
+        return self._displacement(np.asarray(found), checked_place(place))
 
     def __str__(self) -> str:
         blows = "1 blow" if self.blows == 1 else f"{self.blows} blows"

@@ -7,7 +7,7 @@ import { h } from "./dom.js";
 import { inUnit, number, scaleOf, si } from "./format.js";
 
 const charts = {};
-let curve = null; // the latest over the pressure: {changed, at, energy, rate, base}
+let curve = null; // the latest over the pressure: {more, changed, push, bar, body, factors, energy, rate}
 
 export function machineCharts() {
   charts.position = new Chart("Centre of the piston over the cycle");
@@ -111,17 +111,17 @@ function loop(motion, { length, force }, values) {
 export function keepCurve(motion) {
   const { more } = motion;
   if (!more || curve?.more === more) return;
-  const { pressure_curve: rows, blows, period, si: figures } = more;
+  const { pressure_curve: rows } = more;
   curve = null;
   if (!rows.length) return;
-  const energy = figures?.blow_energy_J ?? Math.max(...blows.map((blow) => blow.energy));
-  const rate = figures?.blow_rate_Hz ?? blows.length / period;
+  const { energy, rate } = atPresent(more, more.si);
   const values = (key, base) => rows.map((row) => (row[key] === null ? null : base * (1 + row[key])));
   curve = {
     more,
     changed: motion.changed,
     push: pushOf(motion),
     bar: motion.pressure_Pa ? motion.pressure_Pa / 1e5 : null,
+    body: bodyOf(more.modes),
     factors: rows.map((row) => row.pressure),
     energy: values("energy", energy),
     rate: values("rate", rate),
@@ -131,13 +131,21 @@ export function keepCurve(motion) {
 /** The greatest force of the valve, which grows with the pressure. */
 const pushOf = ({ answer }) => Math.max(...Object.values(answer.machine.states).map(Math.abs));
 
-/** Energy and rate over the pressure, and the present point; the curve may be that of a moment ago. */
+const bodyOf = (modes) => (modes ? `${modes} elastic modes` : "rigid piston");
+
+/** Energy and rate of a cycle, in SI where it has figures in SI; null where there is none. */
+function atPresent(cycle, figures) {
+  if (!cycle?.blows.length) return { energy: null, rate: null };
+  const energy = figures?.blow_energy_J ?? Math.max(...cycle.blows.map((blow) => blow.energy));
+  return { energy, rate: figures?.blow_rate_Hz ?? cycle.blows.length / cycle.period };
+}
+
+/** Energy and rate over the pressure, the present point, and that of a rigid piston beside it once the elastic one is
+ * known; the curve may be that of a moment ago. */
 export function drawCurve(motion, units) {
   const { kinds, ink, muted } = theme();
-  const figures = motion.answer.si;
-  const blows = motion.answer.blows;
-  const energy = figures?.blow_energy_J ?? Math.max(...blows.map((blow) => blow.energy), Number.NEGATIVE_INFINITY);
-  const rate = figures?.blow_rate_Hz ?? blows.length / motion.answer.period;
+  const now = motion.runs ? atPresent(motion.answer, motion.answer.si) : {};
+  const rigid = motion.modes ? atPresent(motion.more?.rigid, motion.more?.rigid_si) : {};
   const bar = motion.pressure_Pa ? motion.pressure_Pa / 1e5 : null;
   const factor = curve ? pushOf(motion) / curve.push : 1;
   const here = bar ?? factor;
@@ -148,19 +156,22 @@ export function drawCurve(motion, units) {
     from: Math.min(0.5 * per, 0.95 * here),
     to: Math.max(1.5 * per, 1.05 * here),
   };
-  for (const [chart, key, value, unit, words] of [
-    [charts.energy, "energy", energy, units.energy, "blow energy"],
-    [charts.rate, "rate", rate, units.rate, "blow rate"],
+  for (const [chart, key, unit, words] of [
+    [charts.energy, "energy", units.energy, "blow energy"],
+    [charts.rate, "rate", units.rate, "blow rate"],
   ]) {
     const ys = (curve?.[key] ?? []).map((one) => (one === null ? null : one * unit.k));
-    const now = motion.runs ? [value * unit.k] : [];
-    const [, to] = span([ys, now, [0]], 0.08);
-    const items = [{ type: "points", x: now.map(() => here), y: now, shape: "diamond", size: 7, colour: ink, name: "now" }];
+    const points = [
+      [rigid[key], "ring", 10, "now, rigid piston"],
+      [now[key], "diamond", 7, `now, ${bodyOf(motion.modes)}`],
+    ].filter(([value]) => Number.isFinite(value));
+    const items = points.map(([value, shape, size, name]) => ({ type: "points", x: [here], y: [value * unit.k], shape, size, colour: ink, name }));
+    const [, to] = span([ys, points.map(([value]) => value * unit.k), [0]], 0.08);
     if (curve) {
-      const name = fresh ? words : `${words}, of a moment ago`;
+      const name = `${curve.body}${fresh ? "" : ", of a moment ago"}`;
       items.unshift({ type: "line", x: curve.factors.map((one) => one * per), y: ys, colour: fresh ? kinds[key === "rate" ? 0 : 4] : muted, dash: fresh ? [] : [5, 4], name });
     }
-    chart.draw({ x, y: { label: inUnit(words, unit.name), from: 0, to }, items, about: `${words} over the pressure` });
+    chart.draw({ x, y: { label: inUnit(words, unit.name), from: 0, to }, items, about: `${words} over the pressure: ${items.map(({ name }) => name).join(", ")}` });
   }
 }
 

@@ -118,7 +118,7 @@ function words() {
   if (!shownNow() || !switchesItself() || !motion) return;
   const { answer, runs, modes, more } = motion;
   const body = modes ? `with ${modes} elastic modes` : "with a rigid piston; elastic modes follow when nothing moves";
-  const waits = more ? "Margins and curves over the pressure are those of a rigid piston." : "Margins and curves over the pressure take some seconds.";
+  const waits = more ? "" : "Margins, what changes it and the curves over the pressure take some seconds.";
   put(parts.sentence, `${motion.sentence ?? "The machine runs with one blow a cycle."} Computed ${body}. ${runs ? waits : ""}`);
   put(parts.obstacle, runs ? notes(more ?? answer) : obstacle(motion));
   if (answer.period) put(parts.facts, figures(motion), more && margins(more, motion.scales), more && changes(more));
@@ -174,15 +174,15 @@ function margins({ margins: found }, scales) {
     found.chamber_to_run !== null && ["gas of the chamber, to run", `${number(found.chamber_to_run, 3)} times as much at most`],
     found.chamber_to_start !== null && ["to start from rest", `${number(found.chamber_to_start, 3)} times as much at most`],
   ].filter(Boolean);
-  return [h("h3", {}, "Margins"), list(rows)];
+  return [h("h3", {}, "Margins, of a rigid piston"), list(rows)];
 }
 
-function changes({ sensitivities }) {
+function changes({ sensitivities, modes }) {
   if (!sensitivities.length) return null;
   const told = (value) => (value === null ? "stops" : `${value < 0 ? "−" : "+"}${number(Math.abs(100 * value), 3)} %`);
   const head = ["10 % more of", "blow energy", "blow rate"];
   return [
-    h("h3", {}, "What changes it"),
+    h("h3", {}, `What changes it, ${modes ? `with ${modes} elastic modes` : "of a rigid piston"}`),
     h(
       "table",
       { id: "machine-changes" },

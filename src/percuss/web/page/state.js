@@ -128,8 +128,6 @@ const refresh = settled((question) => {
   askInfo(question);
   if (!switchesItself()) return askSteady(question);
   askElastic(question);
-  asking = new AbortController();
-  askMore({ ...question, signal: asking.signal });
 }, REST);
 
 const askInfo = latest(
@@ -166,15 +164,20 @@ const askMachine = latest(
 
 const askElastic = latest(
   ({ tables }) => postBinary("machine", { case: tables, whole: false }),
-  (machine, { count }) => count === data.changed && takeMachine(machine, count),
+  (machine, question) => {
+    if (question.count !== data.changed) return;
+    takeMachine(machine, question.count);
+    asking = new AbortController();
+    askMore({ ...question, signal: asking.signal });
+  },
   refused,
 );
 
 let asking = new AbortController(); // of the question that takes seconds
 
-/** Margins, and the curve over the pressure, of a rigid piston. */
+/** Margins, what changes the figures, and the curve over the pressure, with elastic modes. */
 const askMore = latest(
-  ({ tables, signal }) => postBinary("machine", { case: tables, modes: 0, points: 2 }, signal),
+  ({ tables, signal }) => postBinary("machine", { case: tables, points: 2 }, signal),
   ({ answer }, { count }) => {
     if (count !== data.changed || !data.machine) return;
     data.machine = { ...data.machine, more: answer };

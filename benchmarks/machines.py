@@ -1,0 +1,149 @@
+"""Benchmarks of machines that switch their own valve: motions, steady cycles, maps, and the first use of the kernels.
+
+Processor time throughout, as far as it is one thread's: wall time depends on who else uses the machine.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from percuss import Load, Start, Stop, System, run
+from percuss.explore import sweep
+from percuss.model import Chamber, External, Kept, Machine, Port, UniformBar, Valve
+from percuss.simulate import run_machine
+from percuss.steady import self_excited_motion
+
+Row = tuple[str, str, str, str]
+IMPACTS = 2000
+ROUNDS = 11
+BAR = UniformBar(5.0, External(0.0048))
+
+
+def machine(reads: Any = "centre", stiffness: float = 0.0) -> Machine:
+    """Two ports with delays."""
+    rear = Port("power", 1.0, "back", 0.2, reads)
+    front = Port("return", 0.1, "front", 0.05, reads)
+    valve = Valve({"return": -0.5, "power": 1.0}, (rear, front), chamber=Chamber(0.0, stiffness))
+    return Machine(BAR, valve, Kept(0.6))
+
+
+def spent(task: Callable[[], object], times: int) -> float:
+    """Processor time of a call."""
+    begin = time.process_time()
+    for _ in range(times):
+        task()
+    return (time.process_time() - begin) / times
+
+
+def motions() -> list[Row]:
+    """Motions with all events and states recorded, each beside the clocked square load on the same bar, in turn."""
+    stop, start = Stop(impacts=IMPACTS, periodic=False), Start.rigid(-1.0, time=0.3)
+    clocked = System(BAR, Load.square(1.0, 1.3), Kept(0.6))
+    rows: list[Row] = []
+    for what, one, modes in (
+        ("ports that read the centre", machine(), 0),
+        ("ports that read the centre", machine(), 8),
+        ("ports that read the centre", machine(), 32),
+        ("ports that read the driven end", machine(0.0), 32),
+        ("gas chamber", machine(stiffness=0.1), 32),
+    ):
+
+        def own(one: Machine = one, modes: int = modes) -> object:
+            return run_machine(one, modes=modes, stop=stop)
+
+        def other(modes: int = modes) -> object:
+            return run(clocked, start, modes=modes, stop=stop)
+
+        own(), other()
+        pairs = 1e6 / IMPACTS * np.array([(spent(own, 5), spent(other, 5)) for _ in range(ROUNDS)])
+        ratios = pairs[:, 0] / pairs[:, 1]
+        low, ratio, high = np.quantile(ratios, (0.25, 0.5, 0.75))
+        text = (
+            f"{ratio:.2f} × the clocked square load, exact steps ({np.median(pairs[:, 1]):.2f} µs); "
+            f"middle half {low:.2f} to {high:.2f}"
+        )
+        rows.append((f"{what}, µs per impact, N = {modes}", f"{np.median(pairs[:, 0]):.2f} µs", "2 ×", text))
+    return rows
+
+
+def cycles() -> list[Row]:
+    """Steady cycles with their proof and all multipliers."""
+    rows: list[Row] = []
+    for what, one in (("ports that read the centre", machine()), ("ports that read the driven end", machine(0.0))):
+
+        def task(one: Machine = one) -> object:
+            cycle = self_excited_motion(one, modes=32).cycle
+            return cycle and cycle.multiplier
+
+        task()
+        times = [spent(task, 3) for _ in range(ROUNDS)]
+        text = f"middle half {1e3 * np.quantile(times, 0.25):.1f} to {1e3 * np.quantile(times, 0.75):.1f} ms"
+        rows.append(
+            (f"steady cycle and multipliers, {what}, N = 32", f"{1e3 * np.median(times):.1f} ms", "20 ms", text)
+        )
+    return rows
+
+
+def maps(cells: int = 100) -> list[Row]:
+    """A plane of rigid machines."""
+    axes, what = (
+        (f"restitution=0:0.6:{cells}", f"ports[0].behind=0.4:2:{cells}"),
+        ["blow_energy", "rate", "stroke", "stall"],
+    )
+
+    def task() -> object:
+        return sweep(machine(), *axes, quantities=what, modes=0, workers=1)
+
+    sweep(machine(), "restitution=0:0.6:2", quantities=what, modes=0, workers=1)
+    times = [spent(task, 1) for _ in range(3)]
+    return [
+        (
+            f"sweep of {cells}² rigid machines",
+            f"{np.median(times):.2f} s",
+            "5 s",
+            f"{1e6 * np.median(times) / cells**2:.0f} µs for each cell",
+        )
+    ]
+
+
+_FIRST = """\
+from percuss import Load, Start, Stop, System, run
+from percuss.model import Kept, Machine, Port, UniformBar, Valve
+from percuss.simulate import run_machine
+stop, bar = Stop(impacts=3, periodic=False), UniformBar(5.0)
+def clocked():
+    run(System(bar, Load.square(1.0, 1.3), Kept(0.6)), Start.rigid(-1.0, time=0.3), modes=2, stop=stop)
+def switched():
+    ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    run_machine(Machine(bar, Valve({"return": -0.5, "power": 1.0}, ports), Kept(0.6)), modes=2, stop=stop)
+"""
+
+
+def first_use() -> list[Row]:
+    """The first motion, whose kernels are compiled: alone, and in one process after those of a clocked load."""
+
+    def compiled(calls: str) -> float:
+        with tempfile.TemporaryDirectory() as folder:
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            environment = os.environ | {"NUMBA_CACHE_DIR": folder}
+            subprocess.run([sys.executable, "-c", _FIRST + calls], check=True, env=environment)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    clocked, switched, both = (compiled(calls) for calls in ("clocked()", "switched()", "clocked(); switched()"))
+    beside = f"{switched / clocked:.2f} × that of a clocked load ({clocked:.1f} s); both in one process {both:.1f} s"
+    return [("first motion of a machine, with its compilation", f"{switched:.1f} s", "–", beside)]
+
+
+def machines() -> list[Row]:
+    """All rows of machines."""
+    return [*motions(), *cycles(), *maps(), *first_use()]
