@@ -23,7 +23,7 @@ def machine(valve: Valve, R: float = 0.3, drag: float = 0.0) -> Machine:
 
 
 def two_force(supply: Supply, back: float = 0.4, power: float = 1.8, chamber: Chamber | None = None) -> Valve:
-    return Valve({"return": -back, "power": power}, PORTS, None, chamber or Chamber(), supply)
+    return Valve({"return": -back, "power": power}, PORTS, None, chamber or Chamber(), supply=supply)
 
 
 def random_machine(rng: np.random.Generator) -> tuple[Machine, MachineStart]:
@@ -45,7 +45,7 @@ def random_machine(rng: np.random.Generator) -> tuple[Machine, MachineStart]:
     stiffness = float(rng.choice([0.0, 10.0 ** rng.uniform(-2, 0.5)]))
     start = float(rng.uniform(0.2, 1.5))
     supply = Supply(float(10.0 ** rng.uniform(-1, 0.5)), float(10.0 ** rng.uniform(-0.5, 3)), start)
-    valve = Valve(forces, ports, None, Chamber(float(rng.uniform(0.0, 0.2)), stiffness), supply)
+    valve = Valve(forces, ports, None, Chamber(float(rng.uniform(0.0, 0.2)), stiffness), supply=supply)
     drag = float(rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 5.0)]))
     made = machine(valve, float(rng.choice([0.2, 0.5, rng.uniform(0.05, 0.8)])), drag)
     return made, MachineStart(Start.rigid(-float(rng.uniform(0.05, 1.2)), float(rng.uniform(-1.0, 1.0))))

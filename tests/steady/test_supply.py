@@ -100,7 +100,7 @@ def test_without_gas_and_delays_the_pressure_creeps_back_as_the_root_says() -> N
 @settings(max_examples=12)
 def test_energy_closes_and_volume_too(back, power, R, drag, kappa, compliance, flow) -> None:
     ports = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
-    valve = Valve({"return": -back, "power": power}, ports, None, Chamber(0.0, kappa), Supply(flow, compliance))
+    valve = Valve({"return": -back, "power": power}, ports, None, Chamber(0.0, kappa), supply=Supply(flow, compliance))
     cycle = fed(valve, R, drag).cycle
     assume(cycle is not None and cycle.blows == 1 and not cycle.rests)
     dragged = sum(drag * np.dot(*_squares(one.flight, one.duration)) for one in cycle.segments)

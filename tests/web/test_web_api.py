@@ -16,9 +16,10 @@ import pytest
 pytest.importorskip("fastapi")
 
 from percuss import steady_states
-from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, machine_motion, simulation_answer
 from percuss.case.answers.machine_frames import machine_frames
 from percuss.case.answers.machine_json import cycle_dict
+from percuss.case.answers.machine_start_frames import start_frames
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
@@ -530,7 +531,7 @@ def test_a_blow_that_cannot_be_is_told_by_its_key(client: Client) -> None:
 def test_a_machine_with_its_valve_comes_as_a_case_of_the_same_machine(client: Client, name: str) -> None:
     found = client.get(f"/api/machines/{name}").json()
     machine = load_case(name).machine()
-    assert found["system"] is None and found["parameters"] == [] and found["scales"]["time_s"] == 1.0
+    assert found["system"] is None and found["scales"]["time_s"] == 1.0
     assert case_of(found["tables"]).machine() == machine
     plain = case_of(found["plain"])
     again = client.answer("/api/case", {"case": found["plain"]})
@@ -580,6 +581,60 @@ def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> 
     assert "58.29 mm behind the wall, and the port is at 130 mm" in header["sentence"]
     assert header["answer"]["failed_condition"]["remedy"].startswith("put the port nearer")
     assert header["modes"] == 32
+
+
+def test_a_machine_from_its_start_is_the_simulated_motion(client: Client) -> None:
+    words = {"start": {"position": -0.1}, "simulation": {"modes": 2}}
+    asked = {"machine": "valve-breaker", **words, "blows": 3, "points": 50}
+    header, sent = client.arrays("/api/machine/start", asked)
+    found = machine_motion(load_case("valve-breaker").changed(words["start"], words["simulation"]))
+    frames, motion = start_frames(found, 3, 50), found.motion
+    assert header["label"] == motion.label and header["answer"] == frames.header["answer"]
+    assert all(sent[name] == pytest.approx(values, rel=1e-6, abs=1e-9) for name, values in frames.arrays.items())
+    t = frames.arrays["t"]
+    assert np.all(np.diff(t) >= 0.0) and t[0] == 0.0 and t[-1] == motion.blow_times[2]
+    assert [blow["speed"] for blow in header["answer"]["blows"]] == motion.blow_speeds[:3].tolist()
+    assert frames.arrays["striking_end"] == pytest.approx(motion.gap(t) * motion.machine.length_scale, abs=1e-12)
+    for change in motion.events.of("valve"):
+        if change.time < t[-1]:
+            first = int(np.flatnonzero(t == change.time)[0])
+            before, after = (header["states"][number] for number in frames.arrays["state"][[first - 1, first]])
+            assert before != after == change.state
+    assert client.problems("/api/machine/start", {"machine": "mini-breaker"})[0]["key"] == "load.kind"
+    assert client.problems("/api/machine/start", {**asked, "start": {"position": 0.1}})[0]["key"] == "start.position"
+    assert client.problems("/api/machine/start", {**asked, "blows": 0})[0]["key"] == "blows"
+
+
+def test_a_machine_that_never_moves_has_a_start_of_no_blows() -> None:
+    still = load_case("valve-breaker").varied({"load.chamber.force": "15 kN"}).changed({"position": 0.0}, {"modes": 0})
+    frames = start_frames(machine_motion(still))
+    assert frames.header["label"] == "stalls (on the tool)" and not frames.header["answer"]["blows"]
+    assert np.all(frames.arrays["centre"] == 0.0) and np.all(np.isfinite(frames.arrays["velocity"]))
+
+
+def test_the_map_of_a_machine_is_that_of_percuss_sweep(client: Client) -> None:
+    named = {row["name"]: row for row in client.get("/api/machines/valve-breaker").json()["parameters"]}
+    assert "load.scale" not in named  # the pressure is the same
+    assert named["load.ports[0].behind"]["label"] == "port 1 → power: place"
+    assert (named["contact.restitution"]["low"], named["load.pressure"]["unit"]) == (0.0, "bar")
+    x = {"name": "load.ports[0].behind", "unit": "mm", "values": [70, 130]}
+    y = {"name": "load.pressure", "unit": "bar", "values": [80.0, 120.0, 160.0]}
+    names = ["stall", "blow_energy", "rate"]
+    asked = {"machine": "valve-breaker", "x": x, "y": y}
+    header, arrays = client.arrays("/api/map", {**asked, "quantities": names, "modes": 0})
+    assert header["quantities"]["stall"]["words"][:3] == ["runs", "no loss", "stays on the wall"]
+    case = load_case("valve-breaker")
+    for j, pressure in enumerate(y["values"]):
+        for i, place in enumerate(x["values"]):
+            ports = [dict(port) for port in case.to_dict()["load"]["ports"]]
+            ports[0]["behind"] = f"{place} mm"
+            other = case.varied({"load.ports": ports, "load.pressure": f"{pressure} bar"})
+            answer = machine_answer(other, 0)
+            assert (arrays["stall"][j, i] == 0) == answer.runs
+            energy = answer.to_json_dict()["si"]["blow_energy_J"] if answer.runs else math.nan
+            assert arrays["blow_energy"][j, i] == pytest.approx(energy, rel=1e-9, nan_ok=True)
+    problem = client.problems("/api/map", {**asked, "quantities": ["orbits"]})[0]
+    assert problem["key"] == "quantities"
 
 
 def test_a_clocked_case_is_no_machine_and_a_machine_has_no_clock(client: Client) -> None:

@@ -34,7 +34,7 @@ class Compiler:
 
     def __init__(self) -> None:
         self.told: dict[str, threading.Event] = {
-            part: threading.Event() for part in ("multipliers", "motions", "blows")
+            part: threading.Event() for part in ("multipliers", "motions", "blows", "machines")
         }
         self.broken: set[str] = set()
 
@@ -84,6 +84,7 @@ def test_the_closed_form_does_not_wait(compiler: Compiler) -> None:
             compiler.told["motions"].set()
             assert (await motion).status_code == 200
             compiler.told["blows"].set()
+            compiler.told["machines"].set()
             await settled(client)
             return early, (await client.post("/api/quick", json=MACHINE)).json()
 
@@ -113,7 +114,7 @@ def test_nonsense_is_refused_at_once(compiler: Compiler, path: str, asked: dict[
 
 
 def test_without_kernels_the_closed_form_goes_on(compiler: Compiler) -> None:
-    compiler.broken = {"multipliers", "motions", "blows"}
+    compiler.broken = {"multipliers", "motions", "blows", "machines"}
     for event in compiler.told.values():
         event.set()
 

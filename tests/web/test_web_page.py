@@ -844,6 +844,38 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
     assert len(seen) > 1
 
 
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=valve-breaker")
+    page.wait_for_selector("#map[data-fine='50']")
+    legend = page.locator("#panel-map .legend li").all_inner_texts()
+    assert legend == ["runs", "stays on the wall", "reaches no port", "the present design"]
+    expect(page.locator("#map-status")).to_have_text("50 × 50 cells, each of a rigid piston.")
+    expect(page.locator("#map-readout")).to_contain_text("port 1 → power: place = 130")
+    drawn, asked = ink(page, "#map"), len([url for url in desk.asked if url.endswith("/api/map")])
+    page.locator("#map").scroll_into_view_if_needed()
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.88 * box["height"])  # too little pressure
+    expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
+    expect(page.locator("#map-readout")).to_contain_text("stalls")
+    assert float(knows(page, "state.js:data.tables.load.pressure").removesuffix(" bar")) < 111
+    until(page, f"{STATE}(({{ data }}) => data.info.tables.load.pressure === data.tables.load.pressure)")
+    assert len([url for url in desk.asked if url.endswith("/api/map")]) == asked  # along the map's own axes
+    page.select_option("#map-q", "blow_energy")
+    until(page, f"{STATE}(({{ view }}) => view.q === 'blow_energy')")
+    until(page, "document.querySelector('#map-status').innerText.startsWith('50')")
+    assert ink(page, "#map") != drawn
+    page.select_option("#map-x", "bar.damping")
+    page.wait_for_selector("#map[data-fine='50']")
+    page.focus("#map")
+    page.keyboard.press("Shift+ArrowRight")
+    until(page, f"{STATE}(({{ data }}) => data.tables.bar.damping.value > 0.5)")
+    page.select_option("#machine", "mini-breaker")  # whose parameters are others
+    expect(page.locator("#map-y")).to_have_value("load_factor")
+    page.wait_for_selector("#map[data-coarse]")
+
+
 FOUND = "panel=map&q=label&x=restitution&y=load_factor"
 
 
@@ -1514,6 +1546,32 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     assert knows(page, "state.js:data.tables.contact.restitution") == 0
 
 
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")
+    driven(page)
+    expect(page.locator("#machine-start-position")).to_be_hidden()
+    page.click("#machine-of-start")
+    page.wait_for_selector("#machine-stage[data-label='runs 1/1']")
+    expect(page.locator("#machine-sentence")).to_contain_text("From this start the machine runs 1/1: 3.751 kJ")
+    expect(page.locator("#machine-start-position")).to_have_value("-39 mm")
+    assert knows(page, "state.js:view.machineShow") == "start"
+    page.fill("#machine-start-position", "39 mm")
+    page.press("#machine-start-position", "Enter")
+    expect(page.locator("#machine-start-problem")).to_contain_text("the bar is on the negative side")
+    page.click("#machine-start-draw")
+    until(page, f"{STATE}(({{ data }}) => data.tables.start.position < 0)")
+    assert knows(page, "state.js:data.tables.start.velocity").endswith(" m/s")
+    expect(page.locator("#machine-start-problem")).to_be_empty()
+    page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
+    slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
+    page.wait_for_selector("#machine-stage:not([data-label^=runs])")
+    expect(page.locator("#machine-play")).to_be_visible()
+    page.click("#machine-of-cycle")
+    expect(page.locator("#machine-play")).to_be_hidden()
+
+
 def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
     ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
     load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
@@ -1541,7 +1599,7 @@ def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
     expect(page.locator("#machine-clocked")).to_be_hidden()
     driven(page)
     expect(page.locator("#machine")).to_have_value("valve-breaker")
-    for name in ("map", "orbits", "motion", "report", "experiment"):  # they say so, each in a sentence
+    for name in ("orbits", "motion", "report", "experiment"):  # they say so, each in a sentence
         page.click(f"#tab-{name}")
         expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
         assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(

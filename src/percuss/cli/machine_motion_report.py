@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.machine_in_words import in_units
-from percuss.case.answers.numerals import counted, number, quantity
+from percuss.case.answers.machine_start_in_words import from_this_start
+from percuss.case.answers.numerals import counted, number
 from percuss.cli.machine_report import machine_section
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.simulate import FedTrajectory
@@ -33,7 +34,7 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
     if last != 0 and len(motion.events):
         sections.append(_events_grid(answer, last))
     tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
-    return Report(answer.title, _summary(answer), tone, tuple(sections))
+    return Report(answer.title, from_this_start(answer), tone, tuple(sections))
 
 
 def _pressures(motion: FedTrajectory) -> str:
@@ -43,28 +44,6 @@ def _pressures(motion: FedTrajectory) -> str:
     values = [float(motion.states[0, 2]), float(motion.pressure(last)[0])]
     first, then = (number(value) if unit is None else f"{number(value * unit / 1e5)} bar" for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
-
-
-def _summary(answer: MachineMotion) -> str:
-    motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
-    text = f"From this start the machine {_in_words(motion.label)}"
-    if cycle is None or not motion.impacts:
-        return f"{text}."
-    if not machine.is_si:
-        return f"{text}: strongest blow {number(cycle.blow_speed)}, period {number(cycle.period)}."
-    rate = cycle.blows / (cycle.period * machine.time_scale)
-    energy = float(motion.blow_energies[-max(cycle.blows, 1) :].max()) * machine.energy_scale
-    return (
-        f"{text}: {quantity(energy, 'J')} at {number(rate)} Hz ({number(60.0 * rate)} blows/min), "
-        f"{number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
-    )
-
-
-def _in_words(label: str) -> str:
-    """The label behind "the machine"."""
-    if label.startswith(("runs", "stalls", "cycles")):
-        return label
-    return {"undecided": "has not settled yet", "irregular": "strikes irregularly"}.get(label, f"ends as '{label}'")
 
 
 def _time(answer: MachineMotion, time: float) -> str:

@@ -38,8 +38,8 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections.append(_margins_section(answer, answer.margins))
     if answer.sensitivities:
         sections.append(_sensitivity_grid(answer))
-    if answer.machine.is_si and answer.cycle is not None:
-        sections.append(_blank_section(machine_figures(answer.machine, answer.cycle)))
+    if answer.blank is not None:
+        sections.append(Section("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
     return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))
 
 
@@ -271,17 +271,3 @@ def _sensitivity_grid(answer: MachineAnswer) -> Grid:
 
 def _signed(change: float) -> str:
     return f"{'+' if change >= 0.0 else '−'}{number(100.0 * abs(change), 3)} %"
-
-
-def _blank_section(si: MachineFigures) -> Section:
-    energy, distance = quantity(si.blank_energy_J, "J"), si.blank_distance_m
-    if distance is None:
-        text = f"the piston passes the place of the blow with {energy}, and no port calls for the return: only a "
-        text += "cushion can stop it"
-    else:
-        text = (
-            f"the piston passes the place of the blow with {energy}; the return force alone would stop it after "
-            f"{quantity(distance, 'm', 3)}; a cushion of 20 mm must push back with "
-            f"{quantity(50.0 * si.blank_energy_J, 'N', 3)} on average"
-        )
-    return Section("Without the tool (blank blow)", (("blank blow", text),), PLAIN)

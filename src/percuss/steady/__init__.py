@@ -30,6 +30,7 @@ from percuss.steady.recorded import (
 )
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
+    BlankBlow,
     ElasticCycle,
     Obstacle,
     Rhythm,
@@ -39,6 +40,7 @@ from percuss.steady.self_excited import (
     SlowPressure,
     ValveCycle,
     ValveMargins,
+    blank_blow,
     pressure_over,
     self_excited_motion,
     sensitivities,
@@ -51,6 +53,7 @@ from percuss.steady.timed_orbit import TimedOrbit
 from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
+    "BlankBlow",
     "Drag",
     "Drop",
     "ElasticCycle",
@@ -82,6 +85,7 @@ __all__ = [
     "ValveCycle",
     "ValveMargins",
     "Violation",
+    "blank_blow",
     "drag_of",
     "greatest_drag",
     "grows",

@@ -57,7 +57,7 @@ async def about(request: Request) -> Response:
             "version": __version__,
             "token": bool(settings.token),
             "case": bool(settings.case),
-            "ready": request.app.state.kernels.settled("blows"),
+            "ready": request.app.state.kernels.settled("machines"),
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
             "palette": palette_dict(),

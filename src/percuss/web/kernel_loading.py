@@ -14,8 +14,9 @@ from typing import Literal
 
 __all__ = ["Kernels", "Part", "load"]
 
-Part = Literal["multipliers", "motions", "blows"]
-"""Those of the planes of exact multipliers, those of the simulator and what is made with it, and those of blows."""
+Part = Literal["multipliers", "motions", "blows", "machines"]
+"""Those of the planes of exact multipliers, those of the simulator and what is made with it, those of blows, and those
+of machines that switch themselves: their maps and their motions."""
 
 _PATIENCE = 5.0
 """Seconds that loading the kernels from numba's cache does not take."""
@@ -48,9 +49,10 @@ class Kernels:
             with _Patience():
                 settle("multipliers", _loaded("multipliers"))
                 settle("motions", _loaded("motions"))
-                good = _loaded("blows")
+                settle("blows", _loaded("blows"))
+                good = _loaded("machines")
             gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
-            settle("blows", good)
+            settle("machines", good)
 
         # a daemon: the end of the server does not wait for a compiler
         threading.Thread(target=work, name="percuss-kernels", daemon=True).start()
@@ -112,7 +114,21 @@ def _use_blows() -> None:
     waves_answer(case.changed(simulation={"impacts": 2, "modes": 0, "time": 1.0}), cells=16)
 
 
-_USES: dict[Part, Callable[[], None]] = {"multipliers": _use_multipliers, "motions": _use_motions, "blows": _use_blows}
+def _use_machines() -> None:
+    from percuss.case import load_case, machine_motion, sweep_job_of
+    from percuss.explore.axis import Axis
+
+    case = load_case("valve-drifter")
+    machine_motion(case.changed(simulation={"impacts": 2, "modes": 2}))
+    sweep_job_of(case, [Axis.linear("load.scale", 0.9, 1.1, 2)], ["stall"], modes=0).compute(0, 2, lambda: False)
+
+
+_USES: dict[Part, Callable[[], None]] = {
+    "multipliers": _use_multipliers,
+    "motions": _use_motions,
+    "blows": _use_blows,
+    "machines": _use_machines,
+}
 
 
 @cache

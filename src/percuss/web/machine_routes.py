@@ -1,4 +1,4 @@
-"""A machine that switches its own valve: its cycle over time, with the answer of the command line."""
+"""A machine that switches its own valve: its cycle over time, with the answer of the command line, and its start-up."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
+from percuss.case import machine_motion
 from percuss.case.answers.machine_frames import machine_frames
+from percuss.case.answers.machine_start_frames import start_frames
 from percuss.web.packed_arrays import packed
-from percuss.web.questions import MachineAsked
+from percuss.web.problem_json import refused
+from percuss.web.questions import MachineAsked, MachineStartAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import answer_of, binary
+from percuss.web.shared_by_routes import answer_of, binary, limits_of, simulated_case
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
@@ -34,3 +37,25 @@ async def machine(request: Request, asked: MachineAsked) -> Response:
 
     short = not asked.whole and asked.modes == 0
     return binary(await answer_of(request, asked, work, quick=short))
+
+
+@router.post(
+    "/api/machine/start",
+    summary="Such a machine from a start",
+    response_class=Response,
+    responses=BINARY,
+)
+async def machine_start(request: Request, asked: MachineStartAsked) -> Response:
+    """Position, force and state of the valve over the first blows of what percuss simulate follows."""
+    limits = limits_of(request)
+
+    def work(case: Case, halt: Halt) -> bytes:
+        if case.is_machine:  # else it is refused below
+            case = simulated_case(case, asked.start, asked.simulation, limits)
+        found = machine_motion(case, halt)
+        if found.motion.outcome == "cancelled" and halt():
+            raise refused(503, "it took too long", "ask for fewer impacts or modes")
+        frames = start_frames(found, asked.blows, asked.points)
+        return packed(frames.header, frames.arrays)
+
+    return binary(await answer_of(request, asked, work, quick=True, kernels="machines"))

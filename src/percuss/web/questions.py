@@ -15,6 +15,7 @@ __all__ = [
     "ExperimentAsked",
     "ExperimentFileAsked",
     "MachineAsked",
+    "MachineStartAsked",
     "MapAsked",
     "MotionAsked",
     "PlaceAsked",
@@ -171,6 +172,15 @@ class MachineAsked(CaseAsked):
     modes: Modes | None = None
     points: Annotated[int, Field(ge=2, le=2000, description="instants of the cycle")] = 401
     whole: bool = Field(True, description="with margins, sensitivities and the curve over the pressure")
+
+
+class MachineStartAsked(CaseAsked):
+    """A machine that switches itself from a start: its first blows over time."""
+
+    start: dict[str, Any] | None = Field(None, description="keys of [start], in place of the case's")
+    simulation: dict[str, Any] | None = Field(None, description="keys of [simulation], over the case's")
+    blows: Annotated[int, Field(ge=1, le=100, description="shown at most")] = 12
+    points: Annotated[int, Field(ge=2, le=20_000, description="instants")] = 2000
 
 
 class ExperimentAsked(CaseAsked):

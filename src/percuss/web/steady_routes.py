@@ -15,11 +15,12 @@ from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.answers.steady_curves import boundaries_dict, curves_dict
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moved_case import placed
+from percuss.web.asked_cases import case_asked
 from percuss.web.packed_arrays import packed
 from percuss.web.problem_json import refused
 from percuss.web.questions import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, check_steady, limits_of, plain_json
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, check_steady, gate_of, limits_of, plain_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +99,9 @@ async def plane(request: Request, asked: MapAsked) -> Response:
     """Arrays of shape (len(y), len(x)); over R, the load factor and m within milliseconds."""
     limits = limits_of(request)
     x, y = axis_of(asked.x, "x"), axis_of(asked.y, "y")
-    kernels = kernels_of(asked.quantities)
+    lane = gate_of(request).quick
+    case = await lane.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
+    kernels = kernels_of(case, asked.quantities)
     return binary(
         await answer_of(request, asked, lambda case, halt: _map(case, x, y, asked, limits, halt), kernels=kernels)
     )
@@ -135,17 +138,21 @@ def axis_of(asked: AxisAsked, key: str) -> Axis:
     return Axis.linear(asked.name, asked.from_, asked.to, asked.count, asked.unit)
 
 
-def kernels_of(quantities: Sequence[str]) -> Part | None:
-    """The kernels without which a map cannot be made.
+def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
+    """The kernels without which a map of a case cannot be made.
 
     Raises
     ------
     ParameterError
         For a quantity that there is not.
     """
-    from percuss.explore.quantities import checked, needs
+    from percuss.explore.machine_quantities import MACHINE_QUANTITIES
+    from percuss.explore.quantities import QUANTITIES, checked, needs
 
-    groups = needs(checked(quantities))
+    known = MACHINE_QUANTITIES if case.is_machine else QUANTITIES
+    groups = needs(checked(quantities, known), known)
+    if "machine" in groups:
+        return "machines"
     if groups & {"simulation", "lyapunov", "blow"}:
         return "motions"
     return "multipliers" if "exact" in groups else None
@@ -196,7 +203,7 @@ def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> bytes:
     header = {
         "x": {"name": x.name, "unit": x.unit, "values": x.values.tolist()},
         "y": {"name": y.name, "unit": y.unit, "values": y.values.tolist()},
-        "periods": found.ask["periods"],
+        "periods": found.ask.get("periods"),
         "modes": found.ask["modes"],
         "quantities": about,
         "outcomes": list(CELL_OUTCOMES),

@@ -14,9 +14,10 @@ from percuss.steady.self_excited import RigidCycle, pressure_over
 if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.model.checks import Array
+    from percuss.simulate import MachineTrajectory
     from percuss.steady.self_excited import ValveCycle
 
-__all__ = ["Course", "course_of", "cycle_table"]
+__all__ = ["Course", "course_from_start", "course_of", "cycle_table"]
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,21 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
     force = oil + valve.chamber.force - valve.chamber.stiffness * cycle.position(times, 0.0)
     end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
     return Course(times, end, centre, force, tuple(states), pressure)
+
+
+def course_from_start(motion: MachineTrajectory, blows: int, points: int = 800) -> Course:
+    """The course of a simulated motion up to so many blows, or to its end; changes of the state stand there twice."""
+    struck = motion.blow_times
+    end = float(struck[blows - 1]) if 0 < blows <= struck.size else motion.end_time
+    changes = motion.events.of("valve").time
+    changes = changes[changes <= end]
+    even = np.linspace(motion.begin_time, end, points)
+    before = np.maximum(np.nextafter(changes, -np.inf), motion.begin_time)
+    times = np.sort(np.concatenate([even, before, changes, struck[struck <= end]]))
+    names = [name for name, _ in motion.machine.valve.pairs]
+    states = tuple(names[number] for number in motion.state(times).tolist())
+    begun = times - motion.begin_time
+    return Course(begun, motion.gap(times) + 0.0, motion.centre(times) + 0.0, motion.force(times), states)
 
 
 def cycle_table(machine: Machine, cycle: ValveCycle) -> str:

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.json_values import number, plain
-from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
+from percuss.case.answers.machine_answer import machine_answer
 from percuss.case.answers.machine_course import course_of
 from percuss.case.answers.machine_in_words import headline
 from percuss.case.answers.machine_json import cycle_dict, machine_dict
 from percuss.case.answers.motion_frames import Frames
 
 if TYPE_CHECKING:
+    from percuss.case.answers.machine_course import Course
     from percuss.case.case import Case
     from percuss.model import Machine
+    from percuss.model.checks import Array
 
-__all__ = ["machine_frames"]
+__all__ = ["course_arrays", "machine_frames", "of_machine"]
 
 
 def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
@@ -50,32 +52,39 @@ def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, w
     told = machine_dict(answer) if whole else cycle_dict(answer)
     header = {
         "title": answer.title,
-        "units": "SI" if machine.is_si else "dimensionless",
         "modes": answer.motion.modes,
         "whole": whole,
         "runs": answer.runs,
         "sentence": headline(answer) if whole or not answer.runs else None,
         "answer": told,
+        **of_machine(machine),
+    }
+    if answer.cycle is None:
+        return Frames(plain(header), {})
+    course = course_of(machine, answer.cycle, points)
+    return Frames(plain(header), course_arrays(machine, course, np.asarray(answer.cycle.blow_times)[:-1]))
+
+
+def of_machine(machine: Machine) -> dict[str, Any]:
+    """What a picture needs of the machine itself."""
+    pairs = machine.valve.pairs
+    return {
+        "units": "SI" if machine.is_si else "dimensionless",
         "scales": _scales(machine),
-        "states": [name for name, _ in machine.valve.pairs],
-        "forces": [number(_in(machine, "force", machine.valve.force(name))) for name, _ in machine.valve.pairs],
+        "states": [name for name, _ in pairs],
+        "forces": [number(_in(machine, "force", machine.valve.force(name))) for name, _ in pairs],
         "stiffness": number(machine.valve.chamber.stiffness * _stiffness(machine)),
         "pressure_Pa": number(machine.pressure),
     }
-    return Frames(plain(header), {} if answer.cycle is None else _course(answer, points))
 
 
-def _course(answer: MachineAnswer, points: int) -> dict[str, Any]:
-    """The course of the cycle; the velocity is the mean one between two instants, in the middle between them."""
-    machine, cycle = answer.machine, answer.cycle
-    assert cycle is not None
-    course = course_of(machine, cycle, points)
+def course_arrays(machine: Machine, course: Course, blows: Array) -> dict[str, Any]:
+    """A course over time; the velocity is the mean one between two instants, in the middle between them."""
     names = {name: i for i, (name, _) in enumerate(machine.valve.pairs)}
     length, time = _in(machine, "length", 1.0), _in(machine, "time", 1.0)
     steps = np.diff(course.times)
-    blows = np.asarray(cycle.blow_times)[:-1]
     struck = np.searchsorted(blows, course.times[:-1], side="right") != np.searchsorted(blows, course.times[1:])
-    goes = (steps > 1e-9 * cycle.period) & ~struck
+    goes = (steps > 1e-9 * course.times[-1]) & ~struck
     return {
         "t": course.times * time,
         "striking_end": course.striking_end * length,

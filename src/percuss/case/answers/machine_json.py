@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
-__all__ = ["SHOWN_MULTIPLIERS", "cycle_dict", "machine_dict"]
+__all__ = ["SHOWN_MULTIPLIERS", "cycle_dict", "machine_dict", "machine_numbers"]
 
 SHOWN_MULTIPLIERS = 16
 """The greatest multipliers, which are told."""
@@ -37,6 +37,7 @@ def machine_dict(answer: ToldMachine) -> dict[str, Any]:
             for one in answer.sensitivities
         ],
         "pressure_curve": [plain(asdict(one)) for one in answer.curve],
+        "blank_blow": None if answer.blank is None else answer.blank.to_json_dict(),
         "rigid": None if answer.rigid is motion else _cycle(answer.rigid),
         "rigid_si": None if answer.rigid is motion else _si(machine, answer.rigid.cycle),
         "warnings": list(answer.warnings),
@@ -49,7 +50,7 @@ def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
     return {
         "case": answer.name,
         "title": answer.title,
-        "machine": _machine(machine),
+        "machine": machine_numbers(machine),
         "modes": motion.modes,
         "outcome": answer.outcome,
         "label": answer.label,
@@ -61,7 +62,8 @@ def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
     }
 
 
-def _machine(machine: Machine) -> dict[str, Any]:
+def machine_numbers(machine: Machine) -> dict[str, Any]:
+    """The numbers of a machine: its body, its valve and its gas, dimensionless."""
     valve = machine.valve
     ports = [
         {

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.machine_changes import Sensitivity, pressure_curve, sensitivities
 from percuss.case.answers.machine_course import course_of
+from percuss.case.answers.told_blank import ToldBlank, told_blank
 from percuss.errors import ParameterError
 from percuss.shown import Shown
 from percuss.steady.self_excited import RigidCycle, slow_pressure, valve_margins
@@ -53,6 +54,11 @@ class ToldMachine(Shown):
     def curve(self) -> tuple[Running, ...]:
         """Energy and rate over the pressure, with a supply over the flow; empty when it does not run."""
         return pressure_curve(self.motion)
+
+    @cached_property
+    def blank(self) -> ToldBlank | None:
+        """What it does that finds no tool, from the cycle of a rigid piston; None without one."""
+        return told_blank(self.rigid)
 
     @property
     def machine(self) -> Machine:

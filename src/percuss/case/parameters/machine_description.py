@@ -9,6 +9,7 @@ from percuss.case.answers.json_values import contact_dict, number, numbers
 from percuss.case.file_format.body_building import body_table
 from percuss.case.file_format.damping_table import damping_table
 from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.parameter_list import parameters
 from percuss.model import External, Kept
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def machine_case_dict(case: Case) -> dict[str, Any]:
         "history": None,
         "notes": list(case.notes),
         "clock": "",
-        "parameters": [],
+        "parameters": parameters(case),
     }
 
 

@@ -10,6 +10,7 @@ from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_keys import LOAD_SCALE, held, key_of, varied_keys
 from percuss.case.parameters.moves import MOVES, can_move
 from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.case.parameters.valve_keys import LOAD_PRESSURE, valve_label
 from percuss.errors import PercussError
 from percuss.explore.parameters import PARAMETERS
 from percuss.explore.planes import AXES
@@ -26,8 +27,11 @@ _SLIDES = ("restitution", "load_factor", "kappa")
 
 
 def parameters(case: Case) -> list[dict[str, Any]]:
-    """What a map of the case may have as an axis, with the unit of the case, the value now, and a range around it."""
-    return [*_dimensionless(case), *_keys(case)]
+    """What a map of the case may have as an axis, with the unit of the case, the value now, and a range around it.
+
+    A machine that switches itself has the keys of its case alone, its ports named as its pictures name them.
+    """
+    return _keys(case) if case.is_machine else [*_dimensionless(case), *_keys(case)]
 
 
 def _dimensionless(case: Case) -> list[dict[str, Any]]:
@@ -74,20 +78,31 @@ def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[st
 def _keys(case: Case) -> list[dict[str, Any]]:
     tables = json_tables(case)
     found = []
-    for name in varied_keys(case):
+    names = varied_keys(case)
+    none = {LOAD_SCALE} if case.is_machine and LOAD_PRESSURE in names else set()  # the pressure is the same
+    for name in names:
         table, _, key = name.partition(".")
-        if table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
+        if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
             continue  # the motion does not depend on it
         about = key_of(name)
         given = 1.0 if name == LOAD_SCALE else held(value_at(tables, name))
-        if given is None or (not case.is_si and (table == "system" or key in PARAMETERS)):
+        same = not case.is_si and not case.is_machine and (table == "system" or key in PARAMETERS)
+        if given is None or same:
             continue  # a dimensionless parameter is the same
         value, unit = parsed_quantity(given)
         if value is None:
             continue
-        row = _row(name, unit, value, *_around(value))
-        found.append(row | {"label": about.label or name, "meaning": about.meaning, "slides": about.slides})
+        label = about.label or valve_label(case.tables.load, name)
+        row = _row(name, unit, value, *(_span(case, key) or _around(value)))
+        row |= {"label": label, "meaning": about.meaning, "slides": about.slides}
+        row["movable"] = not (case.is_machine and name == LOAD_SCALE)  # it is no key of its tables
+        found.append(row)
     return found
+
+
+def _span(case: Case, key: str) -> tuple[float, float] | None:
+    """The range of a key of a machine that has one of its own, as its dimensionless parameter has it."""
+    return PARAMETERS[key].span if case.is_machine and key == "restitution" else None
 
 
 def _around(value: float | None) -> tuple[float, float]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine
 
-__all__ = ["LOAD_PRESSURE", "is_of_machine", "of_machine", "valve_keys"]
+__all__ = ["LOAD_PRESSURE", "is_of_machine", "of_machine", "valve_keys", "valve_label"]
 
 LOAD_PRESSURE = "load.pressure"
 
@@ -41,6 +41,22 @@ def valve_keys(table: ValveForce | ValveLoad) -> list[str]:
     for i, port in enumerate(ports):
         keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]
     return keys
+
+
+def valve_label(table: object, key: str) -> str:
+    """A key of a valve in a few words, its ports counted from 1; any other key as it is written."""
+    if not isinstance(table, ValveForce | ValveLoad):
+        return key
+    match key.replace("[", ".").replace("]", "").split("."):
+        case ["load", "ports", number, name]:
+            port = table.ports[int(number)]
+            of = "blow" if port.on == "impact" else f"port {int(number) + 1}"
+            return f"{of} → {port.to}: {'place' if name == 'behind' else name}"
+        case ["load", "states", state, side]:
+            return f"{state}: {side} area"
+        case ["load", "states", state]:
+            return f"{state}: force"
+    return key
 
 
 def is_of_machine(key: str) -> bool:

@@ -67,8 +67,6 @@ def crossings(plant, sight, first, horizon, limit, forever):
             return best, which, TIRED
         if kind[port] != NEVER:
             answer = NOWHERE
-        if cross[port] < math.inf:
-            controls.usual_cross[port] = since + cross[port]
         if cross[port] < best:
             best, which = cross[port], port
     return best, which, answer
@@ -94,6 +92,7 @@ def fire(plant, at, struck, log):
             now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + gear.edge[port])
         if now_in:
             controls.just[port] = 1
+            controls.usual_cross[port] = controls.now.time - controls.now.changed
             demand(gear, motion, controls, port, rate, log)
 
 
@@ -126,4 +125,5 @@ def begin_valve(plant, displacement, rate, resting, on_wall, asks, log):
         off = gear.side[port] * (place + gear.edge[port])
         if off > EDGE * (abs(place) + gear.edge[port]):
             controls.just[port] = 1
+            controls.usual_cross[port] = controls.now.time - controls.now.changed
             demand(gear, motion, controls, port, own, log)

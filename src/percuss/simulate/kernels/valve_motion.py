@@ -126,6 +126,7 @@ def flown(plant, sight, rules, left, log):
         valve.stalled = 1
         if rules.until_cycle:
             return IN_CHAMBER
+    clear, awaited, fresh, usual = valve.clear, valve.awaited, valve.fresh, controls.usual[valve.state]
     if at_once:
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
         controls.cross[:] = math.inf
@@ -151,6 +152,7 @@ def flown(plant, sight, rules, left, log):
     if not at_wall and ahead == math.inf:
         return DEPARTED
     if (tau if at_wall else ahead) > left:
+        unsought(controls, clear, awaited, fresh, usual)
         return BY_TIME
     if at_wall:
         reach_wall(plant, found, tau, speed, late, slip, log)
@@ -191,6 +193,14 @@ def sought(plant, on_wall, need, limit):
         if found == GRAZE or valve.awaited < need:
             valve.awaited = 0.0
     return found, tau, speed, late, slip
+
+
+@inlined
+def unsought(controls, clear, awaited, fresh, usual):
+    """What `sought` has left for the next search as it was: the anchor has not moved, and going on seeks again."""
+    valve = controls.now
+    valve.clear, valve.awaited, valve.fresh = clear, awaited, fresh
+    controls.usual[valve.state] = usual
 
 
 @inlined

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from percuss.errors import ParameterError
@@ -10,9 +9,8 @@ from percuss.model import Machine
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
 from percuss.simulate.engine import Progress
-from percuss.simulate.machine.machine_engine import followed, room_for
+from percuss.simulate.machine.machine_engine import ending, followed, room_for
 from percuss.simulate.machine.machine_start import MachineStart
-from percuss.simulate.machine.machine_summary import STALLS, machine_label
 from percuss.simulate.machine.machine_trajectory import MachineTrajectory
 from percuss.simulate.machine.mechanism import mechanism
 from percuss.simulate.machine.plant import begun, plant_of, row_of
@@ -79,12 +77,6 @@ def run_machine(
     begin = given.bar.time
     with watched(progress) as watch:
         stretch = followed(plant, numbers, stop, room, begin, watch)
-    known = stretch.time
-    if stretch.ended in STALLS and numbers.spring > 0.0:
-        known += 2.0 * math.pi / numbers.spring  # it goes on for ever
-    if stop.time is not None and (stretch.ended == "time" or stretch.ended in STALLS):
-        known = stop.time
-    last = float(stretch.events.time[-1]) if len(stretch.events) else begin
     return MachineTrajectory(
         machine=machine,
         modes=numbers.modes,
@@ -92,12 +84,9 @@ def run_machine(
         states=stretch.states,
         first_state=state,
         resting=resting,
-        outcome="stalls" if stretch.ended in STALLS else stretch.ended,
-        label=machine_label("in the chamber" if stretch.stalled else stretch.ended, stretch.cycle, stretch.wanders),
-        cycle=stretch.cycle,
         stop=stop,
         begin_time=begin,
-        end_time=max(begin + known, last),
+        **ending(stretch, numbers, stop, begin),
     )
 
 

@@ -1,5 +1,6 @@
 """The machine that switches its own valve: cycles, what prevents them, margins; the rigid piston in closed form."""
 
+from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
 from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
 from percuss.steady.self_excited.margins import ValveMargins, valve_margins
 from percuss.steady.self_excited.obstacle import Obstacle
@@ -12,6 +13,7 @@ from percuss.steady.self_excited.slow_pressure import SlowPressure, pressure_ove
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 __all__ = [
+    "BlankBlow",
     "Blow",
     "ElasticCycle",
     "Leg",
@@ -27,6 +29,7 @@ __all__ = [
     "Uncovering",
     "ValveCycle",
     "ValveMargins",
+    "blank_blow",
     "pressure_over",
     "self_excited_motion",
     "sensitivities",

@@ -29,6 +29,7 @@ _TERMS = 18
 _NOTHING = 2.0**-56  # of the sums, which are about 1
 _PIECES = 3  # a flight between later turning points stays within the range of the third
 _STEPS = 200  # to a passage; halving alone takes fewer than 60
+_SHORTEST = 1e-300  # of the times that are tried, and doubled: a step of 0 would stay so
 _EPS = 2.0**-52
 
 
@@ -202,6 +203,7 @@ class Flight:
         far, force = abs(place - x), abs(self.push - self.stiffness * x)
         step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
         step = 1.0 / math.sqrt(self.stiffness) if step == math.inf else step  # at rest, until a ramp pushes
+        step = max(step, _SHORTEST)
         low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
         while way * (self.at(high)[0] - place) <= 0.0:
             if high >= stop:  # passed within rounding of the end

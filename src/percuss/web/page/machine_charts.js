@@ -10,7 +10,7 @@ const charts = {};
 let curve = null; // the latest over the pressure: {more, changed, push, bar, body, factors, energy, rate}
 
 export function machineCharts() {
-  charts.position = new Chart("Centre of the piston over the cycle");
+  charts.position = new Chart("Centre of the piston over time");
   charts.force = new Chart("Force on the piston, positive toward the wall");
   charts.velocity = new Chart("Velocity, positive toward the wall");
   charts.loop = new Chart("Force over position: the loop is the work of a cycle");
@@ -44,7 +44,7 @@ export function drawMachine(motion, units) {
   if (!arrays.t) return;
   const { kinds } = theme();
   const t = scaled(arrays.t, units.time.k);
-  const x = { label: inUnit("time after the blow", units.time.name), from: 0, to: t.at(-1) };
+  const x = { label: inUnit(motion.started ? "time after the start" : "time after the blow", units.time.name), from: 0, to: t.at(-1) };
   position(motion, units, x, t);
   const force = scaled(arrays.force, units.force.k);
   over(charts.force, x, "force", units.force.name, t, force, kinds[0]);

@@ -6,6 +6,7 @@ import { h, put, framed } from "./dom.js";
 import { number, percent, si, withUnit } from "./format.js";
 import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machineUnits } from "./machine_charts.js";
 import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, toggleMachine } from "./machine_player.js";
+import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { data, on, pickMachine, switchesItself, unhurried, view } from "./state.js";
@@ -13,7 +14,7 @@ import { data, on, pickMachine, switchesItself, unhurried, view } from "./state.
 export const panel = {
   name: "machine",
   title: "Machine",
-  defaults: { machineSlow: "" },
+  defaults: { machineSlow: "", machineShow: "cycle" },
   start: startMachine,
 };
 
@@ -34,8 +35,9 @@ function startMachine(panel) {
   parts.scale = h("p", { class: "small muted", id: "machine-scale" });
   parts.facts = h("div", { class: "card", id: "machine-facts" });
   parts.moving = [h("div", { class: "card" }, machinePlayer(parts.stage), parts.scale), machineCharts(), parts.facts];
+  const { picks, form } = machineSource(() => (want(), words()));
   parts.own = [
-    h("div", { class: "card" }, h("h2", {}, "The machine that switches itself"), parts.sentence, parts.obstacle),
+    h("div", { class: "card" }, h("div", { class: "row middle" }, h("h2", {}, "The machine that switches itself"), picks), form, parts.sentence, parts.obstacle),
     h("div", { class: "card stage", id: "machine-in-sight" }, canvas),
     ...parts.moving,
   ];
@@ -76,10 +78,15 @@ function want() {
     const lines = data.problems.map((one) => [one.key && `${one.key}: `, said(one)]);
     return put(parts.obstacle, lines.map((line) => h("p", { class: "note bad" }, line)));
   }
-  for (const part of parts.moving) part.hidden = !motion.arrays.t;
-  if (parts.drawn === motion && parts.sections === data.info) return;
-  Object.assign(parts, { drawn: motion, sections: data.info });
-  draw(motion);
+  const started = startUp();
+  if (fromStart() && !started) return;
+  const shown = started ?? motion;
+  for (const part of parts.moving) part.hidden = !shown.arrays.t;
+  if (parts.drawn === shown && parts.curve === motion && parts.sections === data.info) return;
+  const same = parts.drawn === shown && parts.sections === data.info;
+  Object.assign(parts, { drawn: shown, curve: motion, sections: data.info });
+  drawCurve(motion, machineUnits(motion));
+  if (!same) draw(shown);
 }
 
 function draw(motion) {
@@ -88,12 +95,16 @@ function draw(motion) {
   stage.show(motion, data.info?.tables?.load?.kind === "valve" ? data.info.bar?.sections : null);
   put(parts.scale, `${stage.magnified()} ${DRAWN}`);
   drawMachine(motion, parts.units);
-  drawCurve(motion, parts.units);
   machinePace();
   mark(stage.time);
   const { canvas } = stage;
   canvas.setAttribute("aria-label", `Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`);
-  Object.assign(canvas.dataset, { change: String(motion.changed), modes: String(motion.modes), whole: String(Boolean(motion.more)) });
+  Object.assign(canvas.dataset, {
+    change: String(motion.changed),
+    modes: String(motion.modes),
+    whole: String(Boolean(motion.more)),
+    label: motion.label ?? "",
+  });
   if (!motion.arrays.t) return pauseMachine();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) beginMachine();
 }
@@ -119,9 +130,10 @@ function words() {
   const { answer, runs, modes, more } = motion;
   const body = modes ? `with ${modes} elastic modes` : "with a rigid piston; elastic modes follow when nothing moves";
   const waits = more ? "" : "Margins, what changes it and the curves over the pressure take some seconds.";
-  put(parts.sentence, `${motion.sentence ?? "The machine runs with one blow a cycle."} Computed ${body}. ${runs ? waits : ""}`);
+  const started = startUp();
+  put(parts.sentence, started ? `${started.sentence} ` : "", `${motion.sentence ?? "The machine runs with one blow a cycle."} Computed ${body}. ${runs ? waits : ""}`);
   put(parts.obstacle, runs ? notes(more ?? answer) : obstacle(motion));
-  if (answer.period) put(parts.facts, figures(motion), more && margins(more, motion.scales), more && changes(more));
+  put(parts.facts, answer.period ? [figures(motion), more && margins(more, motion.scales), more && changes(more)] : null);
 }
 
 const notes = ({ warnings = [] }) => warnings.map((text) => h("p", { class: "note warn" }, `${text[0].toUpperCase()}${text.slice(1)}.`));

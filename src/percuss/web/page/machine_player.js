@@ -65,12 +65,13 @@ export function pauseMachine() {
 export function machinePace() {
   const { motion, length } = parts.stage;
   if (!motion || !(length > 0)) return;
-  const real = motion.scales ? length : 1;
+  const one = length / (motion.cycles ?? 1); // of the blows from a start each counts as a cycle
+  const real = motion.scales ? one : 1;
   const longest = Math.max(LONGEST, 2 * real);
   const usual = Math.log(Math.max(USUAL, real) / real) / Math.log(longest / real);
   const share = view.machineSlow === "" ? usual : Math.min(Math.max(Number(view.machineSlow) / 100 || 0, 0), 1);
   const seconds = real * (longest / real) ** share;
-  parts.stage.rate = length / seconds;
+  parts.stage.rate = one / seconds;
   if (document.activeElement !== parts.slow) parts.slow.value = 100 * share;
   const slower = seconds / real;
   const words = !motion.scales

@@ -231,10 +231,10 @@ export class MachineStage extends Stage {
 }
 
 /** When the spool travels, and from which state to which: from a demand to the change of the state. */
-function spoolMoves({ valve, machine, ports, blows, period }, seconds) {
+function spoolMoves({ valve, machine, ports, blows, period, first_state: first }, seconds) {
   const names = Object.keys(machine.states);
   return valve.map(({ time, to }, i) => {
-    const from = valve.at(i - 1).to;
+    const from = i || !first ? valve.at(i - 1).to : first;
     const demanded = [
       ...ports.filter(({ port }) => machine.ports[port].to === to).map(({ port, time: at }) => [at, machine.ports[port].delay]),
       ...machine.ports.filter((port) => port.on === "impact" && port.to === to).flatMap(({ delay }) => blows.map((blow) => [blow.time, delay])),

@@ -2,7 +2,7 @@
 
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber, withUnit } from "./format.js";
-import { data, show, view } from "./state.js";
+import { data, show, switchesItself, view } from "./state.js";
 
 const SHOWN = {
   verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
@@ -14,11 +14,37 @@ const SHOWN = {
   blow_energy: { label: "blow energy", quantities: ["blow_energy"] },
   impact_velocity: { label: "striking speed", quantities: ["impact_velocity"] },
   power: { label: "percussive power", quantities: ["power"] },
-  label: { label: "motion found by simulation", quantities: ["label"], simulation: { modes: 0, impacts: 400 } },
+  label: { label: "motion found by simulation", quantities: ["label"], body: { modes: 0, impacts: 400 } },
 };
 
+const rigid = (label, ...quantities) => ({ label, quantities, body: { modes: 0 } });
+
+/** The same of machines that switch themselves: of rigid pistons, which are there at once. */
+const OF_MACHINES = {
+  stall: rigid("runs, or why not", "stall"),
+  blow_energy: rigid("blow energy", "blow_energy"),
+  rate: rigid("blow rate", "rate"),
+  speed: rigid("striking speed", "speed"),
+  stroke: rigid("stroke", "stroke"),
+  power: rigid("percussive power", "power"),
+  flow: rigid("oil flow", "flow"),
+  efficiency: rigid("efficiency", "efficiency"),
+  duty: rigid("share of the power stroke", "duty"),
+  multiplier: rigid("multiplier", "multiplier"),
+};
+
+/** What there is to show; the flow in SI is known of a machine whose supply has a pressure. */
+function kinds() {
+  if (!switchesItself()) return SHOWN;
+  const { flow, ...others } = OF_MACHINES;
+  return data.tables.bar && !data.tables.load.pressure ? others : { ...others, flow };
+}
+
 /** What the colour shows. */
-export const shown = () => SHOWN[view.q] ?? SHOWN.verdict;
+export const shown = () => kinds()[view.q] ?? Object.values(kinds())[0];
+
+/** Its name, where the view asks for one that there is not. */
+const shownName = () => (view.q in kinds() ? view.q : Object.keys(kinds())[0]);
 
 /** What the server knows of a parameter of the case. */
 export const parameter = (name) => data.info?.parameters.find((p) => p.name === name);
@@ -30,11 +56,18 @@ export const told = ({ name, unit }, value, digits = 4) => `${title(name)} = ${w
 
 /** The axis "x" or "y": {name, unit, from, to, whole}. */
 export function axis(which) {
-  const known = parameter(view[which]) ?? data.info.parameters[0];
+  const known = parameter(view[which]) ?? usual(which);
   const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view[`${which}r`]);
   const wish = given ? [Number(given[1]), Number(given[2])] : [];
   const [from, to] = good(...wish) ? wish : [known.low, known.high];
   return { name: known.name, unit: known.unit, from, to, whole: known.name === "m" };
+}
+
+/** The axis where the view asks for one that the case has not: two that differ, the first port and the pressure. */
+function usual(which) {
+  const wish = { x: /^(restitution|load\.ports\[0\]\.behind)$/, y: /^(load_factor|load\.(pressure|scale))$/ }[which];
+  const { parameters } = data.info;
+  return parameters.find(({ name }) => wish.test(name)) ?? parameters[which === "x" ? 0 : Math.min(1, parameters.length - 1)];
 }
 
 const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
@@ -45,23 +78,24 @@ export const labelOf = ({ name, unit }) => inUnit(title(name), unit);
 export function choices(row) {
   if (!data.info) return;
   const names = data.info.parameters.map((p) => [p.name, p.label]);
-  const key = JSON.stringify([names, view.x, view.y, view.q]);
+  const chosen = { x: axis("x").name, y: axis("y").name, q: shownName() };
+  const key = JSON.stringify([names, chosen]);
   if (row.dataset.key === key) return fillEdges(row);
   row.dataset.key = key;
   const group = (which, title) =>
     h(
       "div",
       { class: "axis" },
-      select(title, names, view[which], (name) => show(chosenAxis(which, name)), { id: `map-${which}` }),
+      select(title, names, chosen[which], (name) => show(chosenAxis(which, name)), { id: `map-${which}` }),
       edge(which, "from"),
       edge(which, "to"),
     );
-  const kinds = Object.entries(SHOWN).map(([name, { label }]) => [name, label]);
+  const colours = Object.entries(kinds()).map(([name, { label }]) => [name, label]);
   put(
     row,
     group("x", "Across"),
     group("y", "Up"),
-    select("Colour", kinds, view.q, (q) => show({ q }), { id: "map-q" }),
+    select("Colour", colours, chosen.q, (q) => show({ q }), { id: "map-q" }),
     h("p", { class: "problem", role: "alert", id: "map-range-problem" }),
   );
 }
@@ -71,6 +105,9 @@ function chosenAxis(which, name) {
   const { low, high } = parameter(name);
   return { [which]: name, [`${which}r`]: name.includes(".") ? `${plainNumber(low)}:${plainNumber(high)}` : "" };
 }
+
+/** The ranges of both axes as the view keeps them. */
+export const keptRanges = () => Object.fromEntries(["x", "y"].map((which) => [`${which}r`, `${axis(which).from}:${axis(which).to}`]));
 
 /** One end of an axis. */
 function edge(which, end) {

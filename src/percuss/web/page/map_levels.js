@@ -3,23 +3,23 @@
 
 import { post, postBinary } from "./api.js";
 import { parameter, shown } from "./map_axes.js";
-import { data, view } from "./state.js";
+import { data, switchesItself, view } from "./state.js";
 
 const STRIP = 250; // ms that one request may take
 const POINTS = 24; // of a curve in one request
 
 /** The map that is wanted now: what is asked, in which steps, and a key that tells it from others. */
 export function wanted(x, y, version) {
-  const { quantities, simulation } = shown();
+  const { quantities, body: own } = shown();
   const named = new Map(data.about.quantities.map((q) => [q.name, q]));
   const plane = [x, y].every(({ name }) => parameter(name)?.plane);
   const byArrays = plane && quantities.every((name) => named.get(name)?.fast);
   const { cells, slow_cells: slow } = data.about.limits;
   const most = Math.floor(Math.sqrt(byArrays ? cells : slow));
   const reduced = byArrays && !quantities.some((name) => name === "stable" || name === "margin");
-  const sides = reduced ? [50, most] : byArrays ? [16, 60, most] : [8, 24, most];
-  const body = { case: data.tables, periods: view.m, quantities, ...simulation };
-  return { key: JSON.stringify([x, y, view.q, view.m, version]), x, y, sides, body };
+  const sides = switchesItself() ? [16, most] : reduced ? [50, most] : byArrays ? [16, 60, most] : [8, 24, most];
+  const body = { case: data.tables, quantities, ...own, ...(!switchesItself() && { periods: view.m }) };
+  return { key: JSON.stringify([x, y, quantities, view.m, version]), x, y, sides, body };
 }
 
 /** The values of an axis in `count` steps; a whole number steps by one. */
@@ -91,7 +91,7 @@ async function quiet(signal) {
 /** The exact curves, halving the steps: yields lists of {kind, x, y}; a plane without such curves has none. */
 export async function* curves(map, signal) {
   const { x, y, body } = map;
-  if (x.whole || y.whole || body.quantities.includes("label")) return;
+  if (switchesItself() || x.whole || y.whole || body.quantities.includes("label")) return;
   const found = new Map();
   for (const part of halvings(4 * POINTS)) {
     const values = part.map((share) => x.from + share * (x.to - x.from));

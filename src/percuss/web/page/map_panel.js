@@ -6,11 +6,11 @@ import { Chart } from "./chart.js";
 import { theme } from "./colours.js";
 import { framed, h, latest, put } from "./dom.js";
 import { number, plainNumber } from "./format.js";
-import { axis, choices, labelOf, parameter, shown, told } from "./map_axes.js";
+import { axis, choices, keptRanges, labelOf, parameter, shown, told } from "./map_axes.js";
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
-import { present } from "./moves.js";
-import { data, move, on, show, view } from "./state.js";
+import { heldAt, present, withKey } from "./moves.js";
+import { data, drag, move, on, show, switchesItself, view } from "./state.js";
 
 export const panel = {
   name: "map",
@@ -22,7 +22,6 @@ export const panel = {
     yr: "",
     q: "verdict",
   },
-  clocked: "These maps are of clocked loads. For a machine that switches itself the panel Machine has sliders and the curves over the pressure, and percuss sweep makes maps.",
   start: startMap,
 };
 
@@ -34,7 +33,7 @@ let dragging = false;
 let since = 0; // the last change of the case that made the map another
 
 function startMap(panel) {
-  parts.chart = new Chart("Stability plane", { kind: "map", role: "application", about: "Stability plane" });
+  parts.chart = new Chart("Plane of two parameters", { kind: "map", role: "application", about: "Plane of two parameters" });
   parts.chart.canvas.tabIndex = 0;
   parts.chart.canvas.id = "map";
   parts.readout = h("p", { class: "small", id: "map-readout", "aria-live": "polite" });
@@ -54,24 +53,28 @@ function startMap(panel) {
   on("tables", () => {
     if (!moveOnly()) since = data.changed;
   });
-  on("info view quick", () => ready() && (choices(parts.choice), compute()));
+  on("info view quick machine", () => ready() && (choices(parts.choice), compute()));
   on("theme", () => (plane && picture(plane), repaint()));
-  on("tables quick view steady", repaint);
+  on("tables quick machine view steady", repaint);
 }
 
-/** Whether the panel is in sight and the case has parameters for its axes; a machine that switches itself has none. */
-const ready = () => view.panel === "map" && data.info?.parameters.length > 0;
+/** Whether the panel is in sight, and what is known of the case is known of this kind of case. */
+const ready = () => view.panel === "map" && Boolean(data.info) && Boolean(data.info.system) !== switchesItself();
+
+/** The latest answer, from which a late one is known: of a machine that switches itself, its cycle. */
+const answered = () => (switchesItself() ? data.machine : data.quick);
 
 /** Whether the last change of the case moved along the map's own axes: the map is the same then. */
-const moveOnly = () => data.moved?.every((name) => (name === view.x || name === view.y) && name !== "load.scale");
+const moveOnly = () =>
+  data.info && data.moved?.every((name) => (name === axis("x").name || name === axis("y").name) && name !== "load.scale");
 
 /** Ask for the map of the case as it is now, unless that is under way or there. */
 function compute() {
-  if (!data.info || !data.about || !data.quick || data.problems.length) return;
+  if (!data.about || !answered() || data.problems.length) return;
   const x = axis("x");
   const y = axis("y");
   if (x.name === y.name) return put(parts.status, "Choose two different parameters.");
-  const map = wanted(x, y, Math.min(since, data.quick.changed)); // a late answer has the tables of its own change
+  const map = wanted(x, y, Math.min(since, answered().changed)); // a late answer has the tables of its own change
   if (map.key === parts.key) return;
   parts.key = map.key;
   for (const part of ["coarse", "fine", "curves"]) delete parts.chart.canvas.dataset[part];
@@ -125,7 +128,7 @@ async function finer(map, cost) {
     if (side === last) parts.chart.canvas.dataset.fine = String(plane.nx);
   }
   parts.bar.hidden = true;
-  put(parts.status, `${plane.nx} × ${plane.ny} cells.`);
+  put(parts.status, `${plane.nx} × ${plane.ny} cells${switchesItself() ? ", each of a rigid piston" : ""}.`);
   while (await draw(exact));
 }
 
@@ -190,15 +193,20 @@ const line = ({ kind, x, y }) => ({
 function marked(x, y) {
   const here = design();
   if (here.x === undefined || here.y === undefined) return null;
-  const orbits = data.quick?.orbits ?? [];
-  const verdict = orbits.some((orbit) => orbit.stable) ? "stable" : orbits.length ? "unstable" : "no steady motion";
-  const place = `${told(x, here.x)}, ${told(y, here.y)}${data.quick ? `: ${verdict}` : ""}`;
+  const place = `${told(x, here.x)}, ${told(y, here.y)}${answered() ? `: ${verdict()}` : ""}`;
   const cell = plane?.kind === "families" && shownHere(x, y) ? cellAt(plane, here) : "";
   const found = cell ? ` A simulation finds ${cell} there.` : "";
   put(parts.readout, `The design stands at ${place}.${found} Drag it, click anywhere, or use the arrow keys.`);
   parts.chart.canvas.dataset.design = `${here.x},${here.y}`;
   const colour = theme().dark ? "#ffffff" : "#101820";
   return { type: "points", x: [here.x], y: [here.y], shape: "diamond", size: 9, colour, name: "the present design" };
+}
+
+/** What the present design does, in few words. */
+function verdict() {
+  if (switchesItself()) return data.machine.answer.outcome;
+  const { orbits } = data.quick;
+  return orbits.some((orbit) => orbit.stable) ? "stable" : orbits.length ? "unstable" : "no steady motion";
 }
 
 function pointer(canvas) {
@@ -249,6 +257,9 @@ function hover(event) {
   });
 }
 
+/** The value of a key as a case has it. */
+const withUnitOf = (name, value) => (parameter(name).unit ? `${value} ${parameter(name).unit}` : value);
+
 /** The design put there, as far as its tables can say it. */
 function goTo(at, step = [1, 1]) {
   const values = {};
@@ -263,5 +274,9 @@ function goTo(at, step = [1, 1]) {
   }
   if (refused)
     put(parts.readout, `The ${refused} of this case cannot be changed by itself: change the load on the Case panel.`);
-  if (Object.keys(values).length) move(values);
+  if (!Object.keys(values).length) return;
+  if (!switchesItself()) return move(values);
+  show(keptRanges()); // the server's move with the values
+  const written = (tables, [name, value]) => withKey(tables, heldAt(tables, name), withUnitOf(name, value));
+  drag(Object.entries(values).reduce(written, data.tables), Object.keys(values));
 }

@@ -14,8 +14,9 @@ export function content({ arrays, quantities }, kind) {
     const codes = values.map((n, i) => (n > 0 ? (arrays[second][i] === 1 ? 2 : 1) : n >= 0 ? 0 : -1));
     return { kind: "verdicts", codes, words: Object.values(VERDICTS), labels: codes };
   }
-  if (quantities[first].words) {
-    const { words } = quantities[first];
+  const { words } = quantities[first];
+  if (first === "stall") return { kind: "outcomes", codes: values, words, labels: values };
+  if (words) {
     const family = words.map(familyOf); // once a word: a map has many cells and few words
     return { kind: "families", codes: values.map((n) => family[n] ?? -1), words, labels: values };
   }
@@ -50,9 +51,8 @@ const rampOf = ({ kind }, colours) => (kind === "margins" ? colours.stability : 
 export function picture(plane) {
   const { nx, ny, rows, codes, values } = plane;
   const colours = theme();
-  plane.palette =
-    plane.kind === "families" ? colours.families.map(({ colour }) => colour) : Object.keys(VERDICTS).map((name) => colours.verdicts[name]);
-  const flat = plane.palette.map((colour) => word(rgb(colour)));
+  plane.looks = looksOf(plane, colours);
+  const flat = plane.looks.map(({ colour }) => word(rgb(colour)));
   const shades = words(rampOf(plane, colours));
   const none = word(rgb(colours.verdicts.none));
   const shade = (i) => {
@@ -63,10 +63,18 @@ export function picture(plane) {
   plane.canvas = cells(nx, ny, rows, shade);
   plane.used = codes ? new Set(codes) : null; // once for a plane: there are tens of thousands, and a move redraws
   plane.hatches = [];
-  if (plane.kind !== "families") return;
-  for (const [i, { hatch }] of colours.families.entries())
+  for (const [i, { hatch }] of plane.looks.entries())
     if (hatch && plane.used.has(i))
       plane.hatches.push({ hatch, canvas: cells(nx, ny, rows, (k) => (codes[k] === i ? 0xffffffff : 0)) });
+}
+
+/** What the cells of each code look like and are called; of a machine that does not run by what keeps it from that. */
+function looksOf({ kind, words }, { families, verdicts }) {
+  if (kind === "families") return families;
+  if (kind !== "outcomes") return Object.entries(VERDICTS).map(([verdict, name]) => ({ name, colour: verdicts[verdict], hatch: "" }));
+  const n = families.length; // more words than colours: the hatches are others the second time
+  const look = (i) => ({ colour: families[i % n].colour, hatch: families[(i + Math.floor(i / n)) % n].hatch });
+  return words.map((name, i) => ({ name, ...(i ? look(i) : { colour: verdicts.stable, hatch: "" }) }));
 }
 
 /** A canvas with a pixel for each of the first rows of cells. */
@@ -85,13 +93,9 @@ function cells(nx, ny, rows, shade) {
 /** What its colours mean. */
 export function legends(plane, colours) {
   if (!plane?.canvas) return [];
-  if (plane.kind === "families")
-    return colours.families
-      .map(({ name, colour, hatch }, i) => ({ type: "patch", name, colour, hatch, i }))
-      .filter(({ i }) => plane.used.has(i));
   if (plane.codes)
-    return plane.words
-      .map((name, i) => ({ type: "patch", name, colour: plane.palette[i], i }))
+    return plane.looks
+      .map(({ name, colour, hatch }, i) => ({ type: "patch", name, colour, hatch, i }))
       .filter(({ i }) => plane.used.has(i));
   const step = (plane.high - plane.low) / 200 || 1;
   const rounded = (value) => Math.round(value / step) * step;

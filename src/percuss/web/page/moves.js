@@ -25,12 +25,15 @@ function withStep(inside, [step, ...rest], value) {
 
 export const valueAt = (tables, key) => steps(key).reduce((found, step) => found?.[step], tables);
 
+/** The key of the number that a key holds: of a table such as {kind = "ratio", value = 1e-3} that of its value. */
+export const heldAt = (tables, key) => (valueAt(tables, key)?.value === undefined ? key : `${key}.value`);
+
 /** The number that a parameter stands at now; undefined when it has none. */
 export function present(data, name) {
   if (name in data.placed) return data.placed[name];
   const known = data.info?.parameters.find((p) => p.name === name);
   if (known?.dimensionless) return data.quick?.[name] ?? data.tables.system?.[name] ?? known.value ?? undefined;
-  const written = quantity(valueAt(data.tables, name));
+  const written = quantity(valueAt(data.tables, heldAt(data.tables, name)));
   // in another unit, or in none that fits, only the server can tell
   return written && written.unit === known?.unit ? written.value : (known?.value ?? undefined);
 }

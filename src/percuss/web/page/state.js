@@ -231,11 +231,12 @@ export function setTables(tables) {
   changedCase(null);
 }
 
-/** The same case with a value that is being dragged: answers that come meanwhile are shown. */
-export function drag(tables) {
+/** The same case with a value that is being dragged: answers that come meanwhile are shown. `names`: the keys that are
+ * other ones, where the map may stay as it is. */
+export function drag(tables, names = null) {
   wishes += 1;
   data.tables = tables;
-  changedCase(null);
+  changedCase(names);
 }
 
 export const setKey = (key, value) => setTables(withKey(data.tables, key, value));
