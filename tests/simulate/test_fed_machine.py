@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
-from percuss.simulate import FedTrajectory, MachineStart, Start, Stop, run_machine
+from percuss.simulate import FedTrajectory, MachineStart, Start, Stop, run_machine, simulate_machines
 from percuss.steady import self_excited_motion
 from supply_oracle import begun, follow
 
@@ -133,6 +133,16 @@ def test_a_great_accumulator_is_a_constant_pressure() -> None:
     plain = run_machine(machine(constant), start, modes=0, stop=stop)
     assert fed.blow_times == pytest.approx(plain.blow_times, rel=1e-7)
     assert fed.blow_speeds == pytest.approx(plain.blow_speeds, rel=1e-7)
+
+
+def test_a_motion_with_a_supply_is_neither_written_nor_carried_on(tmp_path) -> None:
+    motion = run_machine(machine(two_force(Supply(1.0, 5.0))), modes=0, stop=Stop(impacts=3))
+    with pytest.raises(PercussError, match="again"):
+        motion.continued()
+    with pytest.raises(PercussError, match="again"):
+        motion.save(tmp_path / "motion.nc")
+    with pytest.raises(ParameterError, match="supply"):
+        simulate_machines(machine(two_force(Supply(1.0, 5.0))), [Start.rigid(-0.2)], modes=0)
 
 
 def test_elastic_modes_are_refused() -> None:

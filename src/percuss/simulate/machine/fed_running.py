@@ -251,4 +251,5 @@ def _made(
         stop=stop,
         begin_time=begin,
         end_time=max(begin + known, float(events.time[-1]) if len(events) else begin),
+        snapshot={},
     )

@@ -4,18 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import Array, array, choice, finite
 from percuss.simulate.balance import panels
 from percuss.simulate.machine.fed_flight import FedFlight, flight_of
 from percuss.simulate.machine.machine_balance import MachineBalance
 from percuss.simulate.machine.machine_trajectory import MachineTrajectory, Side
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray
+
+    from percuss.simulate.engine import Progress
+    from percuss.simulate.stop import Stop
+
 __all__ = ["FedTrajectory"]
+
+_ANEW = "call run_machine again with another stop; the events are an array for each quantity"
 
 
 @dataclass(frozen=True)
@@ -78,6 +89,28 @@ class FedTrajectory(MachineTrajectory):
         stored = self.energy(np.array([begin, end]))
         put_in = pumped + self.machine.valve.chamber.force * float(moved)
         return MachineBalance(put_in, dragged, taken, float(stored[1] - stored[0]))
+
+    def continued(
+        self, stop: Stop | None = None, progress: Callable[[Progress], object] | None = None
+    ) -> MachineTrajectory:
+        """Refused: a motion with a supply is followed anew, which takes some milliseconds for a blow.
+
+        Raises
+        ------
+        PercussError
+            Always.
+        """
+        raise PercussError("a motion of a machine with a supply does not go on", _ANEW)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Refused, as `continued`.
+
+        Raises
+        ------
+        PercussError
+            Always.
+        """
+        raise PercussError("a motion of a machine with a supply is not written to a file", _ANEW)
 
     def _from(self, time: float) -> FedFlight:
         """The flight from a time on; on the wall, one that stays there while the pump works."""
