@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from percuss.plot.trajectory_picture import trajectory
 
 __all__ = [
-    "basins", "best", "blow", "branch", "experiment", "machine", "machine_motion", "save", "steady", "sweep", "trajectory"
+    "basins", "best", "blow", "branch", "experiment", "machine", "machine_motion", "save", "steady", "sweep",
+    "trajectory",
 ]  # fmt: skip
 
 
