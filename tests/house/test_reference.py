@@ -82,6 +82,7 @@ TABLES = {
     "PortTable": ("si", "load.ports"),
     "ChamberTable": ("si", "load.chamber"),
     "CushionTable": ("si", "load.cushion"),
+    "SupplyTable": ("si", "load.supply"),
     "AreasTable": ("si", "load.states"),
     "SystemTable": ("plain", "system"),
     "HarmonicLoad": ("plain", "load"),
