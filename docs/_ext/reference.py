@@ -130,6 +130,8 @@ _VALUES: list[tuple[Any, str]] = [
     (valve_tables.PlainPorts, "list of tables"),
     (valve_tables.ChamberTable, "table"),
     (valve_tables.SupplyTable, "table"),
+    (valve_tables.CushionTable, "table"),
+    (valve_tables.PlainCushion, "table"),
     (valve_tables.PlainChamber, "table"),
     (valve_tables.PlainSupply, "table"),
     (valve_tables.Reads, '`"centre"` or number'),

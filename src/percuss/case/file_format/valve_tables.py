@@ -79,7 +79,8 @@ class CushionTable(Table):
     stiffness: Stiffness | None = None
     """How much that force grows with the depth. Allowed: 0 or greater. When left out: not at all."""
     length: Length | None = None
-    """Depth at which the piston strikes the front end of the housing. Allowed: greater than 0. When left out: no end."""
+    """Depth at which the piston strikes the front end of the housing. Allowed: greater than 0. When left out: no
+    end."""
     returned: float | None = None
     """Part of the energy that it gives back. Allowed: 0 (oil that is throttled) to 1 (a spring). When left out: 0."""
     area: Area | None = None
@@ -220,8 +221,8 @@ class ValveForce(Table):
     chamber: ChamberTable | None = None
     """A gas chamber behind the piston, see below. When left out: there is none."""
     cushion: CushionTable | None = None
-    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm is
-    assumed."""
+    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
+    is assumed."""
     supply: SupplyTable | None = None
     """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
     out: the pressure is constant."""
