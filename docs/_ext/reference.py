@@ -132,6 +132,8 @@ _VALUES: list[tuple[Any, str]] = [
     (valve_tables.CushionTable, "table"),
     (valve_tables.PlainCushion, "table"),
     (valve_tables.SupplyTable, "table"),
+    (valve_tables.CushionTable, "table"),
+    (valve_tables.PlainCushion, "table"),
     (valve_tables.PlainChamber, "table"),
     (valve_tables.PlainSupply, "table"),
     (valve_tables.Reads, '`"centre"` or number'),

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from percuss.errors import ParameterError, PercussError
 from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
-from percuss.simulate import FedTrajectory, MachineStart, Start, Stop, run_machine, simulate_machines
+from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines
+from percuss.simulate.machine.fed_trajectory import FedTrajectory
 from percuss.steady import self_excited_motion
 from supply_oracle import begun, follow
 

@@ -10,7 +10,7 @@ from percuss.case.answers.machine_start_in_words import from_this_start
 from percuss.case.answers.numerals import counted, number
 from percuss.cli.machine_report import machine_section
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.simulate import FedTrajectory
+from percuss.simulate.machine.fed_trajectory import FedTrajectory
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_motion import MachineMotion

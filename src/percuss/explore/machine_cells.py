@@ -92,7 +92,8 @@ def _of_machines(
                 left.append(one)
     for i, machine in left:
         try:
-            motion = self_excited_motion(machine, modes=modes, room=family.room(machine))
+            kept = modes if machine.valve.supply is None else 0  # the piston of a machine with a supply is rigid
+            motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
             starts = "starts" in out and motion.starts_from_rest
             _put(out, i, machine, motion.obstacle, _of(motion), starts, si)
         except (PercussError, ArithmeticError) as error:

@@ -92,7 +92,7 @@ def machine_motion(case: Case, progress: Callable[[Progress], object] | None = N
 
 def _pressure(motion: MachineTrajectory) -> dict[str, Any] | None:
     """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
-    from percuss.simulate import FedTrajectory
+    from percuss.simulate.machine.fed_trajectory import FedTrajectory
 
     if not isinstance(motion, FedTrajectory):
         return None
