@@ -35,7 +35,7 @@ demo: $(RUN)  ## two sample hammers: one under a measured history, one that swit
 test: ready  ## run the suite: the page in a browser and the examples of the documentation too, all but `make slow`
 	$(SUITE) -m "not slow" $(PYTEST_ARGS)
 
-slow: ready  ## run the tests that take long: a hundred thousand first contacts, a server under load, maps killed and resumed
+slow: ready  ## run the tests that take long: many more first contacts, a server under load, the audit of the claims, workers killed
 	$(SUITE) -m slow $(PYTEST_ARGS)
 
 ready: $(RUN)
@@ -93,7 +93,7 @@ $(DEV): requirements/dev.txt $(RUN)
 # Once, beside the installation above: else each process of the suite would compile them for itself.
 $(KERNELS): $(wildcard src/percuss/blow/kernels/*.py src/percuss/simulate/kernels/*.py src/percuss/stability/*_kernels.py src/percuss/steady/self_excited/*_kernels.py) src/percuss/explore/tangent.py $(RUN)
 	@echo "compiling the kernels"
-	@if $(BIN)/python -c 'import sys; from percuss.web.kernel_loading import load; sys.exit(not load())' && \
-	    $(BIN)/percuss simulate valve-drifter --modes 2 > $(VENV)/kernels.log 2>&1 && \
-	    $(BIN)/percuss sweep valve-drifter --x restitution=0:0.4:2 --modes 0 >> $(VENV)/kernels.log 2>&1; then touch $@; \
+	@if $(BIN)/python -c 'import sys; from percuss.cli.app import run; from percuss.web.kernel_loading import load; \
+	    drifter = ["valve-drifter", "--modes"]; sys.exit(not load() or run(["simulate", *drifter, "2"]) \
+	    or run(["sweep", *drifter, "0", "--x", "restitution=0:0.4:2"]))' > $(VENV)/kernels.log 2>&1; then touch $@; \
 	  else echo "the kernels could not be compiled; the tests will say more" >&2; fi

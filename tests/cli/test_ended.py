@@ -110,6 +110,7 @@ sys.exit(main())
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "\npercuss: interrupted\n")
 
 
+@pytest.mark.slow
 def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
     """A batch system sends it to all processes of a job at once."""
     from percuss.explore.jobs.archive import Archive

@@ -105,8 +105,8 @@ def test_warnings_stand_on_the_standard_error(capsys: pytest.CaptureFixture[str]
         (["machin", "valve-breaker"], "did you mean 'machine'?"),
         (["steady", "valve-breaker"], "'percuss machine' answers for a valve that the piston switches"),
         (["simulate", "valve-breaker", "--contact", "waves"], "'percuss machine' answers for a valve"),
-        (["experiment", "valve-breaker", "--starts", "4"], "'percuss machine' answers for a valve"),
-        (["basins", "valve-breaker", "--x", "time=0:6:2", "--y", "velocity=-6:-1:2"], "'percuss machine' answers"),
+        (["experiment", "valve-breaker", "--distribution", "wide"], "expected wall, field, gentle, or a file"),
+        (["basins", "valve-breaker", "--x", "time=0:6:2", "--y", "velocity=-6:-1:2"], "no clock drives the machine"),
         (["serve", "valve-breaker"], "'percuss machine' answers for a valve"),
     ],
 )  # fmt: skip
@@ -164,8 +164,8 @@ def test_a_simulation_of_a_machine_that_stalls(capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["-o", "motion.nc"], "'percuss machine' draws and writes the cycle"),
-        (["--plot", "motion.png"], "'percuss machine' draws and writes the cycle"),
+        (["-o", "nowhere/motion.nc"], "there is no folder 'nowhere'"),
+        (["--plot", "motion.gif"], ".png, .svg or .pdf"),
         (["--start", "orbit:1"], "start.orbit = 1: expected a start by position and velocity"),
         (["--start", "random"], "start.random = 'rigid': expected a start by position and velocity"),
         (["--start", "position=1"], "position"),
@@ -176,3 +176,50 @@ def test_what_a_simulation_of_a_machine_does_not_take(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert said in refused(capsys, "simulate", "valve-drifter", *options)
+
+
+def test_a_simulated_motion_is_written_drawn_and_continued(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("h5netcdf")
+    monkeypatch.chdir(tmp_path)
+    asked = ["simulate", "valve-drifter", "--modes", "2", "--full", "--json"]
+    assert main([*asked, "--impacts", "30"]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert main([*asked, "--impacts", "9", "-o", "part.nc", "--plot", "part.png"]) == 0
+    printed = capsys.readouterr()
+    assert "motion: part.nc" in printed.err and "picture: part.png" in printed.err
+    assert (tmp_path / "part.png").read_bytes()[:4] == b"\x89PNG"
+    assert main(["simulate", "--resume", "part.nc", "--impacts", "30", "--json", "-o", "part.nc"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["events"] == whole["events"] and again["label"] == whole["label"]
+    assert main(["simulate", "--resume", "part.nc", "--time", "1 s", "--plot", "on.svg"]) == 0
+    assert "From this start the machine" in capsys.readouterr().out and (tmp_path / "on.svg").exists()
+    assert "more than the 30 that the file holds" in refused(
+        capsys, "simulate", "--resume", "part.nc", "--impacts", "5"
+    )
+    assert "more than the" in refused(capsys, "simulate", "--resume", "part.nc", "--time", "1 ms")
+
+
+def test_which_starts_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    gas = load_case("valve-breaker").varied({"load.chamber": {"force": "11.4 kN", "stiffness": "25.3 kN/m"}})
+    path = tmp_path / "gas.toml"
+    path.write_text(gas.to_toml(), encoding="utf-8")
+    asked = ["experiment", str(path), "--starts", "60", "--distribution", "field", "--modes", "0", "--seed", "1"]
+    assert main([*asked, "--plot", str(tmp_path / "starts.png"), "--workers", "1"]) == 0
+    text = capsys.readouterr().out
+    assert "The machine runs from" in text and "and stalls from" in text and "period [s]" in text
+    assert main([*asked, "--json", "--workers", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    shares = {share["label"]: share for share in told["shares"]}
+    assert shares["runs 1/1"]["period"] == pytest.approx(0.1213, rel=1e-3) and "frequency_Hz" not in told["si"]
+    assert sum(share["share"] for share in told["shares"]) == pytest.approx(1.0)
+    plane = ["--x", "position=-250:-10mm:6", "--y", "velocity=-8:8m/s:5", "--at", "state=power", "--modes", "0"]
+    assert main(["basins", str(path), *plane, "--plot", str(tmp_path / "basins.png"), "--workers", "1"]) == 0
+    assert "power" in capsys.readouterr().out
+    assert "'return', 'power'" in refused(capsys, "basins", str(path), *plane[:5], "state=shut")
+    assert "no clock" in refused(capsys, "basins", str(path), "--x", "time=0:1:2", *plane[2:])
+    assert main(["experiment", str(path), "--starts", "9", "--modes", "0", "-o", str(tmp_path / "m.zarr")]) == 0
+    assert main(["export", str(tmp_path / "m.zarr"), "-o", str(tmp_path / "m.csv")]) == 0
+    heading, first = (tmp_path / "m.csv").read_text().splitlines()[:2]
+    assert "position [bar lengths]" in heading and ("return" in first or "power" in first)

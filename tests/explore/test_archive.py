@@ -287,6 +287,7 @@ def test_locks_where_the_system_has_none(tmp_path, monkeypatch):
 # -- killed --
 
 
+@pytest.mark.slow
 def test_killed_at_any_moment(tmp_path):
     """kill -9 again and again, resumed: bit for bit as undisturbed; only chunks under way are computed again."""
     command = [sys.executable, str(HERE / "jobs.py"), str(tmp_path / "a.zarr"), "300", "0.01", "4", "2"]

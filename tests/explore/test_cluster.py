@@ -95,6 +95,7 @@ def test_the_same_numbers(dask, tmp_path):
     assert same(Archive.open(tmp_path / "a.zarr").read(), whole(job))
 
 
+@pytest.mark.slow
 def test_a_worker_is_killed_in_the_middle(tmp_path):
     """Its chunks go to the other; identical to the local result."""
     found = Dask(tmp_path)
@@ -117,6 +118,7 @@ def test_a_worker_is_killed_in_the_middle(tmp_path):
         found.end()
 
 
+@pytest.mark.slow
 def test_a_worker_that_joins_later_helps(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "_RECOUNT", 0.2)
     found = Dask(tmp_path)
@@ -130,6 +132,7 @@ def test_a_worker_that_joins_later_helps(tmp_path, monkeypatch):
         found.end()
 
 
+@pytest.mark.slow
 def test_the_scheduler_is_lost(tmp_path):
     """What was done is kept, and gone on with here."""
     found = Dask(tmp_path)
@@ -151,6 +154,7 @@ def test_the_scheduler_is_lost(tmp_path):
     assert same(carry_out(job, archive=tmp_path / "a.zarr", resume=True, workers=1), whole(job))
 
 
+@pytest.mark.slow
 def test_all_workers_are_lost(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "_RECOUNT", 0.2)
     monkeypatch.setattr(cluster, "_LONELY", 1.0)
@@ -184,6 +188,7 @@ def test_an_item_that_raises(dask):
         carry_out(Raises(100), pool=pool, chunk=10)
 
 
+@pytest.mark.slow
 def test_an_item_that_kills_workers(tmp_path):
     """After some tries it is told, and not tried on all workers of the cluster."""
     found = Dask(tmp_path)

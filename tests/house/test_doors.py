@@ -36,6 +36,7 @@ from percuss.blow import machine
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     Chamber,
+    Cushion,
     External,
     KelvinVoigt,
     Machine,
@@ -95,6 +96,7 @@ NO_DOORS: dict[str, str] = {
             "model.Section.piece",
             "model.Jump",
             "model.MachineModes",
+            "steady.BlankBlow",
             "steady.Drag",
             "steady.ElasticCycle",
             "steady.Energy",
@@ -172,6 +174,10 @@ NO_DOORS: dict[str, str] = {
             "explore.Archive",
             "explore.Basins",
             "explore.Boundaries",
+            "explore.Branch",
+            "explore.Branch.at",
+            "explore.BranchPoint",
+            "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",
             "explore.Lyapunov",
@@ -225,7 +231,7 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    **dict.fromkeys(["blow.Outcome", "blow.Ending"], "a word, made from its sentence"),
+    **dict.fromkeys(["blow.Outcome", "blow.Ending", "explore.BranchEvent"], "a word, made from its sentence"),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -311,11 +317,15 @@ def table(folder: Path) -> dict[str, Entry]:
     load, square = SYSTEM.load, Load.square(1.0, 1.3)
     states = steady_states(SYSTEM)
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
+    one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
+    followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
+    machine_saved = folder / "machine.nc"
+    machine_motion.save(machine_saved)
     recorded = folder / "recorded.csv"
     rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
     recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
@@ -410,14 +420,21 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Timed.steady_impulse": (timed.steady_impulse, {"mean": 0.9, "period": 6.0, "d": 0.1}, {"mean": REAL}),
         "model.Timed.ringing_left": (timed.ringing_left, {"rate": 0.1, "period": 6.0}, {}),
         "model.Chamber": (Chamber, {"force": 0.4, "stiffness": 0.9}, {"force": REAL}),
+        "model.Cushion": (
+            Cushion,
+            {"beyond": 0.1, "force": 1.0, "stiffness": 9.0, "length": 0.2, "returned": 0.1, "area": 1e-3},
+            {"length": OPTIONAL, "area": OPTIONAL},
+        ),
+        "model.Cushion.energy": (Cushion(force=1.0).energy, {"depth": 0.1}, {"depth": REAL}),
+        "model.Cushion.scaled": (Cushion(force=1.0).scaled, {"force": 2.0, "length": 2.0}, {}),
         "model.Port": (
             Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},
             {"to": TEXT, "reads": set()},
         ),
         "model.Valve": (
             Valve, {"states": {"return": -0.4, "power": 1.8}, "ports": VALVE.ports, "start": "power"}
-            | {"chamber": Chamber()},
-            {"start": OPTIONAL},
+            | {"chamber": Chamber(), "cushion": Cushion()},
+            {"start": OPTIONAL, "cushion": OPTIONAL},
         ),
         "model.Valve.scaled": (VALVE.scaled, {"force": 2.0, "length": 2.0, "time": 1.0}, {}),
         "model.Machine": (
@@ -523,6 +540,11 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.Rhythm.of_events": (
             steady.Rhythm.of_events,
             {"valve": VALVE, "events": [(1.0, "impact", 1.0), (3.0, "impact", 1.0)], "blows": 1}, {},
+        ),
+        "steady.blank_blow": (
+            steady.blank_blow,
+            {"motion": steady.self_excited_motion(MACHINE, modes=0), "cushion": Cushion(force=10.0)},
+            {"cushion": OPTIONAL},
         ),
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
@@ -645,7 +667,8 @@ def table(folder: Path) -> dict[str, Entry]:
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
         "simulate.MachineStarts": (
-            simulate.MachineStarts, {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
+            simulate.MachineStarts,
+            {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
             {},
         ),
         "simulate.run_machine": (
@@ -672,6 +695,12 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {}),
         "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
+        "simulate.MachineTrajectory.continued": (
+            machine_motion.continued, {"stop": SHORT, "progress": None},
+            {"stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        ),
+        "simulate.MachineTrajectory.load": (simulate.MachineTrajectory.load, {"path": machine_saved}, {}),
+        "simulate.MachineTrajectory.save": (machine_motion.save, {"path": folder / "other.nc"}, {"path": TEXT}),
         "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
         "simulate.MachineTrajectory.energy_balance": (
@@ -795,6 +824,12 @@ def table(folder: Path) -> dict[str, Entry]:
             | RUNNING,
             {"starts": OPTIONAL, "seed": {"400 digits"}, "stop": OPTIONAL, "threads": OPTIONAL} | RUNNING_TAKES,
         ),
+        "explore.follow": (
+            explore.follow,
+            {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9, "switch": 0,
+             "most": 2, "halt": None},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
@@ -864,6 +899,16 @@ def table(folder: Path) -> dict[str, Entry]:
             {"case": hammer, "velocity": 9.0, "until": None, "gauge": 0.1, "whole_field": False, "most_pieces": None},
             {"velocity": OPTIONAL, "until": OPTIONAL, "gauge": OPTIONAL, "most_pieces": OPTIONAL},
         ),
+        "case.orbits_answer": (
+            room_of_cases.orbits_answer,
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"modes": OPTIONAL},
+        ),
+        "case.branch_answer": (
+            room_of_cases.branch_answer,
+            {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
+            {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
             {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
@@ -921,6 +966,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
+        "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
@@ -928,6 +974,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "plot.best": (plot.best, {"answer": searched}, {}),
         "plot.blow": (plot.blow, {"answer": one_blow}, {}),
         "plot.machine": (plot.machine, {"answer": machined}, {}),
+        "plot.machine_motion": (plot.machine_motion, {"motion": machine_motion}, {}),
         "plot.steady": (plot.steady, {"answer": answer}, {}),
         "plot.sweep": (plot.sweep, {"found": swept, "title": "", "curves": ()}, {"title": TEXT, "curves": PLACES}),
         "plot.trajectory": (plot.trajectory, {"motion": motion}, {}),

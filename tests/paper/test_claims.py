@@ -159,6 +159,7 @@ def test_percent():
 # -- a small audit ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_small_audit_is_whole(small):
     found, folder, seen = small
     assert [claim.letter for claim in found.claims] == list("abcdef")
@@ -180,6 +181,7 @@ def test_a_small_audit_is_whole(small):
     ]
 
 
+@pytest.mark.slow
 def test_the_report_says_what_the_numbers_say(small):
     found, folder, _ = small
     text = (folder / "REPORT.md").read_text(encoding="utf-8")
@@ -196,6 +198,7 @@ def test_the_report_says_what_the_numbers_say(small):
     assert width > 2
 
 
+@pytest.mark.slow
 def test_what_theory_says_whatever_the_size(small):
     """What follows from closed forms, and attractors that all starts reach, does not need many starts."""
     found = {claim.letter: claim for claim in small[0].claims}
@@ -216,6 +219,7 @@ def test_the_same_seed_gives_the_same_numbers():
     assert draws[0] != draws[1]
 
 
+@pytest.mark.slow
 def test_all_rows_share_their_starts_and_the_report_says_so(small):
     """At other points of the plane the same starts, those of `wall` in units of 2πp_0/(1 + R)."""
     trial = Trial(Size(starts=200, impacts=5), 3)

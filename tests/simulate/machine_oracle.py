@@ -70,6 +70,7 @@ class Second:
     speed: np.ndarray
     state: str
     time: float = 0.0
+    struck: float = -math.inf
     events: list[tuple[float, str, object]] = field(default_factory=list)
     ending: str = ""
 
@@ -109,6 +110,15 @@ class Second:
         own = self.own
         return Piece(self.valve.force(self.state), own.omega, own.damping, own.driven, self.place, self.speed)
 
+    def held(self, flight: float) -> bool:
+        """Whether the force holds the bar on the wall after a flight shorter than a contact takes by that law."""
+        own, contact = self.own, self.machine.contact
+        if contact.keeps_strain or not 0.0 < contact.restitution < 1.0:
+            return False
+        pushed = self.valve.force(self.state) * own.driven[0] - own.omega[0] ** 2 * self.place[0]
+        wave = 2.0 / self.machine.body.s
+        return flight < wave and 0.0 <= -2.0 * own.end[0] * self.speed[0] <= 1.001 * own.end[0] * pushed * wave
+
     def step(self, cap: float) -> bool:
         """On to the next event; whether there was one before `cap`."""
         piece, horizon = self.piece(), min(self.queue[0][0] if self.queue else math.inf, cap) - self.time
@@ -143,7 +153,8 @@ class Second:
             for i, port in enumerate(self.valve.ports):
                 if port.on == "impact":
                     self.demand(i)
-            if abs(wall @ self.speed) < SLOW:
+            flight, self.struck = self.time - self.struck, self.time
+            if abs(wall @ self.speed) < SLOW or self.held(flight):
                 self.ending = "nearly at rest"  # what follows is not this program's
                 return False
         else:

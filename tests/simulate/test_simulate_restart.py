@@ -28,8 +28,10 @@ CASES = {
 SCRIPT = """
 import sys
 from percuss.simulate import Stop, Trajectory
-motion = Trajectory.load(sys.argv[1])
-motion.continued(Stop(impacts=int(sys.argv[3]), periodic=False)).save(sys.argv[2])
+for case in sys.argv[1:]:
+    name, impacts = case.split(":")
+    motion = Trajectory.load(f"{name}-part.nc")
+    motion.continued(Stop(impacts=int(impacts), periodic=False)).save(f"{name}-whole.nc")
 """
 
 
@@ -96,12 +98,14 @@ def test_cancelled():
 
 
 def test_in_a_new_process(tmp_path):
-    for case in ("impacts", "steps", "chatter"):
-        system, modes, first, impacts = CASES[case]
-        run(system, start(modes), modes=modes, stop=Stop(**first, periodic=False)).save(tmp_path / "part.nc")
-        command = [sys.executable, "-c", SCRIPT, str(tmp_path / "part.nc"), str(tmp_path / "whole.nc"), str(impacts)]
-        subprocess.run(command, check=True, timeout=300)
+    cases = {name: CASES[name] for name in ("impacts", "steps", "chatter")}
+    for name, (system, modes, first, _) in cases.items():
+        run(system, start(modes), modes=modes, stop=Stop(**first, periodic=False)).save(tmp_path / f"{name}-part.nc")
+    asked = [f"{name}:{impacts}" for name, (*_, impacts) in cases.items()]
+    subprocess.run([sys.executable, "-c", SCRIPT, *asked], check=True, timeout=300, cwd=tmp_path)
+    for name, (system, modes, _, impacts) in cases.items():
         whole = run(system, start(modes), modes=modes, stop=Stop(impacts=impacts, periodic=False))
-        same(Trajectory.load(tmp_path / "whole.nc"), whole)
+        went_on = Trajectory.load(tmp_path / f"{name}-whole.nc")
+        same(went_on, whole)
         times = np.linspace(whole.begin_time, whole.end_time, 50)
-        assert np.array_equal(Trajectory.load(tmp_path / "whole.nc").gap(times), whole.gap(times))
+        assert np.array_equal(went_on.gap(times), whole.gap(times))

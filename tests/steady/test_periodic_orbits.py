@@ -215,7 +215,7 @@ def test_energy_closes_over_the_cycle(drawn) -> None:
     for i, state in enumerate(orbit.states):
         assert state.rebound == pytest.approx(alpha * state.displacement, abs=1e-15)
         assert state.z_velocity + state.forced_velocity == pytest.approx(beta * state.velocity, abs=1e-12)
-        flight = orbit._flights[i]
+        flight = orbit.flights[i]
         y, speed = flight.end_motion(np.array([0.0, flight.period]), chain.modes)
         scale = 1.0 + np.abs(orbit.speeds).max()
         assert speed == pytest.approx([flight.rebound_velocity, flight.impact_velocity], abs=1e-10 * scale)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
+    from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -50,11 +51,13 @@ __all__ = [
     "basins_job_of",
     "best_answer",
     "blow_answer",
+    "branch_answer",
     "experiment_job_of",
     "load_case",
     "machine_answer",
     "machine_motion",
     "measured_gauge",
+    "orbits_answer",
     "recorded_answer",
     "resumed_answer",
     "simulation_answer",
@@ -85,11 +88,13 @@ _HOME = {
     "basins_job_of": "answers.exploration_jobs",
     "best_answer": "answers.best_answer",
     "blow_answer": "answers.blow_answer",
+    "branch_answer": "answers.orbits_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
+    "orbits_answer": "answers.orbits_answer",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",

@@ -8,29 +8,24 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.file_format.building import Parts, check_motion, recording_of, system_of
+from percuss.case.file_format.checked_tables import checked_tables
 from percuss.case.file_format.contact_from_blow import blow_note, blow_of, law_note
 from percuss.case.file_format.dotted_keys import with_value
 from percuss.case.file_format.machine_building import check_clock, machine_of
-from percuss.case.file_format.problems import from_validation, raise_all
 from percuss.case.file_format.reading import parsed, text_of
 from percuss.case.file_format.schema import (
     ContactTable,
     PhysicalCase,
     PlainCase,
     SystemTable,
-    missing_tables,
-    table_fields,
 )
 from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
-from percuss.case.file_format.suggest import did_you_mean
 from percuss.case.file_format.valve_building import room_of
 from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
 from percuss.case.file_format.writing import toml_text
-from percuss.errors import CaseError, ParameterError
+from percuss.errors import ParameterError
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
@@ -118,7 +113,7 @@ class Case:
         """
         file, folder = checked_path("file", file), Path(checked_path("folder", folder))
         data = parsed(checked_text("text", text, "the text of a case in TOML"), file)
-        return cls(_tables(data, file), file, folder)
+        return cls(checked_tables(data, file), file, folder)
 
     @property
     def title(self) -> str:
@@ -362,7 +357,7 @@ class Case:
 
     def _with(self, data: dict[str, Any]) -> Case:
         """A case of other tables beside the same recording, which is read once at most: it may be gone by now."""
-        changed = Case(_tables(data, self.file), self.file, self.folder)
+        changed = Case(checked_tables(data, self.file), self.file, self.folder)
         if "_recording" in self.__dict__ and changed.tables.load == self.tables.load:
             changed.__dict__["_recording"] = self._recording
         return changed
@@ -382,35 +377,3 @@ def checked_case(case: object) -> None:
     """Refuse what is no case, such as the name of one."""
     if not isinstance(case, Case):
         raise ParameterError("case", case, "a Case", "make one with Case.read, Case.from_text or load_case")
-
-
-def _tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
-    """The checked tables of a parsed file."""
-    form = _form(data, file)
-    missing, found = missing_tables(form, data), None
-    try:
-        tables = form.model_validate(data)
-        if not missing:
-            return tables
-    except ValidationError as error:
-        found = error
-    load = data.get("load")
-    kind = load.get("kind") if isinstance(load, dict) else None
-    raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
-
-
-def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:
-    """Which of the two forms a file is meant in."""
-    physical, plain = {"bar", "contact"} & data.keys(), "system" in data
-    if physical and plain:
-        names = " and ".join(f"[{name}]" for name in sorted(physical))
-        remedy = f"keep [system] for plain numbers, or {names} for SI units"
-        raise CaseError(
-            file,
-            "system",
-            None,
-            f"a case has either [system] or [bar] and [contact]; this one also has {names}",
-            remedy,
-        )
-    near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}
-    return PlainCase if plain or (not physical and "did you mean 'system'?" in near) else PhysicalCase

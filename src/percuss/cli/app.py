@@ -18,6 +18,8 @@ COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
     "simulate": "how a hammer moves from a start, impact by impact",
+    "orbits": "motions with several impacts in a cycle, stable and unstable",
+    "follow": "such a motion followed through a parameter: folds, flips, ends",
     "blow": "one blow by waves: what tool and rock get, forces, stresses, what comes back",
     "sweep": "quantities over a parameter or a plane: maps",
     "experiment": "random starts, and the share of them that ends in each motion",

@@ -165,6 +165,12 @@ class Watch:
                 print(f"percuss: {self._what}: {_line(progress)}", file=sys.stderr, flush=True)
         return self.interrupted
 
+    def asked(self) -> bool:
+        """Whether to stop, for a computation that knows no share of its work."""
+        self._heard = time.monotonic()
+        self._note.cancel()
+        return self.interrupted
+
     def interrupt(self, *_: object) -> None:
         """The handler of Ctrl-C: an end in order, or at once when nobody asks, or when it is said twice."""
         if self.interrupted or time.monotonic() - self._heard > self._patience:

@@ -15,7 +15,7 @@ from percuss.errors import CaseError, PercussError
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.case import Case, SimulationAnswer
+    from percuss.case import Case, MachineMotion, SimulationAnswer
 
 __all__ = ["run"]
 
@@ -29,7 +29,7 @@ _EXAMPLES = """\
   percuss simulate case.toml --start random --seed 7 --json > run.json
   percuss simulate case.toml --start orbit:2 -o run.nc --plot run.png
   percuss simulate heavy-drifter --contact waves
-  percuss simulate valve-breaker
+  percuss simulate valve-breaker -o breaker.nc --plot breaker.png
   percuss simulate --resume run.nc --impacts 5000 -o longer.nc"""
 
 _START = """\
@@ -76,17 +76,16 @@ def run(arguments: Sequence[str]) -> int:
     _check(parser, options)
     if options.contact == "waves":
         return _by_waves(parser, options)
+    from percuss.case import SimulationAnswer
+
     case = None if options.resume is not None else _case(parser, options)
     if case is not None and case.is_machine:
-        return _of_machine(parser, options, case)
+        return _of_machine(options, case)
     answer = _resumed(options) if case is None else _answered(case)
+    if not isinstance(answer, SimulationAnswer):
+        return _told_machine(options, answer)
     text = _json(answer, options) if options.json else ""
-    if options.output is not None:
-        answer.motion.save(options.output)
-    if options.plot is not None:
-        from percuss import plot
-
-        plot.save(plot.trajectory(answer), options.plot)
+    _write(options, answer)
     if options.json:
         print(text)
     else:
@@ -96,6 +95,18 @@ def run(arguments: Sequence[str]) -> int:
         show(motion_report(answer, LAST if options.events is None else options.events[0]))
     tell_made(options.json, motion=options.output, picture=options.plot)
     return 130 if answer.motion.outcome == "cancelled" else 0
+
+
+def _write(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion) -> None:
+    """The files that the options ask for."""
+    if options.output is not None:
+        answer.motion.save(options.output)
+    if options.plot is not None:
+        from percuss import plot
+        from percuss.case import SimulationAnswer
+
+        drawn = plot.trajectory(answer) if isinstance(answer, SimulationAnswer) else plot.machine_motion(answer)
+        plot.save(drawn, options.plot)
 
 
 def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
@@ -118,25 +129,29 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     return 130 if answer.motion.ending.name == "CANCELLED" else 0
 
 
-def _of_machine(parser: Parser, options: argparse.Namespace, case: Case) -> int:
+def _of_machine(options: argparse.Namespace, case: Case) -> int:
     """The motion of a machine that switches its own valve."""
     from percuss.case import machine_motion
-    from percuss.cli.simulation_progress import watched
+    from percuss.cli.simulation_progress import machine_ready, watched
 
-    for name, instead in (("output", "-o"), ("plot", "--plot")):
-        if getattr(options, name) is not None:
-            remedy = "'--json' prints the events, and 'percuss machine' draws and writes the cycle"
-            parser.error(f"argument {instead}: not for a machine that switches its own valve: {remedy}")
-    with watched() as watch, _of_file(case):
+    with watched(machine_ready) as watch, _of_file(case):
         answer = machine_motion(case, watch)
+    return _told_machine(options, answer)
+
+
+def _told_machine(options: argparse.Namespace, answer: MachineMotion) -> int:
+    """The answer for a machine, written and printed."""
     last = None if options.events is None else options.events[0]
+    text = answer.to_json_text(last) if options.json else ""
+    _write(options, answer)
     if options.json:
-        print(answer.to_json_text(last))
+        print(text)
     else:
         from percuss.cli.machine_motion_report import machine_motion_report
         from percuss.cli.report_printing import show
 
         show(machine_motion_report(answer, LAST if options.events is None else last))
+    tell_made(options.json, motion=options.output, picture=options.plot)
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 
@@ -205,7 +220,7 @@ def _of_file(case: Case) -> Iterator[None]:
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
 
 
-def _resumed(options: argparse.Namespace) -> SimulationAnswer:
+def _resumed(options: argparse.Namespace) -> SimulationAnswer | MachineMotion:
     from percuss.case import resumed_answer
     from percuss.cli.simulation_progress import watched
 

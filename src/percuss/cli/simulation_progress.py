@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from percuss.blow.machine import MachineProgress
     from percuss.simulate import Progress
 
-__all__ = ["Watch", "law_ready", "watched", "waves_ready"]
+__all__ = ["Watch", "law_ready", "machine_ready", "watched", "waves_ready"]
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -76,6 +76,15 @@ def watched(ready: Callable[[], object] = law_ready) -> Iterator[Watch]:
         if mine:
             signal.signal(signal.SIGINT, before or signal.SIG_DFL)
         watch.close()
+
+
+def machine_ready() -> None:
+    """Load the kernels of simulations of machines that switch their own valves."""
+    from percuss.model import Kept, Machine, Port, UniformBar, Valve
+    from percuss.simulate import Stop, run_machine
+
+    valve = Valve({"return": -1.0, "power": 1.0}, (Port("return", on="impact"),))
+    run_machine(Machine(UniformBar(1.0), valve, Kept(0.0)), modes=0, stop=Stop(impacts=0))
 
 
 def waves_ready() -> None:

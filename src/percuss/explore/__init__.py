@@ -1,8 +1,9 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
-`sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves,
-`experiment` and `basins` count where starts end. What is long is carried out by many workers, kept chunk by chunk in an
-archive, and resumed (`carry_out`). The names are imported when first used.
+`sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
+goes along a branch of orbits round folds and past flips to its ends, `experiment` and `basins` count where starts end.
+What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
+imported when first used.
 """
 
 from __future__ import annotations
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.continuation.branch import Branch as Branch
+    from percuss.explore.continuation.branch import BranchPoint as BranchPoint
+    from percuss.explore.continuation.branch import Doubling as Doubling
+    from percuss.explore.continuation.following import follow as follow
+    from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -48,8 +54,12 @@ _HOME = {
     "Axis": "axis",
     "Basins": "attractors.basin",
     "Boundaries": "boundary_curves.boundary",
+    "Branch": "continuation.branch",
+    "BranchEvent": "continuation.kinds",
+    "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
+    "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",
     "Job": "jobs.job",
@@ -69,6 +79,7 @@ _HOME = {
     "carry_out": "jobs.carrying_out",
     "estimate": "jobs.carrying_out",
     "experiment": "attractors.experiments",
+    "follow": "continuation.following",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "machine_parameters": "valve_parameters",

@@ -8,22 +8,29 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.plot.best_picture import best
     from percuss.plot.blow_picture import blow
+    from percuss.plot.branch_picture import branch
     from percuss.plot.canvas import save
+    from percuss.plot.machine_motion_picture import machine_motion
     from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
-__all__ = ["basins", "best", "blow", "experiment", "machine", "save", "steady", "sweep", "trajectory"]
+__all__ = [
+    "basins", "best", "blow", "branch", "experiment", "machine", "machine_motion", "save", "steady", "sweep",
+    "trajectory",
+]  # fmt: skip
 
 
 _HOME = {
     "basins": "starts_picture",
     "best": "best_picture",
     "blow": "blow_picture",
+    "branch": "branch_picture",
     "experiment": "starts_picture",
     "machine": "machine_picture",
+    "machine_motion": "machine_motion_picture",
     "save": "canvas",
     "steady": "steady_picture",
     "sweep": "map_picture",

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
-from percuss.errors import HistoryError, MissingExtraError, PercussError
+from percuss.errors import PercussError
 from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
 from percuss.model.described import describe_system, system_from
-from percuss.recordings.untrusted_files import vetted_hdf5
 from percuss.simulate.events import KINDS, Events
 from percuss.simulate.flight import Anchor
+from percuss.simulate.motion_files import damaged, digest, opened, plain, records, xarray_package
 from percuss.simulate.restored import RECORDS
 from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.soundness import sound
@@ -31,13 +29,13 @@ from percuss.whole_file import write_dataset
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["ensemble_dataset", "read", "to_dataset", "write"]
+__all__ = ["FORMAT", "ensemble_dataset", "motion_from", "read", "to_dataset", "write"]
 
 Kind = TypeVar("Kind", bound=SimulatedMotion)
 
-_FORMAT = "percuss trajectory 3"
+FORMAT = "percuss trajectory 3"
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
-_REMEDY = "give a file that 'percuss simulate -o' or Trajectory.save wrote"
+_KINDS = {name: kind for name, (kind, _) in RECORDS.items()}
 _UNITS = {
     "time": "rad",
     "phase": "rad",
@@ -63,7 +61,7 @@ _MEANING = {
 
 def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
-    package = _xarray()
+    package = xarray_package()
     variables: dict[str, Any] = {}
     for field in fields(Events):
         values = getattr(motion.events, field.name)
@@ -77,12 +75,12 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     start = np.concatenate([[motion.start.gap, motion.start.rigid_rate], motion.start.z.reshape(-1)])
     variables["start_state"] = ("state_number", start, {"long_name": "state at the start"})
     for name, array in motion.snapshot.items():
-        variables[f"engine_{name}"] = _plain(name, array)
+        variables[f"engine_{name}"] = plain(name, array)
     dataset: xarray.Dataset = package.Dataset(
         variables,
         coords={"mode": np.arange(motion.modes + 1)},
         attrs={
-            "format": _FORMAT,
+            "format": FORMAT,
             "percuss_version": __version__,
             "title": str(motion),
             "label": motion.label,
@@ -102,12 +100,12 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
             ),
         },
     )
-    return dataset.assign_attrs(sha256=_digest(dataset))
+    return dataset.assign_attrs(sha256=digest(dataset))
 
 
 def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xarray.Dataset:
     """See `Ensemble.to_xarray`: its columns, each of shape (members,) or (members, last)."""
-    package = _xarray()
+    package = xarray_package()
     variables = {name: (("member", "last")[: values.ndim], values) for name, values in columns.items()}
     dataset: xarray.Dataset = package.Dataset(
         variables, attrs={"modes": modes, "percuss_version": __version__, "title": "percuss ensemble"}
@@ -122,62 +120,26 @@ def write(motion: SimulatedMotion, path: str | os.PathLike[str]) -> None:
 
 def read(path: str | os.PathLike[str], kind: type[Kind]) -> Kind:
     """See `Trajectory.load`; `kind`: the class of the motion."""
-    name = checked_path("path", path)
-    package = _xarray()
-    _need("h5netcdf")
-    try:
-        _vetted(name)
-        # as it is written: what a file says of scales and dates would be done to numbers that are none
-        with package.open_dataset(name, engine="h5netcdf", decode_cf=False) as dataset:
-            dataset.load()
-    except FileNotFoundError:
-        raise PercussError(f"{name}: no such file", _REMEDY) from None
-    except HistoryError as error:
-        raise PercussError(f"{name}: {error.message}", _REMEDY) from None
-    except Exception:  # a damaged file raises whatever it happens to hit
-        raise PercussError(f"{name}: not a NetCDF 4 file, or a damaged one", _REMEDY) from None
-    if dataset.attrs.get("format") != _FORMAT:
+    return motion_from(*opened(path), kind)
+
+
+def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
+    """The motion in the content of a file of this name."""
+    if dataset.attrs.get("format") != FORMAT:
         found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
         if found in _OLDER:
             written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
             reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
             raise PercussError(reason, "simulate the motion again from its start and save it again")
-        raise PercussError(f"{name}: {found}", f"this version reads '{_FORMAT}'")
+        raise PercussError(f"{name}: {found}", f"this version reads '{FORMAT}'")
     try:
-        if dataset.attrs["sha256"] == _digest(dataset):
+        if dataset.attrs["sha256"] == digest(dataset):
             motion = _from_dataset(dataset, kind)
             sound(motion)
             return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
-        raise _damaged(name, str(error)[:200]) from None
-    raise _damaged(name, "its numbers are not the ones that were written")
-
-
-def _vetted(name: str) -> None:
-    """Refuse a file of which a few bytes stand for many numbers, or that would have others read."""
-    import h5py
-
-    vetted_hdf5(Path(name), most=os.path.getsize(name) // 4 + 2**25)
-    with h5py.File(name, "r") as content:
-        links = [content.get(key, getlink=True) for key in content]
-    if not all(isinstance(link, h5py.HardLink) for link in links):
-        raise HistoryError("refers to another file")
-
-
-def _damaged(name: str, what: str) -> PercussError:
-    return PercussError(f"{name}: the file is damaged: {what}", "use a copy of it, or simulate again")
-
-
-def _digest(dataset: xarray.Dataset) -> str:
-    """SHA-256 of all numbers, their names, types and shapes, and of what is said about them."""
-    found = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        values = np.ascontiguousarray(dataset[name].values)
-        found.update(f"{name} {values.dtype.newbyteorder('<').str} {values.shape}\n".encode())
-        found.update(values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes())
-    for name in ("format", "label", "outcome", "system", "description"):
-        found.update(f"{name} {dataset.attrs[name]}\n".encode())
-    return found.hexdigest()
+        raise damaged(name, str(error)[:200]) from None
+    raise damaged(name, "its numbers are not the ones that were written")
 
 
 def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
@@ -185,9 +147,8 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     system = system_from(json.loads(dataset.attrs["system"]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
     start = dataset["start_state"].values
-    engine = {
-        name: _records(name, dataset[f"engine_{name}"]) for name in ("z", "now", "count", "cycle", "past", "sums")
-    }
+    names = ("z", "now", "count", "cycle", "past", "sums")
+    engine = {name: records(name, dataset[f"engine_{name}"], _KINDS) for name in names}
     return kind(
         system=system,
         modes=modes,
@@ -205,45 +166,3 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         begin_time=about["begin_time"],
         end_time=about["end_time"],
     )
-
-
-def _plain(name: str, array: npt.NDArray[Any]) -> tuple[list[str], npt.NDArray[Any], dict[str, str]]:
-    """Records as rows of plain numbers, with the names of the columns beside them."""
-    names = array.dtype.names
-    about = {} if names is None else {"fields": " ".join(names)}
-    if names is not None:
-        array = array.view(array.dtype[0]).reshape(array.shape[0], -1)
-    return [f"engine_{name}_{i}" for i in range(array.ndim)], array, about
-
-
-def _records(name: str, data: xarray.DataArray) -> npt.NDArray[Any]:
-    """The records again.
-
-    Raises
-    ------
-    ValueError
-        When the columns are not the ones that this version knows.
-    """
-    values = np.ascontiguousarray(data.values)
-    if name not in RECORDS:
-        return values
-    kind, _ = RECORDS[name]
-    names = kind.names or ()
-    if data.attrs.get("fields") != " ".join(names) or values.dtype != kind[0] or values.shape[1:] != (len(names),):
-        raise ValueError(f"engine_{name} has other columns")
-    return values.view(kind).reshape(-1)
-
-
-def _xarray() -> Any:
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
-    return xarray
-
-
-def _need(package: str) -> None:
-    from importlib.util import find_spec
-
-    if find_spec(package) is None:
-        raise MissingExtraError(package, "io")

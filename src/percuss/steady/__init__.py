@@ -30,16 +30,21 @@ from percuss.steady.recorded import (
 )
 from percuss.steady.rest import Rest, rest_on_wall
 from percuss.steady.self_excited import (
+    BlankBlow,
     ElasticCycle,
     Obstacle,
     Rhythm,
     RigidCycle,
     SelfExcited,
     Sensitivity,
+    SlowPressure,
     ValveCycle,
     ValveMargins,
+    blank_blow,
+    pressure_over,
     self_excited_motion,
     sensitivities,
+    slow_pressure,
     valve_margins,
 )
 from percuss.steady.si import SIReport, si_report
@@ -48,6 +53,7 @@ from percuss.steady.timed_orbit import TimedOrbit
 from percuss.steady.timed_states import TimedStates, timed_states
 
 __all__ = [
+    "BlankBlow",
     "Drag",
     "Drop",
     "ElasticCycle",
@@ -72,12 +78,14 @@ __all__ = [
     "SIReport",
     "SelfExcited",
     "Sensitivity",
+    "SlowPressure",
     "SteadyStates",
     "TimedOrbit",
     "TimedStates",
     "ValveCycle",
     "ValveMargins",
     "Violation",
+    "blank_blow",
     "drag_of",
     "greatest_drag",
     "grows",
@@ -85,12 +93,14 @@ __all__ = [
     "orbit_near",
     "orbits",
     "parameter_column",
+    "pressure_over",
     "recorded_together",
     "recorded_valve",
     "rest_on_wall",
     "self_excited_motion",
     "sensitivities",
     "si_report",
+    "slow_pressure",
     "steady_states",
     "time_rates",
     "timed_states",

@@ -97,33 +97,42 @@ def blow_frames(
             rod, reach = replace(rod, edges=speed * rod.edges), speed * reach
         arrays |= _body("rod", rod, struck)
         told = {**_sections(struck, reach), **_far_end(answer)}
-    arrays["face_t"], arrays["face_force"] = _curve(blow.face_force, end)
-    if blow.bit_force is not None:
-        arrays["rock_t"], arrays["rock_force"] = _curve(blow.bit_force, end)
-    arrays["touching"] = np.any(
-        [(one.start <= times) & (times < (np.inf if one.end is None else one.end)) for one in blow.contacts]
-        or [np.zeros(frames, bool)],
-        axis=0,
-    )
+    arrays |= _forces(blow, times, end)
     for name in ("rigid", "vibration", "rod", "rock_dissipated", "rock_stored"):
         arrays[f"energy_{name}"] = getattr(energy, name)
-    header = {
+    header = _heading(answer, whole) | {"show": show, "end": end, "striker": _sections(sections, 0.0), "rod": told}
+    return Frames(plain(header), arrays)
+
+
+def _forces(blow: Blow, times: Array, end: float) -> dict[str, npt.NDArray[Any]]:
+    """The forces at the face and on the rock until the end, and at which of the times the faces touch."""
+    found: dict[str, npt.NDArray[Any]] = {}
+    found["face_t"], found["face_force"] = _curve(blow.face_force, end)
+    if blow.bit_force is not None:
+        found["rock_t"], found["rock_force"] = _curve(blow.bit_force, end)
+    found["touching"] = np.any(
+        [(one.start <= times) & (times < (np.inf if one.end is None else one.end)) for one in blow.contacts]
+        or [np.zeros(times.size, bool)],
+        axis=0,
+    )
+    return found
+
+
+def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
+    """What is told of the blow beside the arrays."""
+    blow = answer.blow
+    return {
         "title": answer.title,
         "units": "SI" if answer.is_si else "dimensionless",
         "notes": list(answer.notes),
-        "show": show,
-        "end": end,
         "mean_velocity": blow.mean_velocity_before,
         "velocity_from": answer.speed,
         "energy_before": blow.energy_before,
         "contacts": [[one.start, one.end] for one in blow.contacts[:1000]],
-        "striker": _sections(sections, 0.0),
-        "rod": told,
         "gap": blow.target.gap,
         "sentence": blow_in_words(answer) if whole else None,
         "answer": blow_dict(answer) if whole else None,
     }
-    return Frames(plain(header), arrays)
 
 
 def _shortened(case: Case) -> float:

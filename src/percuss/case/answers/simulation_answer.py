@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import heading_dict
+from percuss.case.answers.machine_motion import MachineMotion
 from percuss.case.answers.simulation_json import motion_dict
 from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.case import checked_case
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Progress, Summary
+    from percuss.simulate import MachineTrajectory, Progress, Summary
 
 __all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
 
@@ -119,14 +120,15 @@ def resumed_answer(
     impacts: int | None = None,
     time: float | str | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> SimulationAnswer:
-    """The motion of a file that `Trajectory.save` wrote, followed further with the same bits.
+) -> SimulationAnswer | MachineMotion:
+    """The motion of a file that `save` of a trajectory wrote, followed further with the same bits.
 
     Parameters
     ----------
     impacts, time
-        When to end, both counted from the start of the motion; time in radians, or text with a unit where the file
-        has scales. None for both: as many impacts again. A periodic motion that is found does not end it.
+        When to end, both counted from the start of the motion; time in radians (of a machine: its unit), or text
+        with a unit where the file has scales. None for both: as many impacts again. A periodic motion that is found
+        does not end it.
 
     Raises
     ------
@@ -135,29 +137,36 @@ def resumed_answer(
     ParameterError
         When the motion in the file already goes as far.
     """
+    from percuss.simulate.saved_motion import saved_motion  # loads the compiler
+
     callback("progress", progress)
-    motion = Trajectory.load(path)
+    motion = saved_motion(path)
     if impacts is None and time is None:
         stop = None
     else:
         if time is not None:
-            time = _radians(motion, time) if isinstance(time, str) else positive("time", time)
+            time = _plain(motion, time) if isinstance(time, str) else positive("time", time)
         if impacts is not None:
             impacts = count("impacts", impacts)
         gone = motion.end_time - motion.begin_time
         if impacts is not None and impacts <= motion.impacts:
             raise ParameterError("impacts", impacts, f"more than the {motion.impacts} that the file holds")
         if time is not None and time <= gone:
-            raise ParameterError("time", time, f"more than the {gone:.6g} rad that the file holds")
+            raise ParameterError("time", time, f"more than the {gone:.6g} that the file holds")
         tolerance = motion.stop.tolerance
         stop = replace(Stop(impacts=impacts, time=time), periodic=False, tolerance=tolerance)
-    return SimulationAnswer(os.fspath(path), Path(path).stem, motion.continued(stop, progress))
+    name, title = os.fspath(path), Path(path).stem
+    if isinstance(motion, Trajectory):
+        return SimulationAnswer(name, title, motion.continued(stop, progress))
+    return MachineMotion(name, title, motion.continued(stop, progress))
 
 
-def _radians(motion: Trajectory, text: str) -> float:
-    if not motion.system.is_si:
-        raise ParameterError("time", text, "a plain number of radians: the file has no scales")
-    return si(text, "time", "time") / motion.system.time_scale
+def _plain(motion: Trajectory | MachineTrajectory, text: str) -> float:
+    """A time without its unit."""
+    moved = motion.system if isinstance(motion, Trajectory) else motion.machine
+    if not moved.is_si:
+        raise ParameterError("time", text, "a plain number: the file has no scales")
+    return si(text, "time", "time") / moved.time_scale
 
 
 def _warnings(motion: Trajectory) -> list[str]:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from percuss.case.case import Case, _tables
+from percuss.case.case import Case
 from percuss.case.file_format.body_building import body_table
+from percuss.case.file_format.checked_tables import checked_tables
 from percuss.case.file_format.damping_table import damping_table
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
@@ -81,7 +82,7 @@ def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     if not missing_tables(form, given):
         with suppress(ValidationError):
             return form.model_validate(given)
-    return _tables(given, file)
+    return checked_tables(given, file)
 
 
 def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:

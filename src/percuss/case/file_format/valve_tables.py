@@ -12,6 +12,8 @@ from pydantic import BeforeValidator, Discriminator, Tag, ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
+    Compliance,
+    Flow,
     Force,
     Length,
     PlainNumber,
@@ -25,14 +27,18 @@ from percuss.errors import ParameterError, UnitError
 __all__ = [
     "AreasTable",
     "ChamberTable",
+    "CushionTable",
     "PlainChamber",
+    "PlainCushion",
     "PlainPort",
     "PlainPorts",
     "PlainStates",
+    "PlainSupply",
     "PortTable",
     "Ports",
     "Reads",
     "States",
+    "SupplyTable",
     "ValveForce",
     "ValveLoad",
 ]
@@ -61,6 +67,57 @@ class PlainChamber(Table):
 
     force: PlainNumber | None = None
     stiffness: PlainNumber | None = None
+
+
+class CushionTable(Table):
+    """What stops the piston at the front when it finds no tool, such as oil that it traps."""
+
+    beyond: Length | None = None
+    """Where it begins: distance beyond the wall. Allowed: 0 or greater. When left out: at the wall."""
+    force: Force | None = None
+    """With which it pushes back at its beginning. Allowed: 0 or greater. When left out: none."""
+    stiffness: Stiffness | None = None
+    """How much that force grows with the depth. Allowed: 0 or greater. When left out: not at all."""
+    length: Length | None = None
+    """Depth at which the piston strikes the front of the housing. Allowed: greater than 0. When left out: no end."""
+    returned: float | None = None
+    """Part of the energy that it gives back. Allowed: 0 (oil that is throttled) to 1 (a spring). When left out: 0."""
+    area: Area | None = None
+    """Of the piston's ring that presses on the oil, for its pressure. Allowed: greater than 0. When left out: no
+    pressure is told."""
+
+
+class PlainCushion(Table):
+    """A cushion in plain numbers."""
+
+    beyond: PlainNumber | None = None
+    force: PlainNumber | None = None
+    stiffness: PlainNumber | None = None
+    length: PlainNumber | None = None
+    returned: float | None = None
+
+
+class SupplyTable(Table):
+    """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
+
+    flow: Flow
+    """What the pump gives. Allowed: greater than 0."""
+    accumulator: Compliance
+    """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
+    start: Stress | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
+
+
+class PlainSupply(Table):
+    """Pump and accumulator in plain numbers."""
+
+    flow: PlainNumber
+    """What the pump gives, as a power at the pressure 1, for which the forces of the states hold. Allowed: greater than
+    0."""
+    accumulator: PlainNumber
+    """Energy of the accumulator, twice that at the pressure 1. Allowed: greater than 0."""
+    start: PlainNumber | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: 1."""
 
 
 def _reads(value: Any, info: ValidationInfo) -> Any:
@@ -162,6 +219,12 @@ class ValveForce(Table):
     When left out: the states are forces, and no oil flow is told."""
     chamber: ChamberTable | None = None
     """A gas chamber behind the piston, see below. When left out: there is none."""
+    cushion: CushionTable | None = None
+    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
+    is assumed."""
+    supply: SupplyTable | None = None
+    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
+    out: the pressure is constant."""
     room: Length | None = None
     """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
     at: int = 0
@@ -178,5 +241,8 @@ class ValveLoad(Table):
     ports: PlainPorts
     start_state: str | None = None
     chamber: PlainChamber | None = None
+    cushion: PlainCushion | None = None
+    """What stops the piston when it finds no tool. When left out: nothing is told of that."""
+    supply: PlainSupply | None = None
     room: PlainNumber | None = None
     at: int = 0

@@ -67,8 +67,6 @@ def crossings(plant, sight, first, horizon, limit, forever):
             return best, which, TIRED
         if kind[port] != NEVER:
             answer = NOWHERE
-        if cross[port] < math.inf:
-            controls.usual_cross[port] = since + cross[port]
         if cross[port] < best:
             best, which = cross[port], port
     return best, which, answer

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model.checks import Array
 from percuss.simulate.engine import Progress
@@ -25,17 +28,18 @@ from percuss.simulate.kernels.codes import (
 from percuss.simulate.kernels.valve_motion import follow_valve, wanders
 from percuss.simulate.kernels.valve_records import VALVE_EVENT, Plant, ValveLog
 from percuss.simulate.machine.machine_events import MachineEvents
-from percuss.simulate.machine.machine_summary import MachineCycle
+from percuss.simulate.machine.machine_snapshot import kept
+from percuss.simulate.machine.machine_summary import STALLS, MachineCycle, machine_label
 from percuss.simulate.machine.mechanism import Mechanism
 from percuss.simulate.machine.plant import NO_VALVE_LOG, roomier
 from percuss.simulate.stop import Stop
 
-__all__ = ["ENDS", "MachineStretch", "Room", "carried_on", "cycle_of", "followed", "room_for"]
+__all__ = ["ENDS", "MachineStretch", "Room", "carried_on", "cycle_of", "ending", "followed", "room_for"]
 
 _STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _MANY_STRIDES = 4096  # … of a motion that is not recorded
-_MOST_NUMBERS = 1 << 23  # of the states of a stretch
+_MOST_NUMBERS, _MOST_ROWS = 1 << 23, 1 << 15  # of the states of a stretch
 _EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
 _TOO_MANY = 16  # such strides without an event end a simulation
 ENDS = {
@@ -63,7 +67,7 @@ class MachineStretch:
     """What a simulation gave: its events, why it ended, and what its last changes look like.
 
     `states`: at the start and after each event. `stalled`: whether it has been proved that only ever weaker blows can
-    follow.
+    follow. `snapshot`: what goes on from there.
     """
 
     events: MachineEvents
@@ -73,6 +77,7 @@ class MachineStretch:
     cycle: MachineCycle | None
     wanders: bool
     time: float
+    snapshot: dict[str, npt.NDArray[Any]]
 
 
 def followed(
@@ -122,7 +127,25 @@ def followed(
         cycle_of(plant, mechanism),
         bool(wanders(plant.controls)),
         float(valve["time"]) * unit,
+        kept(plant),
     )
+
+
+def ending(stretch: MachineStretch, mechanism: Mechanism, stop: Stop, begin_time: float) -> dict[str, Any]:
+    """How a motion ended, by the names of its fields: outcome, label, cycle, the state to go on from, end of time."""
+    known, stalls = stretch.time, stretch.ended in STALLS
+    if stalls and mechanism.spring > 0.0:
+        known += 2.0 * math.pi / mechanism.spring  # it goes on for ever
+    if stop.time is not None and (stretch.ended == "time" or stalls):
+        known = stop.time
+    last = float(stretch.events.time[-1]) if len(stretch.events) else begin_time
+    return {
+        "outcome": "stalls" if stalls else stretch.ended,
+        "label": machine_label("in the chamber" if stretch.stalled else stretch.ended, stretch.cycle, stretch.wanders),
+        "cycle": stretch.cycle,
+        "snapshot": stretch.snapshot,
+        "end_time": max(begin_time + known, last),
+    }
 
 
 def carried_on(plant: Plant, mechanism: Mechanism, stop: Stop, stopped: Callable[[], bool]) -> tuple[str, bool]:
@@ -150,7 +173,7 @@ def _went_on(plant: Plant, rules: Rules, log: ValveLog) -> tuple[int, Plant]:
 def room_for(mechanism: Mechanism, stop: Stop) -> Room:
     """Room for the record of a whole motion, or of a stretch: memory that nothing is written into costs nothing."""
     width, ports = 2 * mechanism.modes + STATE_NUMBERS, mechanism.gear.to.size
-    rows = max(64, min(_MOST_NUMBERS // width, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
+    rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
     states = np.empty((1 + rows, width))
     return Room(ValveLog(np.empty(rows, VALVE_EVENT), states[1:]), states)
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
+from percuss.errors import ParameterError
 from percuss.model import Machine
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
 from percuss.simulate.engine import Progress
-from percuss.simulate.machine.machine_engine import followed, room_for
+from percuss.simulate.machine.machine_engine import ending, followed, room_for
 from percuss.simulate.machine.machine_start import MachineStart
-from percuss.simulate.machine.machine_summary import STALLS, machine_label
 from percuss.simulate.machine.machine_trajectory import MachineTrajectory
 from percuss.simulate.machine.mechanism import mechanism
 from percuss.simulate.machine.plant import begun, plant_of, row_of
@@ -42,7 +41,8 @@ def run_machine(
         The bar and the valve at the beginning; by default at rest on the wall, with the valve's own starting state. The
         time of a `Start` is that at which the motion begins.
     modes
-        N, the elastic modes kept; 0 is the rigid piston.
+        N, the elastic modes kept; 0 is the rigid piston, which a machine with a supply needs: its motion is then a
+        `FedTrajectory`, which tells the pressure.
     stop
         When to end; see `Stop`, its time in the machine's unit. By default after 2000 impacts, or when a periodic
         motion is found.
@@ -68,6 +68,8 @@ def run_machine(
     given = start_of(start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     callback("progress", progress)
+    if machine.valve.supply is not None:
+        return _fed(machine, given, modes, stop, progress)
     numbers = mechanism(machine, count("modes", modes, least=0, most=MAX_MODES))
     plant, room = plant_of(numbers, given), room_for(numbers, stop)
     resting = begun(plant, numbers, given, room.log)
@@ -75,12 +77,6 @@ def run_machine(
     begin = given.bar.time
     with watched(progress) as watch:
         stretch = followed(plant, numbers, stop, room, begin, watch)
-    known = stretch.time
-    if stretch.ended in STALLS and numbers.spring > 0.0:
-        known += 2.0 * math.pi / numbers.spring  # it goes on for ever
-    if stop.time is not None and (stretch.ended == "time" or stretch.ended in STALLS):
-        known = stop.time
-    last = float(stretch.events.time[-1]) if len(stretch.events) else begin
     return MachineTrajectory(
         machine=machine,
         modes=numbers.modes,
@@ -88,13 +84,27 @@ def run_machine(
         states=stretch.states,
         first_state=state,
         resting=resting,
-        outcome="stalls" if stretch.ended in STALLS else stretch.ended,
-        label=machine_label("in the chamber" if stretch.stalled else stretch.ended, stretch.cycle, stretch.wanders),
-        cycle=stretch.cycle,
         stop=stop,
         begin_time=begin,
-        end_time=max(begin + known, last),
+        **ending(stretch, numbers, stop, begin),
     )
+
+
+def _fed(
+    machine: Machine,
+    start: MachineStart,
+    modes: int,
+    stop: Stop,
+    progress: Callable[[Progress], object] | None,
+) -> MachineTrajectory:
+    """The motion of a machine with a supply."""
+    from percuss.simulate.machine.fed_running import run_fed
+
+    if count("modes", modes, least=0, most=MAX_MODES):
+        remedy = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply"
+        raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", remedy)
+    with watched(progress) as watch:
+        return run_fed(machine, start, stop, watch)
 
 
 def start_of(start: MachineStart | Start | None) -> MachineStart:

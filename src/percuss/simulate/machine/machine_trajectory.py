@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import Machine
-from percuss.model.checks import Array, array, choice, finite, unit_interval
+from percuss.model.checks import Array, array, callback, choice, finite, instance, unit_interval
+from percuss.model.checks import path as checked_path
 from percuss.shown import Shown
 from percuss.simulate.kernels.codes import CHATTER, IMPACT, RELEASE, REST, VALVE
 from percuss.simulate.machine.machine_events import MachineEvents
@@ -21,6 +24,9 @@ from percuss.simulate.machine.mechanism import Mechanism, mechanism
 from percuss.simulate.stop import Stop
 
 if TYPE_CHECKING:
+    import xarray
+
+    from percuss.simulate.engine import Progress
     from percuss.simulate.machine.machine_balance import MachineBalance
 
 __all__ = ["MachineTrajectory"]
@@ -59,6 +65,8 @@ class MachineTrajectory(Shown):
         The rule it was stopped by.
     begin_time, end_time
         First and last time for which the motion is known.
+    snapshot
+        What `continued` goes on from.
     """
 
     machine: Machine
@@ -73,6 +81,7 @@ class MachineTrajectory(Shown):
     stop: Stop
     begin_time: float
     end_time: float
+    snapshot: dict[str, npt.NDArray[Any]] = field(repr=False)
 
     @property
     def impacts(self) -> int:
@@ -215,6 +224,56 @@ class MachineTrajectory(Shown):
         from percuss.simulate.machine.machine_balance import machine_balance
 
         return machine_balance(self, first, last)
+
+    # -- going on, files --
+
+    def continued(
+        self, stop: Stop | None = None, progress: Callable[[Progress], object] | None = None
+    ) -> MachineTrajectory:
+        """The same motion followed further, with the same bits as if it had never been interrupted.
+
+        Parameters
+        ----------
+        stop
+            The new rule; impacts and time count from the start of the motion, not from here. None: as many impacts
+            again, whether a periodic motion is found or not.
+        progress
+            See `run_machine`.
+        """
+        from percuss.simulate.machine.machine_going_on import ended_later
+
+        callback("progress", progress)
+        if stop is not None:
+            instance("stop", stop, Stop)
+        else:
+            stop = replace(self.stop, impacts=2 * max(self.impacts, 1), time=None, periodic=False)
+        return replace(self, **ended_later(self, stop, progress))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The event table, the states and all that is needed to go on, with names and units."""
+        from percuss.simulate.machine.machine_file import to_dataset
+
+        return to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a NetCDF file that `MachineTrajectory.load` reads."""
+        from percuss.whole_file import write_dataset
+
+        write_dataset(self.to_xarray(), checked_path("path", path))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> MachineTrajectory:
+        """The motion in a NetCDF file; `continued` goes on from it bit for bit.
+
+        Raises
+        ------
+        PercussError
+            When the file cannot be read or is not a motion of a machine.
+        """
+        from percuss.simulate.machine.machine_file import motion_from
+        from percuss.simulate.motion_files import opened
+
+        return cls(**motion_from(*opened(path)))
 
     def __str__(self) -> str:
         changes = int(np.count_nonzero(self.events.code == VALVE))

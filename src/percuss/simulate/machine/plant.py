@@ -30,7 +30,9 @@ def plant_of(mechanism: Mechanism, start: MachineStart | None = None) -> Plant:
     gear = mechanism.gear
     ports, n = gear.to.size, mechanism.modes
     waiting = 0 if start is None or start.orders is None else len(start.orders.pending)
-    queue = max(_QUEUE, 2 * (waiting + ports))
+    queue = _QUEUE
+    while queue < waiting + ports:
+        queue *= 2
     controls = Controls(
         np.zeros(1, VALVE_NOW)[0],
         np.zeros(gear.forces.size),

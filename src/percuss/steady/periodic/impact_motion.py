@@ -78,6 +78,11 @@ class ImpactMotion(Shown):
         return self._passage.rigid
 
     @property
+    def rigid_rebounds(self) -> Array:
+        """Mean velocity of the bar just after each impact; shape (p,)."""
+        return self._passage.rebound
+
+    @property
     def blow_energies(self) -> Array:
         """Kinetic energy of all modes just before each impact; shape (p,)."""
         weight = self._chain.known.weight
@@ -133,9 +138,14 @@ class ImpactMotion(Shown):
         return self._chain.passage(np.array(self.times), rebound, side)
 
     @property
+    def residuals(self) -> Array:
+        """The p equations of the flights and that for the rigid velocity, 0 for an orbit; see `off`. Shape (p + 1,)."""
+        return np.append(self._passage.gap, self._passage.closure)
+
+    @property
     def residual(self) -> float:
         """How far the striking end is from the wall at the impacts, at most: rounding."""
-        return float(max(np.abs(self._passage.gap).max(), abs(float(self._passage.closure))))
+        return float(np.abs(self.residuals).max())
 
     def off(self, system: System) -> Array:
         """The equations for the times, with the times of this orbit and another system: 0 if it has this orbit, too.

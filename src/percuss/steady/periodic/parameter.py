@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.model import System
 from percuss.model.checks import Array, finite, instance
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
@@ -55,8 +55,18 @@ def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], va
     if not callable(family) or isinstance(family, type):
         raise ParameterError("family", family, "a function from a number to a System")
     step = _STEP * max(1.0, abs(here))
-    ends = [orbit.off(instance("family", family(here + sign * step), System)) for sign in (1.0, -1.0)]
-    return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+
+    def off(by: float) -> Array:
+        return orbit.off(instance("family", family(here + by), System))
+
+    try:
+        forward, inner = off(step), step
+    except PercussError:  # the range of the parameter ends here
+        forward, inner = off(-step), -step
+    try:
+        return np.asarray((forward - off(-inner)) / (2.0 * inner))
+    except PercussError:
+        return np.asarray((4.0 * forward - off(2.0 * inner) - 3.0 * off(0.0)) / (2.0 * inner))
 
 
 def time_rates(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:

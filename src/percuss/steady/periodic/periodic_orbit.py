@@ -12,6 +12,7 @@ from percuss.model.checks import Array, array
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.periodic.flight import Flight
 from percuss.steady.periodic.impact_motion import ImpactMotion
+from percuss.steady.periodic.sameness import canonical, load_turn
 from percuss.steady.reason import Reason
 
 __all__ = ["PeriodicOrbit"]
@@ -40,10 +41,18 @@ class PeriodicOrbit(ImpactMotion):
         and an even number of impacts. Else None.
     """
 
+    @property
+    def from_first(self) -> PeriodicOrbit:
+        """The same orbit told from the impact with the least phase of the load on, in the first period of the load."""
+        turn = load_turn(self.system.load)
+        moved, first = canonical(np.array(self.times), self.period, turn)
+        kept = float(self.rigid_rebounds[first]) if self._chain.is_neutral else None
+        return PeriodicOrbit(self.system, self.periods, tuple(moved.tolist()), self.modes, kept)
+
     # -- motion --
 
     @cached_property
-    def _flights(self) -> tuple[Flight, ...]:
+    def flights(self) -> tuple[Flight, ...]:
         """The flights, with the range of the mean motion over all of them."""
         found = [self._flight(i, 1.0) for i in range(self.impacts)]
         stroke = max(flight.mean_range() for flight in found) or 1.0
@@ -71,7 +80,7 @@ class PeriodicOrbit(ImpactMotion):
         times = np.mod(array("t", t, -np.inf, np.inf), self.period)
         starts = np.array(self.times) - self.times[0]
         which, found = np.searchsorted(starts, times, side="right") - 1, np.empty_like(times)
-        for i, flight in enumerate(self._flights):
+        for i, flight in enumerate(self.flights):
             here = which == i
             if here.any():
                 found[here] = flight.end_motion(times[here] - starts[i], self.modes)[0]
@@ -81,7 +90,7 @@ class PeriodicOrbit(ImpactMotion):
 
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
-        return tuple(flight_check(flight) for flight in self._flights)
+        return tuple(flight_check(flight) for flight in self.flights)
 
     @cached_property
     def violation(self) -> Violation | None:

@@ -16,7 +16,7 @@ from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
-from percuss.steady.periodic.sameness import SAME, canonical, differences, load_turn, repeats
+from percuss.steady.periodic.sameness import SAME, differences, load_turn, repeats
 from percuss.steady.reason import Reason
 from percuss.steady.states import check_pushes, steady_states
 
@@ -170,9 +170,8 @@ class _Search:
     def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
         """The motion with impacts at given times, the first of them in the first period of the load."""
         chain = self.chain
-        moved, first = canonical(times, chain.period, self.turn)
-        kept = float(chain.passage(times, np.array(rebound)).rebound[first]) if chain.is_neutral else None
-        return PeriodicOrbit(chain.system, chain.periods, tuple(moved.tolist()), chain.modes, kept)
+        kept = rebound if chain.is_neutral else None
+        return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
 
     def followed(self, starts: Array, known: Array | None = None) -> list[int]:
         """Follow starts and judge their ends; the numbers of the possible orbits at which they ended."""

@@ -150,14 +150,11 @@ def recorded_valve(
     mean = mean_cycle(states, rate, blow, struck)
     period = float(mean.motion.blows[-1])
     edges, levels = _switching(mean, period)
-    cycles, notes = None, list(mean.notes)
+    cycles = None
     if record is not None and phases is not None:
         added = mean.system.load.mean - system.load.mean
         cycles = recorded_cycles(system, record, phases, rate, mean.phase, edges, levels, added)
-        if cycles is None:
-            notes.append("the record holds too few blows to read its cycles one by one: only the mean cycle is read")
-        elif cycles.blows == "phase":
-            notes.append("the blow of each cycle is taken at the phase of the mean cycle's")
+    notes = [*mean.notes, *_of_cycles(record, cycles)]
     stiffness = _stiffness(levels, mean.motion)
     if stiffness.value == 0.0:
         levels = levels_between(mean.motion, edges, period, _told(mean), sloped=False)
@@ -173,13 +170,7 @@ def recorded_valve(
     by_ports = made([switch.found.least for switch in switches])
     by_delays = longest_that_run(made, switches)
     machine = made([switch.best_delay for switch in switches]).machine
-    if not all(switch.found.told_apart for switch in switches):
-        notes.append("the cycles do not tell all ports and delays apart: they are too few, or too much alike")
-    if stiffness.value > 0.0:
-        notes.append(
-            "the force of the gas at the wall is in the forces of the states: a record does not tell it from that of "
-            "the oil, so that margins of the gas are those of its stiffness alone"
-        )
+    notes += _of_reading(switches, stiffness)
     at_switch, share = _at_switch(states, rate, forces, mean)
     return RecordedValve(
         system=system,
@@ -200,6 +191,28 @@ def recorded_valve(
         opposing_share=share,
         notes=tuple(notes),
     )
+
+
+def _of_cycles(record: ForceRecord | None, cycles: Cycles | None) -> list[str]:
+    """What is taken for granted of the cycles of a record."""
+    if record is None:
+        return []
+    if cycles is None:
+        return ["the record holds too few blows to read its cycles one by one: only the mean cycle is read"]
+    return ["the blow of each cycle is taken at the phase of the mean cycle's"] if cycles.blows == "phase" else []
+
+
+def _of_reading(switches: tuple[RecordedSwitch, ...], stiffness: Interval) -> list[str]:
+    """What the switches and the gas do not tell."""
+    notes = []
+    if not all(switch.found.told_apart for switch in switches):
+        notes.append("the cycles do not tell all ports and delays apart: they are too few, or too much alike")
+    if stiffness.value > 0.0:
+        notes.append(
+            "the force of the gas at the wall is in the forces of the states: a record does not tell it from that of "
+            "the oil, so that margins of the gas are those of its stiffness alone"
+        )
+    return notes
 
 
 def _switching(mean: MeanCycle, period: float) -> tuple[Array, Levels]:

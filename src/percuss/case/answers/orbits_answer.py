@@ -1,0 +1,180 @@
+"""The orbits of a case with several impacts in a cycle: searched for by their labels, and followed."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from percuss.case.case import Case, checked_case
+from percuss.case.file_format.dotted_keys import value_at
+from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.case.parameters.case_keys import LOAD_SCALE, held
+from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.errors import ParameterError
+from percuss.explore import Axis, follow
+from percuss.explore.parameters import PARAMETERS
+from percuss.model.checks import count, text
+from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits
+
+if TYPE_CHECKING:
+    from percuss.explore import Branch
+
+__all__ = ["branch_answer", "orbits_answer", "parsed_label"]
+
+_LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
+_TURN = 2.0 * math.pi
+_CHOICE = "P/N:NUMBER or P/N:phases=1.2,4.5"
+
+
+def parsed_label(label: str) -> tuple[int, int]:
+    """p and n of a label such as 3/2.
+
+    Raises
+    ------
+    ParameterError
+        For anything else.
+
+    Examples
+    --------
+    >>> parsed_label("2/1"), parsed_label("z=3/2")
+    ((2, 1), (3, 2))
+    """
+    found = _LABEL.fullmatch(text("label", label, "P/N: impacts and load periods of a cycle"))
+    if found is None:
+        raise ParameterError("label", label, "P/N: impacts and load periods of a cycle", "for example 2/1")
+    return int(found[1]), int(found[2])
+
+
+def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0) -> FoundOrbits:
+    """The orbits z=p/n of a case; see `percuss.steady.orbits`.
+
+    Parameters
+    ----------
+    case
+        A hammer whose load keeps time.
+    label
+        p/n.
+    modes
+        N, in the forced motion, too; None for the case's, or 32.
+    tries, seed
+        As for `percuss.steady.orbits`.
+
+    Raises
+    ------
+    CaseError, LoadError, ResonanceError, ParameterError
+        When there is nothing to search.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> print(orbits_answer(load_case("hydraulic-drifter"), "1/1", modes=0).label)
+    z=1/1
+    """
+    checked_case(case)
+    impacts, periods = parsed_label(label)
+    return orbits(case.system(), impacts, periods, modes=_modes(case, modes), tries=tries, seed=seed)
+
+
+def branch_answer(
+    case: Case,
+    orbit: str,
+    along: str,
+    *,
+    switch: int = 0,
+    modes: int | None = None,
+    halt: Callable[[], bool] | None = None,
+) -> Branch:
+    """An orbit of a case followed through a parameter; see `percuss.explore.follow`.
+
+    Parameters
+    ----------
+    case
+        A hammer whose load keeps time.
+    orbit
+        ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
+        time; ``2/1`` for the first.
+    along
+        A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
+    switch
+        How deep to go on at flips, and of rigid bars at grazings.
+    modes
+        As for `orbits_answer`.
+    halt
+        As for `percuss.explore.follow`.
+
+    Raises
+    ------
+    CaseError, LoadError, ResonanceError, ParameterError
+        When there is no such orbit or parameter.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1:1", "load_factor=0.39:0.41", modes=0)
+    >>> branch.label, branch.points[0].kind.value
+    ('z=1/1', 'limit')
+    """
+    checked_case(case)
+    axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
+    family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
+    value = _value_of(case, family, axis)
+    start = _chosen(case, orbit, _modes(case, modes))
+    ends = (float(axis.values[0]), float(axis.values[1]))
+    return follow(start, axis.name, ends, family=family, value=value, switch=switch, halt=halt)
+
+
+def _modes(case: Case, modes: int | None) -> int:
+    return case.simulation().modes if modes is None else modes
+
+
+def _value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
+    """The parameter of the case itself, in the unit of the axis."""
+    key = family.key(axis.name)
+    if not key:
+        found = PARAMETERS[axis.name].get(case.system())
+        if found is None:
+            PARAMETERS[axis.name].check(case.system())
+            raise ParameterError(axis.name, None, "a parameter that the case has")
+        return found
+    if key == LOAD_SCALE:
+        return 1.0
+    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
+    if value is None or unit != axis.unit:
+        raise ParameterError(axis.name, axis.unit or "a plain number", f"the unit of the case: {unit or 'none'}")
+    return value
+
+
+def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
+    """The orbit that a text names."""
+    label, _, which = text("orbit", orbit, _CHOICE).partition(":")
+    impacts, periods = parsed_label(label)
+    if which.strip().startswith("phases"):
+        return _near(case, orbit, (impacts, periods), which.partition("=")[2], modes)
+    if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
+        raise ParameterError("orbit", orbit, _CHOICE)
+    found = orbits_answer(case, label, modes=modes)
+    number = count("orbit", int(which or 1), most=10**4)
+    if number > len(found.orbits):
+        told = f"one of the {len(found.orbits)} orbits {found.label} that were found"
+        raise ParameterError("orbit", orbit, told, "'percuss orbits' lists them")
+    return found.orbits[number - 1]
+
+
+def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
+    """The orbit near phases, each of them taken as later than the one before."""
+    try:
+        given = [float(phase) for phase in phases.split(",")]
+    except ValueError:
+        raise ParameterError("orbit", orbit, _CHOICE) from None
+    if len(given) != label[0]:
+        raise ParameterError("orbit", orbit, f"{label[0]} phases, one of each impact")
+    times = given[:1]
+    for phase in given[1:]:
+        times.append(times[-1] + (phase - times[-1]) % _TURN)
+    found = orbit_near(case.system(), times, label[1], modes=modes)
+    if found is None:
+        raise ParameterError("orbit", orbit, "phases near those of an orbit")
+    return found

@@ -1,0 +1,81 @@
+"""Orbits and their branches as JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from percuss.stability import orbit_multipliers
+from percuss.stability.multipliers import NEUTRAL
+
+if TYPE_CHECKING:
+    from percuss.explore import Branch, BranchPoint
+    from percuss.model.checks import ComplexArray
+    from percuss.steady import FoundOrbits, PeriodicOrbit
+
+__all__ = ["branch_dict", "orbits_dict"]
+
+
+def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
+    """What a search found."""
+    return {
+        "label": found.label,
+        "modes": found.modes,
+        "orbits": [_orbit(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "complete": found.complete,
+        "unseen": found.unseen,
+        "tries": found.tries,
+        "dropped": {reason.value: number for reason, number in found.dropped.items()},
+    }
+
+
+def branch_dict(branch: Branch) -> dict[str, Any]:
+    """A branch, and all that were switched to from it."""
+    others = [other for other in branch.family() if other is not branch]
+    return {
+        "parameter": branch.parameter,
+        "modes": branch.modes,
+        **_branch(branch),
+        "switched": [_branch(other) for other in others],
+        "cascade": [row._asdict() for row in branch.cascade],
+    }
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
+    return {
+        "label": branch.label,
+        "points": [_point(point) for point in branch.points],
+        "branch": {
+            "value": branch.values.tolist(),
+            "phases": branch.phases.tolist(),
+            "speeds": branch.speeds.tolist(),
+            "stable": branch.stable.tolist(),
+        },
+    }
+
+
+def _point(point: BranchPoint) -> dict[str, Any]:
+    return {
+        "type": point.kind.value,
+        "value": point.value,
+        "orbit": _orbit(point.orbit, point.multipliers),
+        "beyond": point.beyond,
+        "impact": point.impact,
+        "touch_phase": point.touch_phase,
+    }
+
+
+def _orbit(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
+    """An orbit; its multipliers are null where they grow without bound."""
+    impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
+    values = None if multipliers is None else multipliers.tolist()
+    return {
+        "label": orbit.label,
+        "impacts": [{"phase": phase, "speed": speed} for phase, speed in impacts],
+        "flight_times": orbit.flight_times.tolist(),
+        "multipliers": [[value.real, value.imag] for value in multipliers.tolist()]
+        if multipliers is not None
+        else None,
+        "stable": None if values is None else max(abs(value) for value in values) < 1.0 - NEUTRAL,
+        "admissible": orbit.admissible,
+        "reason": orbit.obstacle.value if orbit.obstacle is not None else None,
+    }

@@ -1,0 +1,83 @@
+"""``percuss follow``: an orbit followed through a parameter, to where it ends and to what begins on the way."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from percuss.cli.files import PICTURES, check_not_the_case, check_picture, check_target, named_case, tell_made
+from percuss.cli.long_commands import watching
+from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.cli.simulate_arguments import whole
+
+__all__ = ["run"]
+
+_PATIENCE = 5.0
+"""Seconds after which Ctrl-C no longer waits: a long proof asks more seldom."""
+
+_DESCRIPTION = """\
+An orbit followed through a parameter, both ways from the value of the case, round folds, until something ends it: the
+bar touches the wall between two impacts, an impact dies, the range ends. Folds, flips, pairs of multipliers on the unit
+circle and corners at steps of the load are located to 1e-10, and of each it is said what lies beyond. The orbit is a
+number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time. After Ctrl-C the answer
+is what has been followed so far."""
+
+_EXAMPLES = """\
+  percuss follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.3:1.2
+  percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png
+  percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv"""
+
+
+def _parser() -> Parser:
+    parser = Parser("follow", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3 or 2/1:phases=1.2,4.5 (default 1/1:1)")
+    add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2")
+    add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
+        "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
+    add("--json", action="store_true", help="print the branches as JSON")
+    add("--plot", metavar="FILE", help=f"draw the branches: {', '.join(PICTURES)}")
+    add("-o", "--output", metavar="FILE", help="write the branches as a table, .csv")
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Follow one orbit; returns the exit code."""
+    from percuss.case import branch_answer
+
+    parser = _parser()
+    options = parser.parsed(arguments)
+    if options.plot is not None:
+        check_picture(parser, options.plot)
+    if options.output is not None:
+        if not options.output.lower().endswith(".csv"):
+            parser.error(f"argument -o: '{options.output}': the name must end in .csv")
+        check_target(parser, "-o", options.output)
+        check_not_the_case(parser, options.output, options.case)
+    case = named_case(options.case)
+    with watching(parser, patience=_PATIENCE) as watch:
+        branch = branch_answer(
+            case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
+        )
+    if options.output is not None:
+        from percuss.case.answers.branch_table import branch_table
+        from percuss.whole_file import write_whole
+
+        write_whole(options.output, branch_table(branch))
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.branch(branch, case.title), options.plot)
+    if options.json:
+        from percuss.case.answers.orbits_json import branch_dict
+
+        print(json.dumps(branch_dict(branch), allow_nan=False))
+    else:
+        from percuss.cli.branch_report import branch_report
+        from percuss.cli.report_printing import show
+
+        show(branch_report(case.title, branch))
+    tell_made(options.json, table=options.output, picture=options.plot)
+    return 0

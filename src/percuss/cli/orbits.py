@@ -1,0 +1,101 @@
+"""``percuss orbits``: the periodic motions with any number of impacts in any number of load periods."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from percuss.cli.files import named_case
+from percuss.cli.parser import MAX_MODES, Parser, modes
+from percuss.cli.simulate_arguments import whole
+
+if TYPE_CHECKING:
+    from percuss.cli.report_parts import Report
+    from percuss.steady import FoundOrbits
+
+__all__ = ["run"]
+
+_DESCRIPTION = """\
+The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
+a guess. Of one impact in a cycle they are all there are; of more, those that a search finds from random times, with an
+estimate of the share of starts that lead to others. Each is proved to stay off the wall between its impacts. All
+numbers are dimensionless: phases of the load in rad, speeds in the scales of the case."""
+
+_EXAMPLES = """\
+  percuss orbits pneumatic-jackleg --label 2/1
+  percuss orbits case.toml --label 1/1 --up-to 3/2 --modes 0
+  percuss orbits case.toml --label 3/2 --tries 5000 --json"""
+
+
+def _parser() -> Parser:
+    parser = Parser("orbits", _DESCRIPTION, _EXAMPLES)
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add("--label", metavar="P/N", type=_label, default="1/1", help="impacts and load periods of a cycle (default 1/1)")
+    add("--up-to", metavar="P/N", type=_label, help="also all labels with more impacts or periods, up to these")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
+    add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
+    add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
+    add("--json", action="store_true", help="print the orbits as JSON")
+    return parser
+
+
+def _label(text: str) -> str:
+    from percuss.case.answers.orbits_answer import parsed_label
+    from percuss.errors import ParameterError
+
+    try:
+        parsed_label(text)
+    except ParameterError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Search for the orbits of a case; returns the exit code."""
+    from percuss.case import orbits_answer
+    from percuss.case.answers.orbits_answer import parsed_label
+    from percuss.case.answers.orbits_json import orbits_dict
+
+    parser = _parser()
+    options = parser.parsed(arguments)
+    case = named_case(options.case)
+    first = parsed_label(options.label)
+    last = first if options.up_to is None else parsed_label(options.up_to)
+    if last[0] < first[0] or last[1] < first[1]:
+        parser.error(f"argument --up-to: '{options.up_to}': at least the impacts and periods of --label")
+    labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
+    found = [
+        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed) for label in labels
+    ]
+    if options.json:
+        answers = [orbits_dict(one) for one in found]
+        print(json.dumps(answers if options.up_to is not None else answers[0], indent=1, allow_nan=False))
+    else:
+        from percuss.cli.report_printing import show
+
+        show(_report(case.title, found))
+    return 0
+
+
+def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
+    from percuss.case.answers.numerals import counted
+    from percuss.cli.branch_report import orbit_row
+    from percuss.cli.report_parts import PLAIN, Grid, Report, Section
+
+    columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
+    sections: list[Section | Grid] = []
+    for one in found:
+        rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
+        if rows:
+            sections.append(Grid(one.label, columns, rows))
+        share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
+        lines = [("all there are", "yes")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
+        sections.append(Section(f"{one.label}: the search", tuple(lines)))
+    total = sum(len(one.orbits) for one in found)
+    return Report(
+        title, f"{counted(total, 'orbit')}, {counted(found[0].modes, 'elastic mode')}.", PLAIN, tuple(sections)
+    )

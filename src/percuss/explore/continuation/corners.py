@@ -1,0 +1,99 @@
+"""Where an impact meets a step of the load: the curve of orbits has a corner there, with a tangent on either side."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.model.checks import Array
+from percuss.steady import PeriodicOrbit
+
+__all__ = ["Passed", "beside", "is_later", "landed", "step_ahead", "step_row", "step_time", "steps_passed"]
+
+Passed: TypeAlias = npt.NDArray[np.int64]
+"""How many steps of the load there are before each impact."""
+
+_ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
+_DIFFERENCE = 1e-6  # of the unit of the parameter
+_EXACT = 1e-14
+
+
+def steps_passed(orbit: PeriodicOrbit) -> Passed:
+    """How many steps of the load there are before each impact, counted from its time 0 on; shape (p,)."""
+    breaks = np.asarray(orbit.system.load.breaks)
+    if not breaks.size:
+        return np.zeros(orbit.impacts, dtype=np.int64)
+    turns = np.floor_divide(np.array(orbit.times) - breaks[0], 2.0 * math.pi)
+    phases = np.array(orbit.times) - 2.0 * math.pi * turns
+    return np.asarray(turns * breaks.size + np.searchsorted(breaks, phases, side="right"), dtype=np.int64)
+
+
+def step_time(orbit: PeriodicOrbit, number: int) -> float:
+    """When the step of the load with a number is, counted from time 0 on."""
+    breaks = orbit.system.load.breaks
+    turns, which = divmod(number, len(breaks))
+    return float(breaks[which]) + 2.0 * math.pi * turns
+
+
+def step_row(curve: SolutionCurve, x: Array, which: int, number: int) -> Array:
+    """How an impact comes to be later than a step of the load, by the unknowns: some parameters move the step."""
+    row, value = np.zeros(x.size), curve.value(x)
+    here = step_time(curve.motion(x), number)
+    for h in (_DIFFERENCE, -_DIFFERENCE):
+        aside = np.array(x)
+        aside[-1] += h
+        if curve.refusal(value + h * curve.unit) is None:
+            row[-1] = -(step_time(curve.motion(aside), number) - here) / h
+            break
+    row[which] = 1.0
+    return row
+
+
+def step_ahead(curve: SolutionCurve, here: CurvePoint, which: int, passed: Passed) -> tuple[float, int] | None:
+    """How far along the tangent an impact meets the next step of the load, and the number of the impact."""
+    orbit = curve.motion(here.x)
+    if not orbit.system.load.breaks:
+        return None
+    row = step_row(curve, here.x, which, int(passed[which]))
+    nearing = float(row @ here.tangent)
+    if nearing < 0.0:
+        row = step_row(curve, here.x, which, int(passed[which]) - 1)
+        nearing = float(row @ here.tangent)
+    if nearing == 0.0:
+        return None
+    number = int(passed[which]) - (nearing < 0.0)
+    return (step_time(orbit, number) - float(here.x[which])) / nearing, which
+
+
+def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
+    """The point of the curve at which an impact is exactly at a step, with the tangent before it; or Strayed."""
+    later = is_later(curve, near, which, passed)
+    number, point = int(passed[which]) - (not later), near
+    for _ in range(3):  # once where the parameter moves the step evenly
+        row, x = step_row(curve, point.x, which, number), np.array(point.x)
+        x[which] += step_time(curve.motion(x), number) - x[which]
+        aside = beside(curve, point, which, not later)
+        point = curve.corrected(x, row, near.tangent, curve.column(aside, curve.value(point.x)))
+        if abs(step_time(curve.motion(point.x), number) - float(point.x[which])) < _EXACT:
+            break
+    orbit = beside(curve, point, which, not later)
+    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
+    return CurvePoint(point.x, curve.tangent(matrix, near.tangent), point.steps)
+
+
+def is_later(curve: SolutionCurve, point: CurvePoint, which: int, passed: Passed) -> bool:
+    """Whether the step that an impact has come to is the one after it, not the one before."""
+    orbit, time = curve.motion(point.x), float(point.x[which])
+    after, before = (abs(step_time(orbit, int(passed[which]) - back) - time) for back in (0, 1))
+    return after <= before
+
+
+def beside(curve: SolutionCurve, point: CurvePoint, which: int, later: bool) -> PeriodicOrbit:
+    """The motion at a corner, with the impact that meets the step moved a little to the side that is asked for."""
+    x = np.array(point.x)
+    x[which] += _ASIDE if later else -_ASIDE
+    return curve.motion(x)

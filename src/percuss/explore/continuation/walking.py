@@ -1,0 +1,280 @@
+"""The walk along a curve of orbits from a point, one way, until something ends it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.errors import Interrupted, LoadError, PercussError
+from percuss.explore.continuation.corners import beside, is_later, landed, step_ahead, step_row, steps_passed
+from percuss.explore.continuation.happenings import Happening, crossings, end_of
+from percuss.explore.continuation.indicators import multipliers, outside
+from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.segment import Segment
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
+from percuss.model.checks import Array
+from percuss.steady.periodic.newton import COALESCED
+from percuss.steady.periodic.sameness import differences, load_turn
+
+__all__ = ["Walk", "walked"]
+
+_FIRST, _LONGEST, _SHORTEST = 0.02, 0.1, 1e-9  # steps, of each impact in rad
+_TURN = math.cos(math.radians(25.0))  # of the tangent in a step
+_ASIDE = 0.5  # of a step, by which its end may be beside the tangent
+_FLIGHT = 0.5  # share of a flight by which it may change in a step
+_QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
+_NEAR_LIMIT = 10.0  # steps within which a limit explains why the walk does not go on
+_ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
+_RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
+
+
+@dataclass
+class Walk:
+    """What one way along a curve gave.
+
+    Parameters
+    ----------
+    points
+        The points walked through, the first of them the start.
+    unstable
+        How many multipliers are outside the unit circle at each.
+    happened
+        What happened, in order; the last of them ended the walk.
+    refusal
+        Why the parameter goes no further, where it does not.
+    """
+
+    points: list[CurvePoint]
+    unstable: list[int]
+    happened: list[Happening] = field(default_factory=list)
+    refusal: PercussError | None = None
+
+
+def walked(
+    curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], most: int, *, fresh: bool = False
+) -> Walk:
+    """Walk from a point the way its tangent points.
+
+    Parameters
+    ----------
+    curve, start
+        The curve, and where on it.
+    bounds
+        Least and greatest value of the parameter.
+    most
+        Points at most.
+    fresh
+        Whether it begins at a flip, where the branch has an extremum of the parameter by itself.
+    """
+    walker = _Walker(curve, start, bounds, fresh)
+    try:
+        while not walker.ended and len(walker.walk.points) < most:
+            walker.step()
+    except Interrupted:
+        pass
+    if not walker.ended:
+        walker.end(BranchEvent.STOPPED)
+    return walker.walk
+
+
+class _Target(NamedTuple):
+    """Where a step leads: the point, the limit of the parameter that it lies on, the corner that it is."""
+
+    point: CurvePoint
+    limit: BranchEvent | None
+    corner: Happening | None = None
+
+    def at(self, segment: Segment) -> Happening | None:
+        """The corner at the end of a segment."""
+        return None if self.corner is None else self.corner._replace(place=segment.length)
+
+
+class _Walker:
+    """Where the walk is, and how long its next step will be."""
+
+    def __init__(self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], fresh: bool) -> None:
+        self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
+        self.size = _FIRST * math.sqrt(curve.impacts)
+        self.passed = steps_passed(curve.motion(start.x))
+        self.walk = Walk([start], [self._outside(start)])
+        self.ended = False
+
+    def _outside(self, point: CurvePoint) -> int:
+        return outside(multipliers(self.curve.motion(point.x)))
+
+    def end(self, kind: BranchEvent) -> None:
+        """End the walk here."""
+        self.walk.happened.append(Happening(kind, 0.0, self.here))
+        self.ended = True
+
+    # -- one step --
+
+    def step(self) -> None:
+        """Go on to the next point, shorter if need be, and see what happens on the way."""
+        for ahead in (self._ahead, self._at_corner):
+            try:
+                target = ahead()
+                segment = Segment(self.curve, self.here, target.point)
+                happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
+                last = segment.length if happening is None else happening.place
+                between = crossings(segment, last, self.fresh)
+            except Strayed:
+                continue
+            self._went(segment, between, happening, target.limit)
+            return
+        self._shorter()
+
+    def _went(
+        self, segment: Segment, between: list[Happening], happening: Happening | None, limit: BranchEvent | None
+    ) -> None:
+        """Keep a step with what happened in it."""
+        for one in between:
+            self._pass(one.point)
+        self.walk.happened += between
+        self.fresh = False
+        if happening is not None:
+            self._at(happening)
+            return
+        self._arrive(segment.stop)
+        if limit is not None:
+            self.end(limit)
+        elif self._is_home(segment):
+            self.end(BranchEvent.CLOSED)
+        elif segment.stop.steps <= _QUICK:
+            self.size = min(1.5 * self.size, _LONGEST * math.sqrt(self.curve.impacts))
+
+    def _pass(self, point: CurvePoint) -> None:
+        """Keep a point at which something happens; beside it a multiplier is on the unit circle."""
+        self.walk.points.append(point)
+        self.walk.unstable.append(self.walk.unstable[-1])
+
+    def _arrive(self, point: CurvePoint) -> None:
+        self.here = point
+        self.walk.points.append(point)
+        self.walk.unstable.append(self._outside(point))
+        self.passed = steps_passed(self.curve.motion(point.x))
+
+    def _ahead(self) -> _Target:
+        """The next point, and the limit of the parameter that it lies on."""
+        x, tangent = self.here.x, self.here.tangent
+        place = x + self.size * tangent
+        value, limit, normal = self.curve.value(place), None, tangent
+        if not self.bounds[0] <= value <= self.bounds[1]:
+            limit = BranchEvent.LIMIT
+            value = min(max(value, self.bounds[0]), self.bounds[1])
+        refusal = self.curve.refusal(value)
+        if refusal is not None:
+            value = self._last_value(value)
+            self.walk.refusal = refusal
+            limit = BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
+        if limit is not None:
+            along = value / self.curve.unit - x[-1]
+            place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
+            place[-1], normal = value / self.curve.unit, self.curve.level
+        found = self.curve.corrected(place, normal, tangent)
+        self._check(found, place)
+        return _Target(found, limit)
+
+    def _at_corner(self) -> _Target:
+        """The point at which an impact meets the step of the load that it nears: the curve may turn back there."""
+        x, tangent = self.here.x, self.here.tangent
+        near = [one for i in range(self.curve.impacts) if (one := step_ahead(self.curve, self.here, i, self.passed))]
+        if not near:
+            raise Strayed("the load has no steps")
+        place, which = min(near)
+        if not 0.0 <= place <= 2.0 * self.size:
+            raise Strayed("no step of the load is near")
+        start = x + place * tangent
+        point = landed(self.curve, CurvePoint(start, tangent, 0), which, self.passed)
+        self._check(point, start)
+        return _Target(point, None, Happening(BranchEvent.CORNER, math.nan, point, which))
+
+    def _last_value(self, beyond: float) -> float:
+        """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
+        good, bad = self.curve.value(self.here.x), beyond
+        while abs(good - bad) > _ROUNDING * max(abs(good), abs(bad), self.curve.unit):
+            middle = 0.5 * (good + bad)
+            if self.curve.refusal(middle) is None:
+                good = middle
+            else:
+                bad = middle
+        even = round(good, 12)  # the limit itself, where that is allowed
+        return even if self.curve.refusal(even) is None and abs(even - good) < _EVEN else good
+
+    def _check(self, found: CurvePoint, place: Array) -> None:
+        """Strayed where a point is not the next one of the branch."""
+        p, period = self.curve.impacts, 2.0 * math.pi * self.curve.periods
+        before, after = (np.append(x[1:p], x[0] + period) - x[:p] for x in (self.here.x, found.x))
+        if float(found.tangent @ self.here.tangent) < _TURN:
+            raise Strayed("a bend")
+        if float(np.linalg.norm(found.x - place)) > _ASIDE * self.size:
+            raise Strayed("beside the tangent")
+        if not np.all(np.abs(after / before - 1.0) < _FLIGHT):
+            raise Strayed("a flight changes too much")
+
+    def _shorter(self) -> None:
+        """Try a shorter step; where none is short enough, say why."""
+        self.size *= 0.5
+        if self.size > _SHORTEST:
+            return
+        orbit = self.curve.motion(self.here.x)
+        if float(orbit.flight_times.min()) < 1e3 * COALESCED * orbit.period:
+            self.end(BranchEvent.COALESCENCE)
+        elif np.abs(orbit.modal_determinants().real).min(initial=1.0) < _RESONANT:
+            self.end(BranchEvent.RESONANCE)
+        elif self.walk.refusal is not None:
+            self.end(BranchEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else BranchEvent.NO_SYSTEM)
+        else:
+            self.end(BranchEvent.LOST)
+
+    def _is_home(self, segment: Segment) -> bool:
+        """Whether the walk came back to its start, or past it."""
+        first = self.walk.points[0]
+        if len(self.walk.points) < 8 or abs(first.x[-1] - segment.stop.x[-1]) > 2.0 * segment.length:
+            return False
+        p, orbit = self.curve.impacts, self.curve.motion(first.x)
+        turn = load_turn(orbit.system.load)
+        off = segment.stop.x - first.x
+        off[:p] = differences(segment.stop.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
+        if np.abs(off).max() > 2.0 * segment.length:
+            return False
+        ahead = float(off @ first.tangent)
+        return 0.0 <= ahead <= segment.length and float(segment.stop.tangent @ first.tangent) > 0.0
+
+    # -- what ends a step --
+
+    def _at(self, happening: Happening) -> None:
+        """Go to the place of an end or of a corner."""
+        point = happening.point
+        if happening.kind is not BranchEvent.CORNER:
+            self._pass(point)
+            self.walk.happened.append(happening)
+            self.ended = True
+            return
+        self._round(happening)
+
+    def _round(self, corner: Happening) -> None:
+        """Take the tangent beyond a corner, on which the impact that meets the step goes on the same way."""
+        curve, which, x = self.curve, corner.which, corner.point.x
+        later = is_later(curve, corner.point, which, self.passed)
+        orbit = beside(curve, corner.point, which, later)
+        matrix = curve.matrix(orbit, curve.column(orbit, curve.value(x)))
+        row = step_row(curve, x, which, int(self.passed[which]) - (not later))
+        along = row if later else -row
+        try:
+            tangent = curve.tangent(matrix, along)
+        except Strayed:
+            self.end(BranchEvent.LOST)
+            return
+        turned = tangent[-1] * corner.point.tangent[-1] < 0.0
+        kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
+        self.here = CurvePoint(x, tangent, corner.point.steps)
+        self.walk.happened.append(Happening(kind, corner.place, corner.point, which))
+        self.walk.points.append(self.here)
+        self.walk.unstable.append(outside(multipliers(orbit)))
+        self.passed = np.array(self.passed)
+        self.passed[which] += 1 if later else -1
+        self.size = min(self.size, _FIRST * math.sqrt(curve.impacts))

@@ -1,0 +1,113 @@
+"""``percuss orbits`` and ``percuss follow`` as a person would use them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from percuss.case import Case, branch_answer
+from percuss.cli import main
+
+HAMMER = """
+[system]
+s = 5.0
+d = 0.0
+restitution = 0.5
+[load]
+kind = "harmonic"
+mean = 0.62
+amplitude = 1.0
+[simulation]
+modes = 0
+"""
+
+IN_SI = """
+[bar]
+length = "0.4 m"
+diameter = "50 mm"
+[contact]
+restitution = 0.5
+[load]
+kind = "harmonic"
+mean = "6.2 kN"
+amplitude = "10 kN"
+frequency = "50 Hz"
+[simulation]
+modes = 0
+"""
+
+
+@pytest.fixture
+def hammer(tmp_path: Path) -> str:
+    path = tmp_path / "hammer.toml"
+    path.write_text(HAMMER, encoding="utf-8")
+    return str(path)
+
+
+def test_the_orbits_of_a_label(hammer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["orbits", hammer, "--label", "2/1", "--tries", "100"]) == 0
+    told = capsys.readouterr().out
+    assert "2 orbits, 0 elastic modes." in told
+    assert "0.390789, 2.321002" in told
+    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "2/1", "--tries", "100", "--json"]) == 0
+    answers = json.loads(capsys.readouterr().out)
+    assert [answer["label"] for answer in answers] == ["z=1/1", "z=2/1"]
+    assert [len(answer["orbits"]) for answer in answers] == [2, 2]
+    assert answers[0]["complete"]
+    assert answers[1]["orbits"][1]["impacts"][0]["phase"] == pytest.approx(0.390789, abs=1e-6)
+    assert sum(answers[1]["dropped"].values()) + 2 == answers[1]["tries"] == 100
+
+
+def test_an_orbit_followed(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table, picture = tmp_path / "branch.csv", tmp_path / "branch.svg"
+    files = ["-o", str(table), "--plot", str(picture)]
+    assert main(["follow", hammer, "--orbit", "2/1:2", "--along", "mean=0.6:1.2", *files]) == 0
+    told = capsys.readouterr().out
+    assert "flip" in told
+    assert "0.659281674533: z=4/2 begins towards smaller mean, stable" in told
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "branch,label,point,mean,stable,impact,phase,speed"
+    assert lines[1].startswith("1,z=2/1,1,0.6,0,1,")
+
+
+def test_the_answer_as_json_has_every_branch(hammer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["--orbit", "1/1:phases=2.43", "--along", "load_factor=0.585:0.7", "--switch", "2", "--json"]
+    assert main(["follow", hammer, *asked]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [row["label"] for row in answer["cascade"]] == ["z=1/1", "z=2/2", "z=4/4"]
+    assert [one["label"] for one in answer["switched"]] == ["z=2/2", "z=4/4"]
+    assert answer["points"][0]["type"] == "limit"
+    flip = next(point for point in answer["points"] if point["type"] == "flip")
+    assert flip["value"] == pytest.approx(0.6549544650505745, abs=1e-11)
+    assert len(answer["branch"]["value"]) == len(answer["branch"]["phases"]) == len(answer["branch"]["stable"])
+
+
+def test_a_key_of_the_case_in_its_unit() -> None:
+    case = Case.from_text(IN_SI)
+    branch = branch_answer(case, "1/1:2", "frequency=45 Hz:55 Hz")
+    assert branch.values[[0, -1]].tolist() == [45.0, 55.0]
+    assert abs(branch.phases - branch.phases[0]).max() < 1e-12  # a rigid bar knows no frequency
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["orbits", "CASE", "--label", "2"], "impacts and load periods"),
+        (["orbits", "CASE", "--label", "2/1", "--up-to", "1/1"], "--up-to"),
+        (["follow", "CASE", "--orbit", "2/1:9", "--along", "mean=0.5:1"], "one of the 2 orbits"),
+        (["follow", "CASE", "--orbit", "1/1:first", "--along", "mean=0.5:1"], "P/N:NUMBER"),
+        (["follow", "CASE", "--orbit", "2/1:phases=0.4", "--along", "mean=0.5:1"], "2 phases"),
+        (["follow", "CASE", "--along", "mean=0.7:1"], "around 0.62"),
+        (["follow", "CASE", "--along", "mean"], "NAME="),
+        (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
+        (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
+    ],
+)
+def test_what_cannot_be_answered_is_told(
+    hammer: str, arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([hammer if word == "CASE" else word for word in arguments]) == 2
+    assert told in capsys.readouterr().err

@@ -1,0 +1,255 @@
+"""Orbits followed through a parameter: figures of other programs, known boundaries, and that nothing is lost."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from orbit_cases import ENTRIES, numbers, of_kind, periods_of, system_of
+from percuss import Load, System, steady_states
+from percuss.errors import ParameterError
+from percuss.explore import PARAMETERS, Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
+from percuss.model import External, Kept, Reversed, UniformBar
+from percuss.steady import PeriodicOrbit, orbit_near, orbits, time_rates
+
+TURN = 2.0 * math.pi
+HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+SEEDS = (1, 2, 3, 8)
+PARTNERS = {
+    "elastic_branch_21": "impact 2 would strike backwards; z=1/1 ends at 0.401237846 (a touch), not here",
+    "elastic_branch_31": "z=2/1 ends at 0.531019248 (a touch), not here",
+}
+RANGES = {
+    "cascade": (0.6, 1.0),
+    "elastic_ns_41": (0.6, 0.63),
+    "elastic_branch_31": (0.5, 0.64),
+    "elastic_branch_21": (0.3, 0.7),
+}
+
+
+def with_one_impact(system: System, modes: int = 0, which: int = -1) -> PeriodicOrbit:
+    """A steady motion as an orbit."""
+    return orbits(system, 1, 1, modes=modes).orbits[which]
+
+
+def point_at(branch: Branch, kind: str, value: float) -> BranchPoint:
+    """The point of a kind that is nearest to a value."""
+    return min(branch.at(BranchEvent(kind)), key=lambda point: abs(point.value - value))
+
+
+def events(branch: Branch) -> list[tuple[str, float]]:
+    return [(point.kind.value, point.value) for point in branch.points]
+
+
+# -- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", of_kind("branch_points"))
+def test_points_of_the_figures(name: str) -> None:
+    entry = ENTRIES[name]
+    periods = 1 if name == "cascade" else periods_of(entry)
+    start = orbit_near(system_of(entry), entry["start"]["phases"], periods, modes=entry["system"]["modes"])
+    assert start is not None
+    branch = follow(start, "mean", RANGES.get(name, (0.3, 0.8)))
+    for point in entry["points"]:
+        if point.get("label", branch.label) == branch.label:
+            check_point(point_at(branch, point["type"], float(point["value"])), point)
+    if name in PARTNERS:  # of an elastic bar the two ends are in two places
+        assert PARTNERS[name] in " ".join(point.beyond for point in branch.points)
+    assert all(point.kind.ends for point in branch.ends)
+    assert not any(point.kind.ends for point in branch.points[1:-1])
+
+
+def check_point(found: BranchPoint, expected: dict[str, Any]) -> None:
+    assert found.value == pytest.approx(float(expected["value"]), rel=0, abs=1e-12)
+    assert found.orbit.phases == pytest.approx(numbers(expected, "phase"), rel=0, abs=1e-11)
+    assert found.orbit.speeds == pytest.approx(numbers(expected, "speed"), rel=0, abs=1e-11)
+    if "touch_phase" in expected:
+        assert found.touch_phase == pytest.approx(float(expected["touch_phase"]), rel=0, abs=1e-10)
+    if "multipliers" in expected:
+        values = np.array([complex(*pair) for pair in expected["multipliers"]])
+        assert found.multipliers is not None
+        for value in values:
+            assert np.abs(found.multipliers - value).min() < 1e-6  # they meet at a fold: the root of rounding
+
+
+def test_the_cascade_of_the_figures() -> None:
+    """Every doubled branch begins at the flip of the one before, with no amplitude chosen."""
+    entry = ENTRIES["cascade"]
+    start = orbit_near(system_of(entry), entry["start"]["phases"], modes=0)
+    assert start is not None
+    branch = follow(start, "mean", (0.58, 0.92), switch=3)
+    rows = branch.cascade
+    assert [row.label for row in rows] == [point["label"] for point in entry["points"]]
+    assert [row.value for row in rows] == pytest.approx([float(p["value"]) for p in entry["points"]], rel=0, abs=1e-11)
+    assert [rows[0].ratio, rows[-1].ratio] == [None, None]
+    assert [row.ratio for row in rows[1:-1]] == pytest.approx([5.26, 4.73], abs=5e-3)
+    doubled = next(one for one in branch.switched if one.label == "z=2/2")
+    check_point(point_at(doubled, "flip", 0.6), entry["points"][1])
+    assert doubled.points[0].kind is BranchEvent.HALVING
+    assert doubled.points[0].orbit.label == "z=1/1"
+    assert branch.at(BranchEvent.FLIP)[0].beyond == "z=2/2 begins towards smaller mean, stable"
+
+
+def test_a_rigid_bar_touches_where_an_impact_more_begins() -> None:
+    """z=1/1 → 2/1 → 3/1: the first rungs of the ladder, climbed by switching at touches."""
+    saddle = with_one_impact(HAMMER.with_load_factor(0.45), which=0)
+    branch = follow(saddle, "mean", (0.35, 0.7), switch=2)
+    assert {one.label for one in branch.family()} >= {"z=1/1", "z=2/1", "z=3/1"}
+    second = next(one for one in branch.switched if one.label == "z=2/1")
+    third = next(one for one in second.switched if one.label == "z=3/1")
+    for shorter, longer, figure in ((branch, second, 0.3993131887184041), (second, third, 0.5279096824923904)):
+        touch, death = point_at(shorter, "grazing_touch", figure), longer.points[0]
+        assert death.kind is BranchEvent.DEATH
+        assert [touch.value, death.value] == pytest.approx([figure] * 2, rel=0, abs=1e-12)
+        assert death.impact is not None
+        assert death.orbit.phases[death.impact - 1] == pytest.approx(touch.touch_phase, abs=1e-11)
+        assert f"{longer.label} begins here" in touch.beyond
+
+
+# -- known boundaries -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("modes", [0, 6])
+def test_one_impact_has_the_known_folds_and_flips(modes: int) -> None:
+    system = System(s=5.0, d=0.05, restitution=0.6, load=Load.fourier([0.7, 1.0, 0.3 + 0.2j]))
+    edges = boundaries(
+        system, Axis("restitution", np.array([0.6])), ("load_factor", 0.3, 1.2), criterion="exact", modes=modes,
+        kinds=("fold", "flip"),
+    )  # fmt: skip
+    branch = follow(with_one_impact(system, modes), "load_factor", (0.3, 1.2))
+    for kind in ("fold", "flip"):
+        known = np.concatenate([curve.y[np.isfinite(curve.y)] for curve in edges.of(kind)])
+        found = [point.value for point in branch.at(BranchEvent(kind))]
+        assert found
+        for value in found:
+            assert np.abs(known - value).min() < 1e-9
+
+
+def test_a_fold_at_a_step_of_the_load() -> None:
+    """Square load, R = 0.5: where the impact meets the step K jumps through 0, and nothing is singular beside it."""
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))
+    branch = follow(with_one_impact(system), "kappa", (1.6, 1.8))
+    corner = branch.at(BranchEvent.NONSMOOTH_FOLD)[0]
+    assert corner.orbit.phases[0] == pytest.approx(corner.value * math.pi, abs=1e-12)
+    assert corner.value == pytest.approx(branch.values.max(), abs=1e-12)
+    sides = [corner.orbit.linearised(1.0, side)[0, 0] for side in ("left", "right")]
+    assert sides[0] * sides[1] < 0.0
+    beyond = steady_states(System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, corner.value + 1e-9)))
+    before = steady_states(System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, corner.value - 1e-9)))
+    assert (len(before.orbits), len(beyond.orbits)) == (2, 0)
+
+
+# -- ends -------------------------------------------------------------------------------------------------------------
+
+
+def test_the_range_ends_it() -> None:
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", (0.7, 0.85))
+    assert [point.kind for point in branch.points] == [BranchEvent.LIMIT] * 2
+    assert branch.values[[0, -1]].tolist() == [0.7, 0.85]
+    assert branch.stable.all()
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value"), [("restitution", "parameter_end", 1.0), ("mean", "load_stops_pushing", 0.0)]
+)
+def test_where_the_parameter_ends(name: str, kind: str, value: float) -> None:
+    """Of no load only the mean that is left, of no restitution R = 1, which is reached."""
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), name)
+    assert branch.points[0].kind.value == kind
+    assert branch.points[0].value == pytest.approx(value, abs=1e-12)
+
+
+def test_it_begins_where_the_parameter_ends() -> None:
+    """The drag cannot be less than 0; by a fold the branch comes back to it."""
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "d", (-1.0, 0.1))
+    assert [point.kind for point in branch.points] == [BranchEvent.NO_SYSTEM, BranchEvent.FOLD, BranchEvent.NO_SYSTEM]
+    assert [point.value for point in branch.ends] == [0.0, 0.0]
+
+
+def test_it_stops_when_told() -> None:
+    asked = 0
+
+    def halt() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 40
+
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", (0.05, 1.2), halt=halt, switch=3)
+    assert branch.ends[0].kind is BranchEvent.STOPPED
+    assert branch.values.size > 2
+    assert follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", most=3).values.size <= 5
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"between": (0.9, 1.2)}, "between"), ({"between": (0.8,)}, "between"), ({"along": "kappa"}, "kappa"),
+        ({"along": "nothing"}, "parameter"), ({"value": 0.7}, "orbit"), ({"switch": 17}, "switch"),
+        ({"family": SystemFamily(HAMMER.with_restitution(0.3))}, "orbit"), ({"orbit": None}, "orbit"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_followed_is_refused(change: dict[str, Any], word: str) -> None:
+    given = {"orbit": with_one_impact(HAMMER.with_load_factor(0.8)), "along": "mean"} | change
+    with pytest.raises(ParameterError, match=word):
+        follow(**given)
+
+
+def test_an_impossible_orbit_is_refused() -> None:
+    root = orbits(HAMMER.with_restitution(1.0).with_load_factor(0.3), 2, modes=0, tries=100).rejected[0]
+    with pytest.raises(ParameterError, match="admissible"):
+        follow(root, "mean")
+
+
+# -- properties -------------------------------------------------------------------------------------------------------
+
+
+def drawn(seed: int) -> tuple[PeriodicOrbit, str, float] | None:
+    """A steady motion of some bar under some load, a parameter and its value; None where there is no motion."""
+    random = np.random.default_rng(seed)
+    load = [
+        Load.harmonic(0.6, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3),
+        Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, 0.1]),
+    ][seed % 4]  # fmt: skip
+    contact = [Kept, Reversed][random.integers(2)](random.uniform(0.05, 0.9))
+    system = System(UniformBar(random.uniform(1.0, 8.0), External(random.uniform(0.01, 0.5))), load, contact)
+    found = orbits(system, 1, 1, modes=int(random.choice([0, 3]))).orbits
+    name = str(random.choice(["restitution", "load_factor", "s", "d"]))
+    value = PARAMETERS[name].get(system)
+    return (found[random.integers(len(found))], name, value) if found and value is not None else None
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_branch_is_the_same_from_every_place(seed: int) -> None:
+    """Every point is an orbit, nothing is lost, and from another orbit of the branch the same events are met."""
+    start = drawn(seed)
+    assert start is not None
+    orbit, name, value = start
+    between = (0.9 * value, 1.05 * value)
+    branch = follow(orbit, name, between)
+    assert BranchEvent.LOST not in {point.kind for point in branch.points}
+    assert all(point.orbit.residual < 1e-9 for point in branch.points)
+    family = SystemFamily(orbit.system)
+    middle = branch.values.size // 3
+    there = float(branch.values[middle])
+    other = PeriodicOrbit(family.system({name: there}), 1, tuple(branch.times[middle].tolist()), orbit.modes)
+    again = follow(other.from_first, name, between, family=family, value=there)
+    expected, found = events(branch), events(again)
+    if expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-9:
+        found.reverse()
+    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
+    assert [number for _, number in found] == pytest.approx([number for _, number in expected], rel=0, abs=1e-9)
+
+
+def test_the_tangent_is_that_of_the_rates() -> None:
+    """Between two near points of the walk the impacts move as `time_rates` says."""
+    start = orbit_near(HAMMER, [0.39, 2.32], modes=0)
+    assert start is not None
+    branch = follow(start, "mean", (0.6199999, 0.6200001))
+    family = SystemFamily(HAMMER)
+    rates = time_rates(start, lambda mean: family.system({"mean": mean}), 0.62)
+    slope = (branch.times[-1] - branch.times[0]) / (branch.values[-1] - branch.values[0])
+    assert slope == pytest.approx(rates, rel=1e-6)

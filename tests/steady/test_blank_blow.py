@@ -1,0 +1,136 @@
+"""A machine that finds no tool: energies, closed formulas, and plain integration in small steps."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from percuss.errors import ParameterError
+from percuss.model import Chamber, Cushion, External, Kept, Machine, Port, UniformBar, Valve
+from percuss.steady import self_excited_motion
+from percuss.steady.self_excited import BlankBlow, blank_blow
+
+
+def machine(
+    cushion: Cushion | None, *, back: float = 0.4, power: float = 1.8, front: float | None = None, late: float = 0.0,
+    rear: float = 0.0, drag: float = 0.0, kappa: float = 0.0, gas: float = 0.0,
+) -> Machine:  # fmt: skip
+    """A rear port at 1; the return is ordered by the blow, or by a front port."""
+    returning = Port("return", on="impact", delay=late) if front is None else Port("return", front, "front", late)
+    ports = (Port("power", 1.0, "back", rear), returning)
+    valve = Valve({"return": -back, "power": power}, ports, chamber=Chamber(gas, kappa), cushion=cushion)
+    return Machine(UniformBar(20.0, External(drag)), valve, Kept(0.2))
+
+
+def blank(made: Machine) -> BlankBlow:
+    return blank_blow(self_excited_motion(made, modes=0))
+
+
+@given(st.floats(0.0, 0.5), st.floats(0.0, 20.0), st.floats(1.0, 200.0), st.floats(0.0, 0.9), st.floats(0.0, 0.3))
+def test_the_cushion_takes_what_the_piston_brings_and_the_valve_adds(beyond, force, stiffness, returned, kappa) -> None:
+    """Without drag, and with the power still on: E + (p − κx/2) x over the way beyond the wall."""
+    found = blank(machine(Cushion(beyond, force, stiffness, returned=returned), kappa=kappa))
+    brought = found.energy + (1.8 - 0.5 * kappa * found.reach) * found.reach
+    assert found.depth == pytest.approx(found.reach - beyond)
+    assert found.taken == pytest.approx((1.0 - returned) * brought, rel=1e-9, abs=1e-12)
+    assert found.peak_force == pytest.approx(force + stiffness * found.depth)
+
+
+@given(st.floats(0.1, 2.0), st.floats(0.2, 3.0), st.floats(0.05, 0.8), st.floats(0.6, 20.0))
+@settings(max_examples=50)
+def test_a_machine_that_goes_on_without_blows(back, power, front, held) -> None:
+    """Without delays: rest at the depth z, (a_r + a_p)(S − h) from the valve in a cycle, and f z into the cushion."""
+    force = held * back
+    motion = self_excited_motion(machine(Cushion(force=force), back=back, power=power, front=front), modes=0)
+    assume(motion.runs)
+    found = blank_blow(motion)
+    fed = (back + power) * (1.0 - front)
+    assert found.ending == "cycles without a blow"
+    assert 0.5 * found.again**2 == pytest.approx(fed * (1.0 + back / force), rel=1e-7)
+    away = math.sqrt(2.0 * back * (1.0 + fed / force))  # at the rear port, from rest in the cushion
+    assert found.period > away / back
+
+
+def test_what_becomes_of_the_machine() -> None:
+    stiff = Cushion(0.1, 1.0, 100.0)
+    assert blank(machine(stiff)).ending == "stops in the cushion"
+    assert blank(machine(None)).ending == "leaves" and blank(machine(None)).reach == math.inf
+    assert blank(machine(Cushion(force=1.0))).ending == "leaves"
+    short = blank(machine(Cushion(0.1, 1.0, 100.0, length=0.05)))
+    assert (short.ending, short.depth) == ("strikes the front end", pytest.approx(0.05))
+    assert 0.5 * short.front_speed**2 == pytest.approx(short.energy + 1.8 * 0.15 - stiff.energy(0.05))
+    assert short.taken == pytest.approx(stiff.energy(0.05))
+    weak = blank(machine(None, front=0.3))
+    assert weak.depth == weak.peak_force == weak.taken == 0.0
+    assert weak.reach == pytest.approx(weak.energy / 0.4)
+    swinging = blank(machine(None, kappa=0.5, gas=-0.1, drag=0.3))
+    assert swinging.ending == "stops" and math.isfinite(swinging.reach)
+    assert blank(machine(stiff, front=0.3)).passes > 3
+
+
+def test_a_late_return_meets_the_piston_in_the_cushion() -> None:
+    """The power holds it there, and lets it go when the return is due."""
+    made = machine(Cushion(0.0, 1.0, 200.0), front=0.3, late=0.3)
+    found = blank(made)
+    assert found.ending == "cycles without a blow"
+    assert found.reach == pytest.approx(stepped(made, 1)[0], abs=2e-3)
+
+
+@given(
+    st.floats(0.1, 2.0), st.floats(0.3, 2.0), st.floats(0.1, 0.6), st.floats(0.0, 1.5), st.floats(0.0, 0.4),
+    st.floats(0.0, 0.3), st.floats(0.0, 0.2), st.floats(1.0, 100.0), st.floats(0.0, 1.0),
+)  # fmt: skip
+@settings(max_examples=12)
+def test_against_small_steps(back, power, front, late, rear, drag, beyond, stiffness, returned) -> None:
+    cushion = Cushion(beyond, 2.5 * power, stiffness, returned=returned)
+    made = machine(cushion, back=back, power=power, front=front, late=late, rear=rear, drag=drag, kappa=0.1)
+    assume(self_excited_motion(made, modes=0).runs)
+    found = blank(made)
+    reach, again = stepped(made, 2)
+    assert found.reach == pytest.approx(reach, abs=3e-3)
+    if again is not None and found.period is not None and found.passes == 4:
+        assert found.again == pytest.approx(again, rel=0.02)
+
+
+def stepped(made: Machine, passes: int, step: float = 5e-4) -> tuple[float, float | None]:
+    """How far the piston goes beyond the wall at first, and its speed when it comes again."""
+    valve, cushion = made.valve, made.valve.cushion
+    cycle = self_excited_motion(made, modes=0).cycle
+    state, orders = cycle.rebound.state, cycle.rebound.orders
+    u, v, t, reach, met = 0.0, cycle.blow_speed, 0.0, 0.0, 1
+    while t < 40.0:
+        for at, to in [order for order in orders.pending if order[0] <= t]:
+            state, orders = to, type(orders)(orders.last, tuple(o for o in orders.pending if o != (at, to)))
+        depth = u - cushion.beyond
+        held = cushion.force + cushion.stiffness * depth if depth > 0.0 else 0.0
+        push = valve.force(state) - valve.chamber.stiffness * u - made.drag * v
+        back = held if v > 0.0 else cushion.returned * held
+        if v == 0.0 and depth > 0.0:
+            back = min(max(push, cushion.returned * held), held)
+        before, speed = u, v
+        v += step * (push - back)
+        v = 0.0 if speed * v < 0.0 and depth > 0.0 else v
+        u, t = u + step * 0.5 * (speed + v), t + step
+        reach = max(reach, u) if met == 1 else reach
+        for port in valve.ports:
+            edge = -port.behind
+            if (before >= edge > u) if port.side == "back" else (before <= edge < u):
+                orders = orders.after(t, port)
+        if before < 0.0 <= u:
+            met += 1
+            if met == passes:
+                return reach, v
+    return reach, None
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(ParameterError, match="modes=0"):
+        blank_blow(self_excited_motion(machine(None, back=-0.1), modes=0))
+    for wrong in ({"beyond": -0.01}, {"force": -1.0}, {"stiffness": -1.0}, {"length": 0.0}, {"returned": 1.5}):
+        with pytest.raises(ParameterError):
+            Cushion(**wrong)
+    with pytest.raises(ParameterError):
+        machine(3.0)
