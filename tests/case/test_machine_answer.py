@@ -73,6 +73,55 @@ def test_the_blank_blow() -> None:
     assert machine_figures(only_blows.machine, only_blows.cycle).blank_distance_m is None
 
 
+def test_the_blank_blow_goes_into_a_cushion_that_is_assumed() -> None:
+    """It stops the piston within 20 mm, a little earlier as the return is due meanwhile, and takes what was brought."""
+    blank = breaker().blank
+    told = blank.to_json_dict()
+    assert blank.assumed and told["assumed"] and told["ending"] == "cycles without a blow"
+    assert 0.015 < told["si"]["depth_m"] <= 0.02
+    assert told["si"]["taken_J"] == pytest.approx(told["si"]["energy_J"], rel=0.1)
+    assert told["si"]["peak_pressure_Pa"] is None
+    rows = dict(blank.rows)
+    assert "20 mm" in rows["cushion"] and "comes again every" in rows["then"]
+
+
+def test_the_blank_blow_goes_into_the_cushion_of_the_case() -> None:
+    """Where only blows call for the return, nothing pulls the piston out of it again."""
+    cushion = {"beyond": "15 mm", "force": "50 kN", "stiffness": "9 MN/m", "area": "20 cm^2"}
+    answer = machine_answer(changed({"cushion": cushion}, p1={"behind": None, "side": None, "on": "impact"}), modes=0)
+    told, rows = answer.to_json_dict()["blank_blow"], dict(answer.blank.rows)
+    si = told["si"]
+    assert not told["assumed"] and told["ending"] == "stops in the cushion" and told["passes"] == 1
+    assert si["peak_force_N"] == pytest.approx(50e3 + 9e6 * si["depth_m"])
+    assert si["peak_pressure_Pa"] == pytest.approx(si["peak_force_N"] / 20e-4)
+    assert si["reach_m"] == pytest.approx(si["depth_m"] + 0.015)
+    pushed = 21.48e3 * si["reach_m"] - 0.5 * 20e3 * si["reach_m"] ** 2
+    assert si["taken_J"] == pytest.approx(si["energy_J"] + pushed, rel=0.01)  # but for the drag
+    assert "cushion" not in rows and "stops at once" in rows["then"] and "bar" in rows["peak force"]
+    short = machine_answer(changed({"cushion": cushion | {"length": "2 mm"}}), modes=0).blank
+    assert "strikes the front end of the housing with" in dict(short.rows)["then"]
+    soft = changed(
+        {"cushion": {"force": "1 kN"}, "chamber": {"force": "9 kN"}}, p1={"behind": None, "side": None, "on": "impact"}
+    )
+    leaving = machine_answer(soft, modes=0).blank
+    assert "nothing holds the piston back" in dict(leaving.rows)["then"]
+    assert leaving.to_json_dict()["si"]["reach_m"] is None
+
+
+@pytest.mark.parametrize(
+    ("cushion", "words"),
+    [
+        ({"beyond": "-5 mm"}, "would take part of every blow"),
+        ({"force": "-5 kN"}, "cushion.force"),
+        ({"length": "0 mm"}, "cushion.length"),
+        ({"returned": 1.5}, "cushion.returned"),
+    ],
+)
+def test_a_cushion_that_is_none_is_refused(cushion: dict[str, object], words: str) -> None:
+    with pytest.raises(CaseError, match=words):
+        changed({"cushion": cushion})
+
+
 def test_the_course_of_a_cycle() -> None:
     answer = breaker()
     course = course_of(answer.machine, answer.cycle)

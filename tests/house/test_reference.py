@@ -82,6 +82,7 @@ TABLES = {
     "PortTable": ("si", "load.ports"),
     "ChamberTable": ("si", "load.chamber"),
     "CushionTable": ("si", "load.cushion"),
+    "SupplyTable": ("si", "load.supply"),
     "AreasTable": ("si", "load.states"),
     "SystemTable": ("plain", "system"),
     "HarmonicLoad": ("plain", "load"),
@@ -201,6 +202,7 @@ UNITS = {
     "mass": "kg",
     "stiffness": "N/m",
     "time": "ms",
+    "force": "kN",
     "force or pressure": "kN",
 }
 
@@ -323,8 +325,14 @@ ANSWERS = {
     ),
     "orbits": ("orbits pneumatic-jackleg --label 2/1 --modes 0 --tries 40",),
     "follow": ("follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1",),
-    "experiment": ("experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",),
-    "basins": ("basins hydraulic-drifter --x time=0:6:2 --y velocity=-6:-1:2 --modes 0 --workers 1",),
+    "experiment": (
+        "experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",
+        "experiment valve-drifter --starts 4 --modes 0 --workers 1",
+    ),
+    "basins": (
+        "basins hydraulic-drifter --x time=0:6:2 --y velocity=-6:-1:2 --modes 0 --workers 1",
+        "basins valve-drifter --x position=-20:-5mm:2 --y velocity=-6:-1:2 --at state=power --modes 0 --workers 1",
+    ),
     "show": ("show map.zarr",),
 }
 """For each command that prints JSON questions whose answers have every key that there can be."""

@@ -135,12 +135,13 @@ def _figures(machine: Machine, cycle: _Cycle, si: bool) -> dict[str, float | Non
     """Of a machine that runs, in SI or dimensionless; None where there is no such figure."""
     length, time, energy = (machine.length_scale, machine.time_scale, machine.energy_scale) if si else (1.0, 1.0, 1.0)
     period = cycle.period * time
-    drawn = None
+    drawn, supply = None, machine.valve.supply
+    volume = cycle.work if supply is None else supply.flow * cycle.period
     if machine.pressure is not None and si:
-        drawn = cycle.work * energy / machine.pressure
+        drawn = volume * energy / machine.pressure
     elif not si:
         forces = [force for _, force in machine.valve.pairs]
-        drawn = cycle.work / (max(forces) - min(forces))
+        drawn = volume / (max(forces) - min(forces))
     return {
         "blow_energy": cycle.energy * energy,
         "rate": 1.0 / period,

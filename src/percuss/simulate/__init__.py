@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress
     from percuss.simulate.events import Event, Events
+    from percuss.simulate.machine.fed_trajectory import FedTrajectory
     from percuss.simulate.machine.machine_balance import MachineBalance
     from percuss.simulate.machine.machine_ensemble import MachineEnsemble, simulate_machines
     from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
@@ -42,6 +43,7 @@ __all__ = [
     "EnsembleProgress",
     "Event",
     "Events",
+    "FedTrajectory",
     "MachineBalance",
     "MachineCycle",
     "MachineEnsemble",
@@ -76,6 +78,7 @@ _HOME = {
     "Events": "events",
     "MACHINE_OUTCOMES": "machine.machine_summary",
     "STALLS": "machine.machine_summary",
+    "FedTrajectory": "machine.fed_trajectory",
     "MachineBalance": "machine.machine_balance",
     "MachineCycle": "machine.machine_summary",
     "MachineEnsemble": "machine.machine_ensemble",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = ["ToldBlank", "told_blank"]
 
+_ASSUMPTION = (
+    "the case describes none; assumed is one that begins at the place of the blow, pushes with a constant force, stops "
+    "the piston within 20 mm and gives nothing back"
+)
 _ASSUMED = 0.02  # m: in which the cushion stops the piston that a case without one is told with
 
 
@@ -54,12 +59,9 @@ class ToldBlank(Shown):
         found, machine = self.found, self.machine
         rows = []
         if self.assumed:
-            text = (
-                "the case describes none; assumed is one that begins at the place of the blow, pushes with a constant "
-            )
-            rows.append(("cushion", text + "force, stops the piston within 20 mm and gives nothing back"))
+            rows.append(("cushion", _ASSUMPTION))
         rows.append(("speed", f"{in_units(machine, found.speed, 'speed')} past the place of the blow{self._brought}"))
-        if found.depth > 0.0:
+        if 0.0 < found.depth < math.inf:
             where = "" if found.cushion is None or not found.cushion.beyond else self._reach
             rows.append(("depth", f"{in_units(machine, found.depth, 'length')} into the cushion{where}"))
             pressure = "" if self.peak_pressure is None else f", {spelled(self.peak_pressure / 1e5)} bar"

@@ -38,13 +38,22 @@ from percuss.case.file_format.values import (
     Stress,
     Table,
 )
-from percuss.case.file_format.valve_tables import AreasTable, ChamberTable, PlainChamber, PlainPort, PortTable
+from percuss.case.file_format.valve_tables import (
+    AreasTable,
+    ChamberTable,
+    CushionTable,
+    PlainChamber,
+    PlainCushion,
+    PlainPort,
+    PortTable,
+)
 
 __all__ = [
     "BarTable",
     "BlowTable",
     "ChamberTable",
     "ContactTable",
+    "CushionTable",
     "DampingTable",
     "PhysicalCase",
     "PlainBlow",
@@ -266,6 +275,7 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
         plain = form is PlainCase
         fields["load.ports"] = keys_of(PlainPort if plain else PortTable)
         fields["load.chamber"] = keys_of(PlainChamber if plain else ChamberTable)
+        fields["load.cushion"] = keys_of(PlainCushion if plain else CushionTable)
         fields["load.states"] = [] if plain else keys_of(AreasTable)
     return fields
 

@@ -154,7 +154,10 @@ class _Blank:
     def _told(self) -> BlankBlow:
         reach = self.reach if self.first is None else self.first
         depth = peak = taken = 0.0
-        if self.cushion is not None and reach > self.cushion.beyond:
+        if self.cushion is not None and reach == math.inf:  # it pushes less than the valve, at any depth
+            depth, peak = math.inf, self.cushion.force
+            taken = math.inf if peak > 0.0 else 0.0
+        elif self.cushion is not None and reach > self.cushion.beyond:
             depth = reach - self.cushion.beyond
             peak = self.cushion.force + self.cushion.stiffness * depth
             turned = self.front_speed == 0.0 or len(self.passes) > 1
