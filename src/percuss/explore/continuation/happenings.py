@@ -64,10 +64,10 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
     if orbit.violation is None:
-        hidden = _rise(segment, last)
-        return (
-            first if hidden is None else _contact(segment, segment.curve.motion(segment.at(hidden).x), hidden) or first
-        )
+        hidden = rise(segment, last)
+        if hidden is None:
+            return first
+        last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
     return _contact(segment, orbit, last) or first
 
 
