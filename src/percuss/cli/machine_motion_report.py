@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.machine_in_words import in_units
 from percuss.case.answers.machine_start_in_words import from_this_start
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import counted, number
 from percuss.cli.machine_report import machine_section
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section

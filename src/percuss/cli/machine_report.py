@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.machine_figures import machine_figures
-from percuss.case.answers.machine_in_words import headline, in_units
+from percuss.case.answers.machine_in_words import headline
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
