@@ -431,7 +431,7 @@ def table(folder: Path) -> dict[str, Entry]:
             {"beyond": 0.1, "force": 1.0, "stiffness": 9.0, "length": 0.2, "returned": 0.1, "area": 1e-3},
             {"length": OPTIONAL, "area": OPTIONAL},
         ),
-        "model.Cushion.energy": (Cushion(force=1.0).energy, {"depth": 0.1}, {"depth": REAL}),
+        "model.Cushion.energy": (Cushion(force=1.0).energy, {"depth": 0.1}, {}),
         "model.Cushion.scaled": (Cushion(force=1.0).scaled, {"force": 2.0, "length": 2.0}, {}),
         "model.Port": (
             Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},

@@ -1634,6 +1634,7 @@ def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pyt
     expect(page.locator("#verdict")).to_have_text("Runs")
     page.click("#form-si")
     until(page, f"{STATE}(({{ data }}) => data.machine?.units === 'SI')")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("m$"))
     page.select_option("#field-load-kind", "square")
     expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
     expect(page.locator("#slide-kappa")).to_be_visible()
