@@ -21,6 +21,7 @@ __all__ = ["leg_after", "leg_from"]
 
 _TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 _MOST_EVENTS = 400  # of a leg
+_STILL = 1e-150  # a speed whose square, and so the height of its flight from the wall, is hardly a number
 
 
 def leg_after(piston: Piston, rebound: Rebound) -> Leg:
@@ -79,7 +80,7 @@ class _Going:
             self._carry_out()
             until = self.orders.pending[0][0] - self.time if self.orders.pending else math.inf
             flight = self.piston.flight(self.state, self.x, self.v)
-            if self.x == 0.0 and self.v == 0.0 and flight.push <= 0.0:
+            if self.x == 0.0 and 0.0 <= self.v <= _STILL and flight.push <= 0.0:
                 if until == math.inf:
                     return self._ended("on the wall")
                 self._rest(flight, until)
@@ -88,7 +89,7 @@ class _Going:
             if found is None and until == math.inf:
                 self.segments.append(Segment(self.state, self.time, math.inf, flight, flight.last_place, 0.0))
                 return self._ended("nothing follows")
-            place = None if found is None else self.places[found.which[0]][0]
+            place = None if found is None else self.places[found.which[0]]
             self._fly(flight, until if found is None else found.time, place)
             if found is not None and found.which[0] == 0:
                 return self._struck()
@@ -112,8 +113,8 @@ class _Going:
         self.time, self.slope_time = due[0], self.slopes[due]
         self.slope_x, self.slope_v = 0.0 * self.slope_x, 0.0 * self.slope_v
 
-    def _fly(self, flight: Flight, duration: float, place: float | None) -> None:
-        """To the place, or, with none, to when the next order is due."""
+    def _fly(self, flight: Flight, duration: float, place: tuple[float, int] | None) -> None:
+        """To the place, passed in a direction, or, with none, to when the next order is due."""
         x, v = flight.at(duration)
         ds, s, q = response(duration, flight.stiffness, flight.drag)
         slope_x = (1.0 - flight.stiffness * q) * self.slope_x + s * self.slope_v
@@ -123,8 +124,9 @@ class _Going:
             longer = self.slopes[due] - self.slope_time
             self.time = due[0]
         else:
+            x = place[0]
+            v = flight.speed_at(*place) if flight.drag == 0.0 else v
             longer = -slope_x / (v or math.inf)
-            x = place
             self.time += duration
         acceleration = flight.push - flight.stiffness * x - flight.drag * v
         began = self.time - duration
@@ -135,7 +137,7 @@ class _Going:
         self.segments.append(Segment(self.state, began, duration, flight, x, v))
 
     def _struck(self) -> Leg:
-        factor = self.piston.contact.velocity_factor
+        factor = self.piston.factor
         pending = tuple((due - self.time, to) for due, to in self.orders.pending)
         rebound = Rebound(factor * self.v, self.state, replace(self.orders, pending=pending))
         dues = [self.slopes[order] - self.slope_time for order in self.orders.pending]

@@ -15,6 +15,7 @@ from percuss.steady.self_excited.piston_flight import Flight
 __all__ = ["Ending", "Leg", "Piston", "Rebound", "Segment", "Switch", "Uncovering"]
 
 _LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
+_REBOUND = 1e-16  # a smaller part of the speed is no rebound: beside a wall it would fly no distance that numbers hold
 
 Ending = Literal["blow", "on the wall", "nothing follows", "no blow"]
 """How a leg ends."""
@@ -31,6 +32,12 @@ class Piston:
     def flight(self, state: str, x: float, v: float) -> Flight:
         """The flight that begins at the distance x with the velocity v away from the wall."""
         return Flight(-self.valve.force(state), _felt(self.valve.chamber.stiffness), _felt(self.drag), x, v)
+
+    @property
+    def factor(self) -> float:
+        """Velocity just after a blow over that just before it."""
+        factor = self.contact.velocity_factor
+        return factor if abs(factor) >= _REBOUND else 0.0
 
     @property
     def places(self) -> tuple[list[tuple[float, int]], list[int]]:
