@@ -23,7 +23,7 @@ class MachineFigures:
     input_power_kW
         What the valve puts in: pressure times oil flow.
     delivered_power_kW
-        The part of it that the blows take; damping and drag take the rest.
+        The part of it that the blows take; damping, drag and lying down take the rest.
     efficiency
         Delivered over input power; the energy of the rebound comes back and is in neither. None without an input.
     oil_per_cycle_cm3, oil_flow_l_per_min

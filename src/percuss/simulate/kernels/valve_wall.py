@@ -121,11 +121,13 @@ def to_rest(plant, ahead):
     """
     table, motion = plant.table, plant.motion
     bar, now, count = table.bar, motion.now, motion.count
+    forgets = bar.strain == 0.0 and table.modes.omega.shape[0] > 0  # undeformed, it leaves as from rest
     slow = NO_SPEED * (abs(now.drift) + now.sup1)
     if now.gap_rate > slow:
         return -2.0
     if now.gap_rate >= -slow:
-        struck = count.mode == ON_WALL and bar.restitution == 0.0 and plant.gear.forces[plant.controls.now.state] > 0.0
+        pushed = plant.gear.forces[plant.controls.now.state] > 0.0
+        struck = count.mode == ON_WALL and bar.restitution == 0.0 and (pushed or forgets)
         if struck or now.acceleration >= 0.0 or count.pile > 100:
             return 0.0
         now.gap_rate = 0.0

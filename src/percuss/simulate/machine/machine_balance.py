@@ -13,6 +13,7 @@ from percuss.errors import ParameterError
 from percuss.model import Machine
 from percuss.model.checks import Array, finite
 from percuss.simulate.balance import EnergyBalance, panels
+from percuss.simulate.kernels.codes import CHATTER, REST
 from percuss.simulate.machine.machine_events import MachineEvents
 from percuss.simulate.machine.mechanism import Mechanism
 
@@ -25,7 +26,14 @@ class MachineBalance(EnergyBalance):
 
     `input` is the work of the valve with the constant part of the chamber's force; the rest of the chamber's is
     `stored`, as ½κu(0)².
+
+    Attributes
+    ----------
+    rests
+        Of `impacts`, what lying down takes, with the end of chatter: motion and strain that the last blow left.
     """
+
+    rests: float = 0.0
 
 
 class Motion(Protocol):
@@ -78,5 +86,7 @@ def machine_balance(motion: Motion, first: float | None = None, last: float | No
             speed = (motion.ends(t)[1].T / motion.mechanism.end).T
             lost += float(w @ (own.damping @ speed**2))
     taken = float(motion.events.energy_lost[inside].sum())
+    lying = inside & np.isin(motion.events.code, (CHATTER, REST))
     stored = motion.energy(np.array([begin, end]))
-    return MachineBalance(put_in, lost, taken, float(stored[1] - stored[0]))
+    by_rest = float(motion.events.energy_lost[lying].sum())
+    return MachineBalance(put_in, lost, taken, float(stored[1] - stored[0]), by_rest)

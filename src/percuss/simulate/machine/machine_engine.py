@@ -24,6 +24,8 @@ from percuss.simulate.kernels.codes import (
     ON_PORT,
     PERIODIC,
     PORT,
+    RELEASE,
+    VALVE,
 )
 from percuss.simulate.kernels.valve_motion import follow_valve, wanders
 from percuss.simulate.kernels.valve_records import VALVE_EVENT, Plant, ValveLog
@@ -123,7 +125,7 @@ def followed(
         MachineEvents.of_all(events),
         record.copy() if 4 * record.size < room.states.size else record,
         ended,
-        bool(valve["stalled"]),
+        bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events[-1])),
         cycle_of(plant, mechanism),
         bool(wanders(plant.controls)),
         float(valve["time"]) * unit,
@@ -168,6 +170,12 @@ def _went_on(plant: Plant, rules: Rules, log: ValveLog) -> tuple[int, Plant]:
         plant = roomier(plant)
         code = follow_valve(plant, rules, log)
     return code, plant
+
+
+def _released_in_vain(events: MachineEvents) -> bool:
+    """Whether the valve heard nothing since the last release but one: what begins at rest then repeats itself."""
+    releases = np.flatnonzero(events.code == RELEASE)
+    return releases.size > 1 and not np.isin(events.code[releases[-2] :], (PORT, VALVE)).any()
 
 
 def room_for(mechanism: Mechanism, stop: Stop) -> Room:

@@ -30,7 +30,7 @@ class Blow(Shown):
     time, speed
         When, and the speed of the striking end just before.
     kinetic, strain
-        Energies just before, per unit of mass.
+        Energies just before, per unit of mass; that of the chamber, which follows the driven end, is part of `strain`.
     """
 
     time: float
@@ -59,6 +59,8 @@ class ElasticCycle(ValveCycle):
         When it strikes and passes ports, and the valve at time 0.
     lies
         Whether the striking end lies on the wall for some time.
+    given_up
+        Energy that the bar has where it lies down.
     """
 
     machine: Machine
@@ -70,6 +72,7 @@ class ElasticCycle(ValveCycle):
     eigenvalues: ComplexArray
     rhythm: Rhythm
     lies: bool = False
+    given_up: float = 0.0
 
     @property
     def blow_times(self) -> Array:
@@ -120,15 +123,23 @@ class ElasticCycle(ValveCycle):
 
     @cached_property
     def work(self) -> float:
-        """Energy that the valve puts in in a cycle: its force, without the chamber, over the way of the driven end."""
-        forces, driven = dict(self.machine.valve.pairs), self.flights[0].modes.driven
-        ways = [(flight.end - flight.begin)[:, 0] @ driven for flight in self.flights]
-        return math.fsum(forces[flight.state] * float(way) for flight, way in zip(self.flights, ways, strict=True))
+        """Energy that the valve puts in in a cycle: its force over the way of the driven end in flight.
+
+        The constant part of the chamber's force is in it: without a rest or a blow that turns the strain over, in which
+        the driven end moves in no time, its work is none.
+        """
+        driven = self.flights[0].modes.driven
+        return math.fsum(one.force * float((one.end - one.begin)[:, 0] @ driven) for one in self.flights)
 
     @property
     def taken(self) -> float:
         """Energy that the blows of a cycle take."""
         return math.fsum(self.machine.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
+
+    @property
+    def taken_by_rest(self) -> float:
+        """Energy lost on lying down: what the last blow left, for a bar at rest on the wall is undeformed."""
+        return self.given_up
 
     def _displacement(self, within: Array, place: Place) -> Array:
         row = place_row(self.machine, self.flights[0].modes, place)

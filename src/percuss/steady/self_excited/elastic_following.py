@@ -17,7 +17,7 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.elastic_chain import place_row
 from percuss.steady.self_excited.first_entering import Regions, first_entering
-from percuss.steady.self_excited.modal_flight import ModalFlight, rates
+from percuss.steady.self_excited.modal_flight import ModalFlight, energy_of, rates
 from percuss.steady.self_excited.rhythm import Rhythm, rhythm_of
 
 __all__ = ["Following", "Laid", "watched"]
@@ -42,11 +42,15 @@ def watched(machine: Machine, modes: MachineModes, last: str, wall: bool = True)
 
 
 class Laid(NamedTuple):
-    """When a rest began, after some change of the valve, and how many flights and events there were before."""
+    """When a rest began, after some change of the valve, and how many flights and events there were before.
+
+    `losses`: how many times the bar has lain down, this one counted.
+    """
 
     time: float
     flights: int
     events: int
+    losses: int
 
 
 class Following:
@@ -76,6 +80,7 @@ class Following:
         self.states: list[Array] = []  # just before each event
         self.blows = 0
         self.rests: list[Laid] = []
+        self.losses: list[float] = []  # energy that the bar had whenever it lay down
         self._turn = np.array([machine.contact.strain_factor, machine.contact.velocity_factor])
         self._hold = -math.inf  # until when no contact is looked for after a release
         self._struck()
@@ -154,7 +159,8 @@ class Following:
         """
         since = self.rests[-1].events if self.rests else 0
         if any(kind == "valve" for _, kind, _ in self.events[since:]):
-            self.rests.append(Laid(self.time, len(self.flights), len(self.events)))
+            self.rests.append(Laid(self.time, len(self.flights), len(self.events), len(self.losses) + 1))
+        self.losses.append(energy_of(self.modes, self.now))
         self.now = 0.0 * self.now
         while self.machine.valve.force(self.state) > 0.0:
             if not self.orders.pending:

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from percuss.model import Machine
+from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
 from percuss.steady.self_excited.elastic_chain import Chain, Closed
 from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
@@ -107,13 +107,10 @@ def _flights(chain: Chain, times: Array, motion: Closed) -> tuple[ModalFlight, .
     )
 
 
-def blow_of(machine: Machine, flight_modes: Array, time: float, state: Array) -> Blow:
-    """The blow that a state just before it makes; `flight_modes`: rows of ω and of the striking and the driven end."""
-    omega, end, driven = flight_modes
-    kinetic = 0.5 * float(state[:, 1] @ state[:, 1])
-    gas = machine.valve.chamber.stiffness * float(driven @ state[:, 0]) ** 2
-    strain = 0.5 * (float((omega * state[:, 0]) @ (omega * state[:, 0])) - gas)
-    return Blow(time, float(end @ state[:, 1]), kinetic, max(strain, 0.0))
+def blow_of(modes: MachineModes, time: float, state: Array) -> Blow:
+    """The blow that a state just before it makes."""
+    speed, strained = state[:, 1], modes.omega * state[:, 0]
+    return Blow(time, float(modes.end @ speed), 0.5 * float(speed @ speed), 0.5 * float(strained @ strained))
 
 
 def switch_of(machine: Machine, driven: Array, time: float, change: tuple[str, str], state: Array) -> Switch:
@@ -128,11 +125,10 @@ def _cycle(
 ) -> ElasticCycle:
     modes, machine = chain.modes, chain.machine
     struck, changed, passed = [], [], []
-    rows = np.array([modes.omega, modes.end, modes.driven])
     for i, (step, state) in enumerate(zip(chain.steps, motion.states, strict=True)):
         time = flights[i].time + flights[i].duration
         if step.kind == "blow":
-            struck.append(blow_of(machine, rows, time, state))
+            struck.append(blow_of(modes, time, state))
         elif step.kind == "port":
             passed.append(Uncovering(step.port, time, -float(chain.rows[i] @ state[:, 1])))
         else:

@@ -5,6 +5,7 @@ A bar at rest on the wall has forgotten everything, and leaves undeformed when t
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -35,12 +36,11 @@ def rest_cycle(motion: Following) -> ElasticCycle | None:
 def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
     start = first.time
     machine, modes = motion.machine, motion.modes
-    rows = np.array([modes.omega, modes.end, modes.driven])
     struck, changed, passed = [], [], []
     state = motion.flights[first.flights].state
     for (time, kind, detail), now in list(zip(motion.events, motion.states, strict=True))[first.events : last.events]:
         if kind == "impact":
-            struck.append(blow_of(machine, rows, time - start, now))
+            struck.append(blow_of(modes, time - start, now))
         elif kind == "valve":
             changed.append(switch_of(machine, modes.driven, time - start, (state, str(detail)), now))
             state = str(detail)
@@ -50,4 +50,5 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
         replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
     )
     made = tuple(struck), tuple(changed), tuple(passed), np.zeros(1, dtype=complex), motion.rhythm(len(struck)), True
-    return ElasticCycle(machine, modes.size, flights, *made)
+    given_up = math.fsum(motion.losses[first.losses : last.losses])
+    return ElasticCycle(machine, modes.size, flights, *made, given_up)

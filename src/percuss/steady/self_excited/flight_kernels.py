@@ -47,6 +47,12 @@ def at(push, stiffness, drag, x, v, t):
 
 
 @inner
+def speed_at(push, stiffness, x, v, place, way):
+    """Velocity at a place that is passed this way without drag."""
+    return way * math.sqrt(max(0.0, v * v + (place - x) * (2.0 * push - stiffness * (place + x))))
+
+
+@inner
 def turning_time(push, stiffness, drag, x, v):
     """When the velocity first is 0 after the start; infinite when it never is."""
     force, square = push - stiffness * x, stiffness - 0.25 * drag * drag

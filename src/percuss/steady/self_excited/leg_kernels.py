@@ -15,6 +15,7 @@ from percuss.steady.self_excited.flight_kernels import (
     farthest,
     first_crossing,
     response,
+    speed_at,
 )
 
 MOST = 8
@@ -38,7 +39,7 @@ STIFFNESS, DRAG, FACTOR = range(3)
 BLOW, ON_THE_WALL, NOTHING, NO_BLOW, TOO_MANY = range(5)
 """How a leg ends; the last: too many pending orders."""
 
-TOGETHER = 1e-12  # as in piston_legs
+TOGETHER, STILL = 1e-12, 1e-150  # as in piston_legs
 MOST_EVENTS = 400
 
 
@@ -136,6 +137,8 @@ def fly(push, law, now, slopes, columns, told, duration, place, way):
     else:
         now[TIME] += duration
         x = place
+        if drag == 0.0:
+            v = speed_at(push, stiffness, now[X], now[V], place, way)
     acceleration = push - stiffness * x - drag * v
     for k in range(columns):
         by_x, by_v = slopes[BY_X, k], slopes[BY_V, k]
@@ -166,7 +169,7 @@ def leg(forces, ports, law, begin, started, now, slopes, slope, told):
         carry_out(forces, now, slopes, columns, told)
         until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
         push = -forces[int(now[STATE])]
-        if now[X] == 0.0 and now[V] == 0.0 and push <= 0.0:
+        if now[X] == 0.0 and 0.0 <= now[V] <= STILL and push <= 0.0:
             if until == math.inf:
                 return ON_THE_WALL
             rest(now, slopes, columns)

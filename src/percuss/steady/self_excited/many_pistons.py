@@ -109,10 +109,7 @@ def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
     ]
     pistons = [piston if piston.valve.supply is None else under_pressure(piston, 1.0) for piston in pistons]
     flights = [piston.flight(piston.valve.orders.last, 0.0, 0.0) for piston in pistons]
-    laws = [
-        (flight.stiffness, flight.drag, piston.contact.velocity_factor)
-        for flight, piston in zip(flights, pistons, strict=True)
-    ]
+    laws = [(flight.stiffness, flight.drag, piston.factor) for flight, piston in zip(flights, pistons, strict=True)]
     first = [own[piston.valve.orders.last] for piston, own in zip(pistons, names, strict=True)]
     return np.array(forces), np.ascontiguousarray(np.array(ports).transpose(0, 2, 1)), np.array(laws), np.array(first)
 

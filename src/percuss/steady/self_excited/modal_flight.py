@@ -10,7 +10,7 @@ from percuss.model import MachineModes
 from percuss.model.checks import Array
 from percuss.steady.oscillator import phi1, phi2, propagator
 
-__all__ = ["ModalFlight", "propagated", "rates", "response_of"]
+__all__ = ["ModalFlight", "energy_of", "propagated", "rates", "response_of"]
 
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
 _TERMS = 16
@@ -70,6 +70,12 @@ def rates(modes: MachineModes, state: Array, force: float) -> Array:
     """Velocity and acceleration of a state (N + 1, 2)."""
     u, v = state[:, 0], state[:, 1]
     return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1)
+
+
+def energy_of(modes: MachineModes, state: Array) -> float:
+    """Kinetic energy, and elastic energy with that of the chamber, of a state (N + 1, 2); per unit of mass."""
+    strained, v = modes.omega * state[:, 0], state[:, 1]
+    return 0.5 * float(v @ v + strained @ strained)
 
 
 @dataclass(frozen=True)

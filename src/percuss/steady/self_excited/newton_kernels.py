@@ -36,6 +36,7 @@ SINGLE, WHOLE = range(MOST_BLOWS, MOST_BLOWS + 2)
 TELLING = MOST_BLOWS + 2
 
 STEPS, SHRINKING, SHRUNK, HALVINGS, CLOSED, MEETS = 40, 16, 0.9, 6, 1e-13, 1e-9  # as in rigid_cycle
+TOUCHES = 1e-12
 
 
 @inner
@@ -122,11 +123,22 @@ def newton_step(begin, rows, matrices, tells, step):
 
 @inner
 def is_idle(begin, tells):
-    """Whether no demand was accepted.
+    """Whether no demand was accepted, or the wall is only touched.
 
     A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
     """
+    if not tells[WHOLE, SPEED] > 0.0:
+        return True
     return begin[COUNT] == 0.0 and tells[WHOLE, SWITCHES] == 0.0 and tells[WHOLE, DROPPED] == 0.0
+
+
+@inner
+def strikes(forces, whole):
+    """Whether it does more than touch the wall, so that rounding makes a blow of a swing that ends there."""
+    force = 0.0
+    for k in range(forces.size):
+        force = max(force, abs(forces[k]))
+    return whole[SPEED] * whole[SPEED] > TOUCHES * force * whole[FARTHEST]
 
 
 @inner
@@ -143,7 +155,7 @@ def cycle_near(forces, ports, law, begin, blows, rows, slopes, matrices, tells, 
             return False
         far = newton_step(now, rows, matrices, tells, step)
         if far <= CLOSED:
-            return True
+            return strikes(forces, tells[WHOLE])
         if far == math.inf or (number >= SHRINKING and far > SHRUNK * before):
             return False
         before = far

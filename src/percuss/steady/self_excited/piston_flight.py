@@ -121,6 +121,11 @@ class Flight:
         ds, s, q = response(t, self.stiffness, self.drag)
         return self.x + self.v * s + self.acceleration * q, self.v * ds + self.acceleration * s
 
+    def speed_at(self, place: float, way: int) -> float:
+        """Velocity at a place that is passed this way without drag: from the energy, however far it went before."""
+        more = (place - self.x) * (2.0 * self.push - self.stiffness * (place + self.x))
+        return way * math.sqrt(max(0.0, self.v * self.v + more))
+
     def distances(self, times: Array) -> Array:
         """The distance at several times, in any order."""
         _, s, q = _responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)

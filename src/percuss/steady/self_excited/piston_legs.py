@@ -24,6 +24,7 @@ __all__ = ["leg_after", "leg_from"]
 
 _TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 _MOST_EVENTS = 400  # of a leg
+_STILL = 1e-150  # a speed whose square, and so the height of its flight from the wall, is hardly a number
 
 
 def leg_after(piston: Piston, rebound: Rebound) -> Leg:
@@ -91,7 +92,8 @@ class _Going:
             self._carry_out()
             until = self.orders.pending[0][0] - self.time if self.orders.pending else math.inf
             flight = self.flight
-            if self.x == 0.0 and self.v == 0.0 and flight.push <= 0.0 and (lifted := _lifted(flight)) > 0.0:
+            still = self.x == 0.0 and 0.0 <= self.v <= _STILL and flight.push <= 0.0
+            if still and (lifted := _lifted(flight)) > 0.0:
                 if until == lifted == math.inf:
                     return self._ended("on the wall")
                 self._rest(flight, until, lifted)
@@ -102,7 +104,7 @@ class _Going:
                     Segment(self.state, self.time, math.inf, flight, flight.last_place, 0.0, self.pressure)
                 )
                 return self._ended("nothing follows")
-            place = None if found is None else self.places[found.which[0]][0]
+            place = None if found is None else self.places[found.which[0]]
             self._fly(flight, until if found is None else found.time, place)
             if self.supply is not None and lowest_pressure(self.segments[-1], self.piston) < 0.0:
                 return self._ended("no pressure")
@@ -144,8 +146,8 @@ class _Going:
         while self.flight.push < 0.0:
             self.pressure = math.nextafter(self.pressure, math.inf)
 
-    def _fly(self, flight: Flight, duration: float, place: float | None) -> None:
-        """To the place, or, with none, to when the next order is due."""
+    def _fly(self, flight: Flight, duration: float, place: tuple[float, int] | None) -> None:
+        """To the place, passed in a direction, or, with none, to when the next order is due."""
         x, v = flight.at(duration)
         ds, s, q = response(duration, flight.stiffness, flight.drag)
         gas, drawing = self.piston.gas, self.piston.drawing(self.state)
@@ -156,8 +158,9 @@ class _Going:
             longer = self.slopes[due] - self.slope_time
             self.time = due[0]
         else:
+            x = place[0]
+            v = flight.speed_at(*place) if flight.drag == 0.0 and self.supply is None else v
             longer = -slope_x / (v or math.inf)
-            x = place
             self.time += duration
         acceleration = flight.push_at(duration) - flight.stiffness * x - flight.drag * v
         began, came, pressure = self.time - duration, x - self.x, self.pressure
@@ -173,7 +176,7 @@ class _Going:
         self.segments.append(Segment(self.state, began, duration, flight, x, v, pressure))
 
     def _struck(self) -> Leg:
-        factor = self.piston.contact.velocity_factor
+        factor = self.piston.factor
         pending = tuple((due - self.time, to) for due, to in self.orders.pending)
         pressure = None if self.supply is None else self.pressure
         rebound = Rebound(factor * self.v, self.state, replace(self.orders, pending=pending), pressure)

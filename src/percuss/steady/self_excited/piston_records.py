@@ -16,6 +16,7 @@ from percuss.steady.self_excited.pressed_flight import PressedFlight
 __all__ = ["Ending", "Leg", "Piston", "Rebound", "Segment", "Switch", "Uncovering"]
 
 _LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
+_REBOUND = 1e-16  # a smaller part of the speed is no rebound: beside a wall it would fly no distance that numbers hold
 
 Ending = Literal["blow", "on the wall", "nothing follows", "no blow", "no pressure"]
 """How a leg ends."""
@@ -52,6 +53,12 @@ class Piston:
     def drawing(self, state: str) -> float:
         """The force of a state at the pressure 1, with which the piston draws from the supply; 0 without one."""
         return 0.0 if self.valve.supply is None else self.valve.force(state) - self.valve.chamber.force
+
+    @property
+    def factor(self) -> float:
+        """Velocity just after a blow over that just before it."""
+        factor = self.contact.velocity_factor
+        return factor if abs(factor) >= _REBOUND else 0.0
 
     @property
     def places(self) -> tuple[list[tuple[float, int]], list[int]]:

@@ -23,6 +23,7 @@ _SHRUNK = 0.9  # of the step before: at a fold it is 0.5
 _CLOSED = 1e-13  # of the speed and of the period
 _MEETS = 1e-9  # … of the rebound and the one that follows: at a grazing the slope is so great that no step is long
 _HALVINGS = 6
+_TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,11 @@ class RigidCycle(ValveCycle):
         return math.fsum(0.5 * (before**2 - after**2) for before, after in speeds)
 
     @property
+    def taken_by_rest(self) -> float:
+        """None: a rigid piston rests where a blow has taken all that it had."""
+        return 0.0
+
+    @property
     def rests(self) -> bool:
         """Whether the piston lies on the wall for some time."""
         return any(s.flight.v == s.velocity == s.behind == 0.0 for leg in self.legs for s in leg.segments)
@@ -169,7 +175,8 @@ def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = Fa
             scale[-1] = now.pressure
         size = float(np.max(np.abs(step) / scale))
         if size <= _CLOSED:
-            return _made(piston, now, legs) if np.all(np.abs(error) <= _MEETS * scale) else None
+            closes = np.all(np.abs(error) <= _MEETS * scale) and _strikes(piston, legs)
+            return _made(piston, now, legs) if closes else None
         if number >= (_CLOSELY if close else _SHRINKING) and size > _SHRUNK * before:
             return None
         before = size
@@ -191,11 +198,20 @@ def _legs(piston: Piston, rebound: Rebound, blows: int) -> tuple[Leg, ...] | Non
 
 
 def _is_idle(rebound: Rebound, legs: tuple[Leg, ...]) -> bool:
-    """Whether no demand was accepted.
+    """Whether no demand was accepted, or the wall is only touched.
 
     A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
     """
+    if not any(leg.blow_speed > 0.0 for leg in legs):
+        return True
     return not rebound.orders.pending and not any(leg.switches or leg.dropped for leg in legs)
+
+
+def _strikes(piston: Piston, legs: tuple[Leg, ...]) -> bool:
+    """Whether it does more than touch the wall, so that rounding makes a blow of a swing that ends there."""
+    force = max(abs(piston.valve.force(name)) for name, _ in piston.valve.pairs)
+    speed, stroke = max(leg.blow_speed for leg in legs), max(leg.farthest for leg in legs)
+    return speed * speed > _TOUCHES * force * stroke
 
 
 def _error(rebound: Rebound, legs: tuple[Leg, ...]) -> Array:

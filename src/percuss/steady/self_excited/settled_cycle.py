@@ -82,7 +82,7 @@ def _fast(piston: Piston, part: float) -> Rebound:
     most = 2.0 * difference * farthest + (difference * latest) ** 2
     lost = max(0.05, piston.contact.energy_taken(1.0, 0.0))
     back = min(forces, key=lambda name: forces[name])
-    speed = -piston.contact.velocity_factor * math.sqrt(most / lost) * part
+    speed = -piston.factor * math.sqrt(most / lost) * part
     return Rebound(speed, back, replace(valve.orders, last=back))
 
 

@@ -70,12 +70,17 @@ class ValveCycle(Shown, ABC):
     @property
     @abstractmethod
     def work(self) -> float:
-        """What the valve puts into the motion in a cycle; the blows and the damping take the same."""
+        """What the valve puts into the motion in a cycle; the blows, the damping and the rests take the same."""
 
     @property
     @abstractmethod
     def taken(self) -> float:
         """Energy that the blows of a cycle take."""
+
+    @property
+    @abstractmethod
+    def taken_by_rest(self) -> float:
+        """Energy lost on lying down: what the last blow left, for a piston at rest on the wall is undeformed."""
 
     @property
     @abstractmethod
