@@ -185,6 +185,10 @@ BESIDE = {
     ("SquareForce", "area"): {"amplitude": '"9 bar"'},
     ("FourierForce", "area"): {"unit": '"bar"'},
     ("StepsForce", "area"): {"unit": '"bar"'},
+    **{
+        ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
+        for key in ("flow", "accumulator", "start")
+    },
     ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
     ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},
     ("StartTable", "periods"): {"orbit": "1"},
@@ -204,6 +208,8 @@ UNITS = {
     "time": "ms",
     "force": "kN",
     "force or pressure": "kN",
+    "flow": "l/min",
+    "compliance": "cm^3/bar",
 }
 
 
@@ -226,6 +232,9 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables["load"] |= {"pressure": '"160 bar"'}
         tables["load.states"] = {"power": '"9 kN"'}
         name = "load.states.return"
+    if table == "SupplyTable":
+        areas = '{return = {front = "8.2 cm^2"}, power = {front = "8.2 cm^2", rear = "16 cm^2"}}'
+        tables["load"] |= {"pressure": '"160 bar"', "states": areas}
     keys = tables.setdefault(name, {})
     keys |= {**BESIDE.get((table, key), {}), key: value}
     lines = []
