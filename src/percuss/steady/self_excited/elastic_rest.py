@@ -49,5 +49,12 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
     flights = tuple(
         replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
     )
-    made = tuple(struck), tuple(changed), tuple(passed), np.zeros(1, dtype=complex), motion.rhythm(len(struck)), True
+    made = (
+        tuple(struck),
+        tuple(changed),
+        tuple(passed),
+        np.zeros((2 * modes.omega.size, 2 * modes.omega.size)),
+        motion.rhythm(len(struck)),
+        True,
+    )
     return ElasticCycle(machine, modes.size, flights, *made)
