@@ -58,6 +58,12 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
         "N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "kN/mm": 1e6, "MN/mm": 1e9, "N/um": 1e6,
         "lbf/in": 4.4482216152605 / 0.0254,
     }),
+    "flow": ("m^3/s", "l/min", '"133 l/min" or "2.2e-3 m^3/s"', {
+        "m^3/s": 1.0, "l/min": 1 / 6e4, "l/s": 1e-3, "cm^3/s": 1e-6, "m^3/h": 1 / 3600, "m^3/min": 1 / 60,
+    }),
+    "compliance": ("m^3/Pa", "cm^3/bar", '"2.5 cm^3/bar" or "25 cm^3/MPa"', {  # volume that an accumulator gives up
+        "m^3/Pa": 1.0, "cm^3/bar": 1e-11, "l/bar": 1e-8, "cm^3/MPa": 1e-12, "l/MPa": 1e-9, "mm^3/Pa": 1e-9,
+    }),
     "damping": ("N*s/m^2", "kN*s/m^2", '"40 N*s/m^2"', {  # D: force per length of the bar and per velocity
         "N*s/m^2": 1.0, "kN*s/m^2": 1e3, "N/m/(m/s)": 1.0, "Pa*s": 1.0, "kg/(m*s)": 1.0, "kg/m/s": 1.0,
     }),

@@ -7,23 +7,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from orbit_cases import ENTRIES, numbers, of_kind, periods_of, system_of
 from percuss import Load, System, steady_states
 from percuss.errors import ParameterError
-from percuss.explore import Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
+from percuss.explore import PARAMETERS, Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, time_rates
 
 TURN = 2.0 * math.pi
 HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+SEEDS = (1, 2, 8, 79)
 PARTNERS = {
     "elastic_branch_21": "impact 2 would strike backwards; z=1/1 ends at 0.401237846 (a touch), not here",
     "elastic_branch_31": "z=2/1 ends at 0.531019248 (a touch), not here",
 }
-RANGES = {"cascade": (0.6, 1.0), "elastic_ns_41": (0.6, 0.63), "elastic_branch_31": (0.5, 0.64)}
+RANGES = {
+    "cascade": (0.6, 1.0),
+    "elastic_ns_41": (0.6, 0.63),
+    "elastic_branch_31": (0.5, 0.64),
+    "elastic_branch_21": (0.3, 0.7),
+}
 
 
 def with_one_impact(system: System, modes: int = 0, which: int = -1) -> PeriodicOrbit:
@@ -127,8 +131,8 @@ def test_one_impact_has_the_known_folds_and_flips(modes: int) -> None:
 
 def test_a_fold_at_a_step_of_the_load() -> None:
     """Square load, R = 0.5: where the impact meets the step K jumps through 0, and nothing is singular beside it."""
-    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.5))
-    branch = follow(with_one_impact(system), "kappa", (1.2, 1.95))
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))
+    branch = follow(with_one_impact(system), "kappa", (1.6, 1.8))
     corner = branch.at(BranchEvent.NONSMOOTH_FOLD)[0]
     assert corner.orbit.phases[0] == pytest.approx(corner.value * math.pi, abs=1e-12)
     assert corner.value == pytest.approx(branch.values.max(), abs=1e-12)
@@ -203,42 +207,36 @@ def test_an_impossible_orbit_is_refused() -> None:
 # -- properties -------------------------------------------------------------------------------------------------------
 
 
-@st.composite
-def starts(draw: st.DrawFn) -> tuple[PeriodicOrbit, str]:
-    """An orbit of any bar under any load, and a parameter."""
-    load = draw(st.sampled_from([
+def drawn(seed: int) -> tuple[PeriodicOrbit, str, float] | None:
+    """A steady motion of some bar under some load, a parameter and its value; None where there is no motion."""
+    random = np.random.default_rng(seed)
+    load = [
         Load.harmonic(0.6, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3),
         Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, 0.1]),
-    ]))  # fmt: skip
-    contact = draw(st.sampled_from([Kept, Reversed]))(draw(st.floats(0.05, 0.9)))
-    system = System(UniformBar(draw(st.floats(1.0, 8.0)), External(draw(st.floats(0.01, 0.5)))), load, contact)
-    found = orbits(system, 1, 1, modes=draw(st.sampled_from([0, 0, 3]))).orbits
-    assume(found)
-    names = ["restitution", "load_factor", "s", "d"] + (["kappa"] if len(load.values) == 2 else [])
-    return draw(st.sampled_from(found)), draw(st.sampled_from(names))
+    ][seed % 4]  # fmt: skip
+    contact = [Kept, Reversed][random.integers(2)](random.uniform(0.05, 0.9))
+    system = System(UniformBar(random.uniform(1.0, 8.0), External(random.uniform(0.01, 0.5))), load, contact)
+    found = orbits(system, 1, 1, modes=int(random.choice([0, 3]))).orbits
+    name = str(random.choice(["restitution", "load_factor", "s", "d"]))
+    value = PARAMETERS[name].get(system)
+    return (found[random.integers(len(found))], name, value) if found and value is not None else None
 
 
-@settings(max_examples=4, deadline=None)
-@given(starts())
-def test_a_branch_is_the_same_from_every_place(drawn: tuple[PeriodicOrbit, str]) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_branch_is_the_same_from_every_place(seed: int) -> None:
     """Every point is an orbit, nothing is lost, and from another orbit of the branch the same events are met."""
-    orbit, name = drawn
-    value = {
-        "restitution": orbit.system.restitution, "s": orbit.system.body.parameters[0].get(orbit.system.body),
-        "d": orbit.system.d, "load_factor": None if orbit.system.load.is_constant else orbit.system.load.load_factor,
-        "kappa": orbit.system.load.breaks[-1] / math.pi if orbit.system.load.breaks else None,
-    }[name]  # fmt: skip
+    start = drawn(seed)
+    assert start is not None
+    orbit, name, value = start
     between = (0.9 * value, 1.05 * value)
-    branch = follow(orbit, name, between, value=value)
+    branch = follow(orbit, name, between)
     assert BranchEvent.LOST not in {point.kind for point in branch.points}
     assert all(point.orbit.residual < 1e-9 for point in branch.points)
     family = SystemFamily(orbit.system)
     middle = branch.values.size // 3
-    other = PeriodicOrbit(
-        family.system({name: float(branch.values[middle])}), 1, tuple(branch.times[middle].tolist()), orbit.modes
-    ).from_first
-    assume(other.admissible and 0 < middle < branch.values.size - 1)
-    again = follow(other, name, between, family=family, value=float(branch.values[middle]))
+    there = float(branch.values[middle])
+    other = PeriodicOrbit(family.system({name: there}), 1, tuple(branch.times[middle].tolist()), orbit.modes)
+    again = follow(other.from_first, name, between, family=family, value=there)
     expected, found = events(branch), events(again)
     if expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-9:
         found.reverse()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 import inspect
 from collections.abc import Callable, Iterator
@@ -46,6 +47,7 @@ from percuss.model import (
     Section,
     SectionedBar,
     SteppedBar,
+    Supply,
     Table,
     Timed,
     UniformBar,
@@ -117,6 +119,7 @@ NO_DOORS: dict[str, str] = {
             "steady.RigidCycle",
             "steady.SelfExcited",
             "steady.Sensitivity",
+            "steady.SlowPressure",
             "steady.SIReport",
             "steady.SteadyStates",
             "steady.TimedOrbit",
@@ -268,6 +271,9 @@ VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
 MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
+FED_CYCLE = steady.self_excited_motion(
+    MACHINE.with_valve(dataclasses.replace(VALVE, supply=Supply(0.7, 15.0))), modes=0
+).cycle
 PLAIN = """
 [system]
 s = 20.0
@@ -431,11 +437,17 @@ def table(folder: Path) -> dict[str, Entry]:
             Port, {"to": "power", "behind": 1.0, "side": "back", "delay": 0.1, "reads": 0.5, "on": "entering"},
             {"to": TEXT, "reads": set()},
         ),
+        "model.Supply": (Supply, {"flow": 0.7, "compliance": 9.0, "start": 1.0}, {}),
+        "model.Supply.of_oil": (
+            Supply.of_oil, {"flow": 2e-3, "compliance": 1e-8, "pressure": 1e7, "start": None}, {"start": OPTIONAL},
+        ),
+        "model.Supply.scaled": (Supply(0.7, 9.0).scaled, {"power": 2.0, "energy": 2.0}, {}),
         "model.Valve": (
             Valve, {"states": {"return": -0.4, "power": 1.8}, "ports": VALVE.ports, "start": "power"}
-            | {"chamber": Chamber(), "cushion": Cushion()},
-            {"start": OPTIONAL, "cushion": OPTIONAL},
+            | {"chamber": Chamber(), "cushion": Cushion(), "supply": Supply(0.7, 9.0)},
+            {"start": OPTIONAL, "cushion": OPTIONAL, "supply": OPTIONAL},
         ),
+        "model.Valve.at_pressure": (VALVE.at_pressure, {"pressure": 2.0}, {}),
         "model.Valve.scaled": (VALVE.scaled, {"force": 2.0, "length": 2.0, "time": 1.0}, {}),
         "model.Machine": (
             Machine, {"body": UniformBar(20.0), "valve": VALVE, "contact": Kept(0.2), "at": 0, "bar": None}
@@ -545,6 +557,10 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.blank_blow,
             {"motion": steady.self_excited_motion(MACHINE, modes=0), "cushion": Cushion(force=10.0)},
             {"cushion": OPTIONAL},
+        ),
+        "steady.slow_pressure": (steady.slow_pressure, {"cycle": FED_CYCLE}, {}),
+        "steady.pressure_over": (
+            steady.pressure_over, {"cycle": FED_CYCLE, "times": [0.1, 0.2]}, {"times": ANY_NUMBERS},
         ),
         "steady.valve_margins": (
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},

@@ -39,3 +39,14 @@ def test_a_start_may_have_as_many_orders_as_it_likes():
     motion = run_machine(BOUNCING, start, modes=0, stop=Stop(impacts=100_000, time=8.0, periodic=False))
     times = motion.events.time[motion.events.kind == "valve"]
     assert np.allclose(times, [time for time, _ in pending], rtol=0.0, atol=1e-9)
+
+
+def test_a_motion_with_hundreds_of_orders_is_broken_off_and_goes_on():
+    stop = Stop(impacts=100_000, time=1.1 * LATE, periodic=False)
+    whole = run_machine(BOUNCING, Start.rigid(-1.0), modes=0, stop=stop)
+    part = run_machine(
+        BOUNCING, Start.rigid(-1.0), modes=0, stop=Stop(impacts=100_000, time=0.9 * LATE, periodic=False)
+    )
+    again = part.continued(stop)
+    assert len(part.events) < len(whole.events)
+    assert np.array_equal(again.events.time, whole.events.time) and np.array_equal(again.states, whole.states)

@@ -316,3 +316,14 @@ def test_a_stepped_bar() -> None:
     assert motion.runs
     assert motion.cycle.period == pytest.approx(rigid.cycle.period, rel=0.02)
     assert motion.cycle.position(motion.cycle.uncoverings[0].time, 0.3) == pytest.approx(-1.0)
+
+
+def test_a_cycle_that_settles_slowly_is_not_taken_for_several_blows() -> None:
+    """With strain kept and hardly any damping the motion still alternates when two blows first close."""
+    ports = [Port("power", 1.0, "back", 0.2), Port("return", 0.1, "front", 0.05)]
+    found = self_excited_motion(
+        machine(5.0, 0.0048, 0.6, [-0.5, 1.0], [replace(p, to=to) for p, to in zip(ports, "10", strict=True)])
+    )
+    assert found.runs and found.cycle.blows == 1
+    assert found.cycle.period == pytest.approx(5.21272482, rel=1e-8)
+    assert abs(found.cycle.multiplier) == pytest.approx(0.99057, abs=1e-4)

@@ -1332,7 +1332,8 @@ def test_period_doubling_is_heard(desk: Desk) -> None:
     weak, strong = sorted(float(np.median(part)) for part in (heard[0::2], heard[1::2]))  # a busy machine misses one
     assert strong > 1.2 * weak
     gaps = np.diff(time_[begins])
-    assert abs(np.mean(gaps[0::2]) - np.mean(gaps[1::2])) > 0.2  # 0.81 and 1.19 load periods, of a second
+    gaps = gaps[gaps < 1.5]  # without one that is missed
+    assert np.ptp(gaps) > 0.2 and np.all((gaps < 0.95) | (gaps > 1.05))  # 0.81 and 1.19 load periods, of a second
 
 
 def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:

@@ -6,15 +6,16 @@ import math
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.machine_figures import machine_figures
-from percuss.case.answers.machine_in_words import headline, in_units
+from percuss.case.answers.machine_in_words import headline
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
     from percuss.case import MachineAnswer
     from percuss.case.answers.machine_figures import MachineFigures
-    from percuss.model import Machine
-    from percuss.steady.self_excited import SelfExcited, ValveCycle, ValveMargins
+    from percuss.model import Machine, Supply
+    from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
 
 __all__ = ["machine_report", "machine_section"]
 
@@ -31,6 +32,8 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
         if answer.machine.is_si:
             sections.append(_power_section(machine_figures(answer.machine, answer.cycle)))
+        if answer.pressure is not None:
+            sections.append(_pressure_section(answer.machine, answer.pressure))
         sections.append(_stability_section(answer, answer.cycle))
     if answer.margins is not None:
         sections.append(_margins_section(answer, answer.margins))
@@ -60,7 +63,10 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
         more = number(growth) if bar is None else f"{quantity(growth, 'N')}/m"
         rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back"))
     if machine.pressure is not None:
-        rows.append(("supply", f"{number(machine.pressure / 1e5)} bar"))
+        held = "" if valve.supply is None else ", for which the forces below hold"
+        rows.append(("supply", f"{number(machine.pressure / 1e5)} bar{held}"))
+    if valve.supply is not None:
+        rows.append(("pump", _pump_text(machine, valve.supply)))
     with_gas = " with the gas at the wall" if gas.force else ""
     for state, _ in valve.pairs:
         begins = ", the state at the start" if state == valve.start else ""
@@ -73,6 +79,18 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
         rows.append(("room", f"{in_units(machine, room, 'length')} behind the wall"))
     rows += [("note", note) for note in notes]
     return Section("Machine", tuple(rows))
+
+
+def _pump_text(machine: Machine, supply: Supply) -> str:
+    unit = machine.pressure
+    if unit is None:
+        return f"flow {number(supply.flow)}, accumulator {number(supply.compliance)}, pressure 1 for the forces below"
+    flow = supply.flow * machine.power_scale / unit
+    volume = supply.compliance * machine.energy_scale / unit**2
+    return (
+        f"{number(6e4 * flow)} l/min into an accumulator of {number(1e11 * volume)} cm³/bar; "
+        f"{number(supply.start * unit / 1e5)} bar at the start"
+    )
 
 
 def _port_text(machine: Machine, number_of: int) -> str:
@@ -174,6 +192,22 @@ def _power_section(si: MachineFigures) -> Section:
     return Section("Power and oil", tuple(rows))
 
 
+def _pressure_section(machine: Machine, found: SlowPressure) -> Section:
+    def told(value: float) -> str:
+        unit = machine.pressure
+        return f"{number(value)}" if unit is None else f"{number(value * unit / 1e5)} bar"
+
+    rows = [
+        ("pressure", f"{told(found.mean)} on average, {told(found.at_blow)} at the blow"),
+        ("ripple", f"{told(found.least)} to {told(found.greatest)}, {percent(found.ripple)} of the mean"),
+    ]
+    slow = "" if found.slow_multiplier is None else f"; by the pressure alone {number(found.slow_multiplier, 3)}"
+    rows.append(("multiplier", f"{_complex(found.multiplier)} of a disturbance of the pressure{slow}"))
+    if math.isfinite(found.memory):
+        rows.append(("memory", f"{number(found.memory, 3)} cycles until it has fallen to 1/e"))
+    return Section("Pressure of the supply", tuple(rows))
+
+
 def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
     felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
     shown = ", ".join(_complex(z) for z in felt[:_FEW])
@@ -226,9 +260,13 @@ def _margins_section(answer: MachineAnswer, margins: ValveMargins) -> Section:
         late = f"it comes {now} {side} the blow, and may come up to {latest} {limit} it: beyond, {then}"
     rows = [("return", late)]
     gas = machine.valve.chamber
-    if gas.force > 0.0 or gas.stiffness > 0.0:
+    if (gas.force > 0.0 or gas.stiffness > 0.0) and machine.valve.supply is None:
         rows.append(("gas, to run", _factor(margins.chamber_to_run, "no longer runs")))
         rows.append(("gas, to start", _factor(margins.chamber_to_start, "no longer starts from rest")))
+    if machine.valve.supply is not None:
+        for name, factor in (("flow, to run", margins.flow_to_run), ("accumulator", margins.accumulator_to_run)):
+            least = "no limit was found" if factor is None else f"below {number(factor)} times as much it does not run"
+            rows.append((name, least if factor is None else f"{least}, or not steadily"))
     return Section("Margins (rigid piston)", tuple(rows))
 
 

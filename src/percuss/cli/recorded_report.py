@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.machine_in_words import in_units
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import counted, number, percent
 from percuss.case.answers.recorded_in_words import by_clock, by_valve, recorded_headline
 from percuss.cli.machine_report import machine_report

@@ -92,7 +92,8 @@ def _of_machines(
                 left.append(one)
     for i, machine in left:
         try:
-            motion = self_excited_motion(machine, modes=modes, room=family.room(machine))
+            kept = modes if machine.valve.supply is None else 0  # the piston of a machine with a supply is rigid
+            motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
             starts = "starts" in out and motion.starts_from_rest
             _put(out, i, machine, motion.obstacle, _of(motion), starts, si)
         except (PercussError, ArithmeticError) as error:
@@ -135,12 +136,13 @@ def _figures(machine: Machine, cycle: _Cycle, si: bool) -> dict[str, float | Non
     """Of a machine that runs, in SI or dimensionless; None where there is no such figure."""
     length, time, energy = (machine.length_scale, machine.time_scale, machine.energy_scale) if si else (1.0, 1.0, 1.0)
     period = cycle.period * time
-    drawn = None
+    drawn, supply = None, machine.valve.supply
+    volume = cycle.work if supply is None else supply.flow * cycle.period
     if machine.pressure is not None and si:
-        drawn = cycle.work * energy / machine.pressure
+        drawn = volume * energy / machine.pressure
     elif not si:
         forces = [force for _, force in machine.valve.pairs]
-        drawn = cycle.work / (max(forces) - min(forces))
+        drawn = volume / (max(forces) - min(forces))
     return {
         "blow_energy": cycle.energy * energy,
         "rate": 1.0 / period,

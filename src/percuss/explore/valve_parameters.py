@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 from percuss.errors import ParameterError
 from percuss.explore.parameters import BODY_PARAMETERS, PARAMETERS
-from percuss.model import Chamber, Machine
+from percuss.model import Chamber, Machine, Supply
 from percuss.model.checks import finite, instance, mapping
 from percuss.model.parameter import Parameter
 
@@ -25,7 +25,8 @@ _BODY, _VALVE, _PRESSURE = range(3)
 def machine_parameters(machine: Machine) -> dict[str, Parameter[Machine]]:
     """The dimensionless parameters of a machine, by name.
 
-    ``pressure``, a factor on the forces of all states; ``states.NAME``, the force of one; ``chamber.force`` and
+    ``pressure``, a factor on the forces of all states, or with a supply ``supply.flow`` and ``supply.compliance``;
+    ``states.NAME``, the force of one; ``chamber.force`` and
     ``chamber.stiffness``; ``ports[i].behind`` and ``ports[i].delay``, counted from 0; ``restitution``; and the numbers
     of the body and its damping, such as ``s`` and ``d``.
 
@@ -39,7 +40,7 @@ def machine_parameters(machine: Machine) -> dict[str, Parameter[Machine]]:
     """
     instance("machine", machine, Machine)
     entered = tuple(port.behind is not None for port in machine.valve.ports)
-    return _table(tuple(name for name, _ in machine.valve.pairs), entered)
+    return _table(tuple(name for name, _ in machine.valve.pairs), entered, machine.valve.supply is not None)
 
 
 def vary_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
@@ -68,7 +69,7 @@ def vary_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
 
 
 @lru_cache(maxsize=32)
-def _table(states: tuple[str, ...], entered: tuple[bool, ...]) -> dict[str, Parameter[Machine]]:
+def _table(states: tuple[str, ...], entered: tuple[bool, ...], fed: bool) -> dict[str, Parameter[Machine]]:
     of_systems: Parameter[Any] = PARAMETERS["restitution"]
     restitution = replace(
         of_systems, get=lambda machine: machine.contact.restitution, put=_with_restitution, turn=_VALVE
@@ -78,6 +79,7 @@ def _table(states: tuple[str, ...], entered: tuple[bool, ...]) -> dict[str, Para
             PRESSURE, "pressure, as a multiple", "a factor on the forces of all states", lambda _: 1.0, _under,
             span=(0.5, 1.5), sets="load.scale", turn=_PRESSURE,
         ),
+        *([_of_supply("flow", "flow of the pump"), _of_supply("compliance", "accumulator")] if fed else []),
         *(_of_state(name) for name in states),
         _of_chamber("force", "force of the chamber", "force of the gas chamber with the bar at the wall"),
         _of_chamber("stiffness", "stiffness of the chamber", "how much that force grows with the distance behind it"),
@@ -86,7 +88,7 @@ def _table(states: tuple[str, ...], entered: tuple[bool, ...]) -> dict[str, Para
         restitution,
         *(replace(parameter, turn=_BODY) for parameter in BODY_PARAMETERS.values()),
     ]  # fmt: skip
-    return {parameter.name: parameter for parameter in found}
+    return {parameter.name: parameter for parameter in found if not (fed and parameter.name == PRESSURE)}
 
 
 def _with_restitution(machine: Machine, value: float) -> Machine:
@@ -111,6 +113,20 @@ def _of_state(state: str) -> Parameter[Machine]:
 
     label = f"force, {state}"
     return Parameter(f"states.{state}", label, "force of the state without that of the chamber", get, put, turn=_VALVE)
+
+
+def _of_supply(field: str, label: str) -> Parameter[Machine]:
+    def get(machine: Machine) -> float | None:
+        supply = machine.valve.supply
+        return None if supply is None else float(getattr(supply, field))
+
+    def put(machine: Machine, value: float) -> Machine:
+        changed: dict[str, Any] = {field: value}
+        supply: Supply = replace(cast("Supply", machine.valve.supply), **changed)
+        return machine.with_valve(replace(machine.valve, supply=supply))
+
+    meaning = {"flow": "power of the pump at the pressure 1", "compliance": "twice the energy stored at the pressure 1"}
+    return Parameter(f"supply.{field}", label, meaning[field], get, put, turn=_VALVE)
 
 
 def _of_chamber(field: str, label: str, meaning: str) -> Parameter[Machine]:

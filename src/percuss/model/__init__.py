@@ -18,7 +18,7 @@ from percuss.model.body import (
     UniformBar,
 )
 from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
-from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Valve
+from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Supply, Valve
 from percuss.model.machine import Machine
 from percuss.model.machine_modes import MachineModes
 from percuss.model.system import System
@@ -48,6 +48,7 @@ __all__ = [
     "Shape",
     "SizedBody",
     "SteppedBar",
+    "Supply",
     "System",
     "Table",
     "Timed",

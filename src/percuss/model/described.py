@@ -11,7 +11,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model.body import BODIES, DAMPINGS, SIZED_BODIES, External, UniformBar
 from percuss.model.contact import LAWS, Kept
-from percuss.model.load import Chamber, Load, Port, Valve
+from percuss.model.load import Chamber, Cushion, Load, Port, Supply, Valve
 from percuss.model.machine import Machine
 from percuss.model.system import System
 
@@ -82,6 +82,8 @@ def machine_from(about: Mapping[str, Any]) -> Machine:
         tuple(Port(**port) for port in valve["ports"]),
         valve["start"],
         Chamber(**valve["chamber"]),
+        None if valve.get("cushion") is None else Cushion(**valve["cushion"]),
+        None if valve.get("supply") is None else Supply(**valve["supply"]),
     )
     if about.get("bar") is None:
         return Machine(body, made, contact, at=about["at"])

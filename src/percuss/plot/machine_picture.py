@@ -36,6 +36,8 @@ class _Course(Protocol):
     def force(self) -> Array: ...
     @property
     def states(self) -> tuple[str, ...]: ...
+    @property
+    def pressure(self) -> Array | None: ...
 
 
 class _Running(Protocol):
@@ -88,7 +90,9 @@ def machine(answer: _Answer) -> Figure:
     """Draw the answer for a machine that switches its own valve.
 
     Four panels: (a) the piston over a cycle, with the ports, their uncoverings, the switches and the blows; (b) the
-    force on it; (c) the force over the place, whose loop is the work of a cycle; (d) energy and rate over the pressure.
+    force on it, and the pressure of a supply that follows it; (c) the force over the place,
+    whose loop is the work of a cycle; (d) energy and rate over the pressure,
+    or over the flow of the pump.
 
     Raises
     ------
@@ -198,6 +202,15 @@ def _force(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None
     axes.set_title(f"(b) the force on the piston, positive toward the wall{with_gas}")
     axes.set_xlabel(scales.time_label)
     axes.set_ylabel(scales.force_label)
+    if course.pressure is not None:
+        unit = answer.machine.pressure
+        pressure = course.pressure * (1.0 if unit is None else unit / 1e5)
+        other = axes.twinx()
+        other.spines["right"].set_visible(True)
+        other.plot(course.times * scales.time, pressure, color=COLOURS[1])
+        other.set_ylabel("pressure" if unit is None else "pressure [bar]", color=COLOURS[1])
+        other.tick_params(axis="y", colors=COLOURS[1])
+        other.set_ylim(bottom=0.0)
 
 
 def _loop(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
@@ -220,12 +233,12 @@ def _loop(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
 def _pressures(axes: Any, answer: _Answer) -> None:
     machine, cycle = answer.machine, answer.cycle
     assert cycle is not None
-    axes.set_title("(d) energy and rate over the pressure")
+    over, bar, label = _varied(machine)
+    axes.set_title(f"(d) energy and rate over the {over}")
     running = [one for one in answer.curve if one.energy is not None and one.rate is not None]
     if not running:
         axes.text(0.5, 0.5, "does not run", transform=axes.transAxes, ha="center", va="center", color=INK)
         return
-    bar = 1.0 if machine.pressure is None else machine.pressure / 1e5
     at = bar * np.array([one.pressure for one in running])
     energy = np.array([1.0 + (one.energy or 0.0) for one in running])
     rate = np.array([1.0 + (one.rate or 0.0) for one in running])
@@ -246,7 +259,18 @@ def _pressures(axes: Any, answer: _Answer) -> None:
             axes.text(middle, 0.03 * axes.get_ylim()[1], "does not run", rotation=90, ha="center", color=INK)
     lowest, highest = answer.curve[0].pressure * bar, answer.curve[-1].pressure * bar
     axes.set_xlim(lowest, highest)
-    axes.set_xlabel("pressure of the supply [bar]" if machine.pressure is not None else "forces of the valve, relative")
+    axes.set_xlabel(label)
+
+
+def _varied(machine: Machine) -> tuple[str, float, str]:
+    """What the curve goes over: its name, its value in the case, and how the axis is called."""
+    supply, unit = machine.valve.supply, machine.pressure
+    if supply is not None:
+        flow = supply.flow if unit is None else 6e4 * supply.flow * machine.power_scale / unit
+        return "flow", flow, "flow of the pump" if unit is None else "flow of the pump [l/min]"
+    if unit is None:
+        return "pressure", 1.0, "forces of the valve, relative"
+    return "pressure", unit / 1e5, "pressure of the supply [bar]"
 
 
 def _line(axes: Any, at: Array, values: Array, marker: str, colour: str, label: str) -> None:

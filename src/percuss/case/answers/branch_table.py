@@ -16,9 +16,9 @@ def branch_table(branch: Branch) -> str:
     Examples
     --------
     >>> from percuss.case import branch_answer, load_case
-    >>> print(branch_table(branch_answer(load_case("pneumatic-jackleg"), "1/1", "mean=0.6:0.7", modes=0))[:52])
-    branch,label,point,mean,stable,impact,phase,speed
-    1,
+    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1", "load_factor=0.39:0.41", modes=0)
+    >>> branch_table(branch).splitlines()[0]
+    'branch,label,point,load_factor,stable,impact,phase,speed'
     """
     lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed"]
     for number, one in enumerate(branch.family(), 1):

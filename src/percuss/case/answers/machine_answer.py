@@ -45,7 +45,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     Parameters
     ----------
     modes
-        Elastic modes; 32 by default, 0 for a rigid piston.
+        Elastic modes; 32 by default, 0 for a rigid piston, which a machine with a supply has by default and needs.
 
     Raises
     ------
@@ -61,7 +61,8 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     """
     checked_case(case)
     machine, room = case.machine(), case.room()
-    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    usual = DEFAULT_MODES if machine.valve.supply is None else 0
+    kept = usual if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
     return MachineAnswer(case.file, case.title, motion, rigid, case.notes)

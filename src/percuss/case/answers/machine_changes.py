@@ -30,7 +30,8 @@ class Sensitivity:
     Attributes
     ----------
     parameter
-        "pressure", "restitution", or a key of a port such as "ports[0].behind".
+        "pressure", or "flow" and "accumulator" of a supply, "restitution", or a key of a port such as
+        "ports[0].behind".
     energy, rate
         Relative change of the blow energy and of the blow rate for +10 % of the parameter: half the difference between
         +10 % and −10 %, or the difference to the one at which the machine runs; None when it runs at neither.
@@ -46,7 +47,10 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Running:
-    """A machine at another pressure: the factor, and relative to the case the blow energy and rate; None: stopped."""
+    """A machine at another pressure: the factor, and relative to the case the blow energy and rate; None: stopped.
+
+    With a supply the factor is that of the flow of its pump.
+    """
 
     pressure: float
     energy: float | None
@@ -61,7 +65,10 @@ def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
 
 
 def pressure_curve(motion: SelfExcited) -> tuple[Running, ...]:
-    """Energy and rate of a machine that runs at other pressures, up to where it stops, the gas being the same."""
+    """Energy and rate of a machine that runs at other pressures, up to where it stops, the gas being the same.
+
+    With a supply, at other flows of the pump.
+    """
     if not motion.runs:
         return ()
     below = [factor for factor in reversed(_CURVE) if factor < 1.0]
@@ -78,7 +85,11 @@ def pressure_curve(motion: SelfExcited) -> tuple[Running, ...]:
 
 def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machine]]]:
     """The parameters, each with the machine at a multiple of it."""
-    yield "pressure", partial(_under, machine)
+    if machine.valve.supply is None:
+        yield "pressure", partial(_under, machine)
+    else:
+        yield "flow", partial(_fed, machine, "flow")
+        yield "accumulator", partial(_fed, machine, "compliance")
     for i, port in enumerate(machine.valve.ports):
         for key in ("behind", "delay"):
             if getattr(port, key):
@@ -98,9 +109,18 @@ def _times(value: float, factor: float) -> float:
 
 
 def _under(machine: Machine, factor: float) -> Machine:
-    """The machine under a multiple of its pressure."""
+    """The machine under a multiple of its pressure, or of its pump's flow."""
+    if machine.valve.supply is not None:
+        return _fed(machine, "flow", factor)
     states = tuple((name, factor * force) for name, force in machine.valve.pairs)
     return machine.with_valve(replace(machine.valve, states=states))
+
+
+def _fed(machine: Machine, name: str, factor: float) -> Machine:
+    supply = machine.valve.supply
+    assert supply is not None
+    changed: dict[str, float] = {name: factor * getattr(supply, name)}
+    return machine.with_valve(replace(machine.valve, supply=replace(supply, **changed)))
 
 
 def _with_port(machine: Machine, number: int, key: str, factor: float) -> Machine:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from percuss.steady.self_excited import RigidCycle, pressure_over
+
 if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.model.checks import Array
@@ -32,6 +34,9 @@ class Course:
         On the bar, with that of the chamber, positive toward the wall.
     states
         The state of the valve at each time.
+    pressure
+        Of a supply that follows the piston, as a multiple of the one for which the forces of the states hold; None
+        where it is constant.
     """
 
     times: Array
@@ -39,6 +44,7 @@ class Course:
     centre: Array
     force: Array
     states: tuple[str, ...]
+    pressure: Array | None = None
 
 
 def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
@@ -53,10 +59,12 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
             at, passed = waiting.pop(0).to, 0
         passed += bool(waiting) and time == waiting[0].time
         states.append(at)
-    steps = np.array([machine.valve.force(state) for state in states])
-    driven = cycle.position(times, 0.0)
-    force = steps - machine.valve.chamber.stiffness * driven
-    return Course(times, cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0, force, tuple(states))
+    valve = machine.valve
+    pressure = pressure_over(cycle, times) if valve.supply is not None and isinstance(cycle, RigidCycle) else None
+    oil = np.array([dict(valve.pairs)[state] for state in states]) * (1.0 if pressure is None else pressure)
+    force = oil + valve.chamber.force - valve.chamber.stiffness * cycle.position(times, 0.0)
+    end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
+    return Course(times, end, centre, force, tuple(states), pressure)
 
 
 def course_from_start(motion: MachineTrajectory, blows: int, points: int = 800) -> Course:
@@ -83,6 +91,9 @@ def cycle_table(machine: Machine, cycle: ValveCycle) -> str:
         scales = (machine.time_scale, machine.length_scale, machine.length_scale, machine.force_scale)
     heads = [name.removesuffix("s") + unit for name, unit in zip(names, units, strict=True)]
     columns = [scale * getattr(course, name) for name, scale in zip(names, scales, strict=True)]
+    if course.pressure is not None:
+        heads.append("pressure_Pa" if machine.pressure is not None else "pressure")
+        columns.append(course.pressure * (1.0 if machine.pressure is None else machine.pressure))
     rows = zip(*(column.tolist() for column in columns), course.states, strict=True)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -62,7 +62,7 @@ def machine_figures(machine: Machine, cycle: ValveCycle) -> MachineFigures:
     """
     energy, period = machine.energy_scale, cycle.period * machine.time_scale
     rate, work, taken = cycle.blows / period, cycle.work * energy, cycle.taken * energy
-    oil = None if machine.pressure is None else work / machine.pressure
+    oil = None if machine.pressure is None else cycle.drawn * energy / machine.pressure
     distance = _blank_distance(machine, cycle)
     assert machine.bar is not None
     return MachineFigures(

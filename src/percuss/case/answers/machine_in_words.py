@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.machine_figures import machine_figures
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import number, quantity
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
-__all__ = ["decided_by", "decided_by_rigid", "figures_in_short", "headline", "in_units"]
+__all__ = ["decided_by", "decided_by_rigid", "figures_in_short", "headline"]
 
 
 def headline(answer: ToldMachine) -> str:
@@ -71,12 +72,3 @@ def decided_by_rigid(answer: ToldMachine) -> str:
     rigid = answer.rigid
     same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle
     return f"{decided_by(rigid)[:-1]}, as a rigid piston)" if same and decided_by(rigid) else ""
-
-
-def in_units(machine: Machine, value: float, kind: str) -> str:
-    """A dimensionless value with its unit, where the machine has scales: a "length", "time", "force", "speed" or ""."""
-    if not machine.is_si or not kind:
-        return number(value)
-    units = {"length": "m", "time": "s", "force": "N", "speed": "m/s"}
-    scale: float = getattr(machine, f"{kind}_scale")
-    return f"{number(value * scale)} m/s" if kind == "speed" else quantity(value * scale, units[kind])

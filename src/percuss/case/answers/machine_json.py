@@ -26,6 +26,7 @@ def machine_dict(answer: ToldMachine) -> dict[str, Any]:
         **cycle_dict(answer),
         "starts_from_rest": bool(motion.starts_from_rest),
         "margins": _margins(answer),
+        "supply": _supply(answer),
         "sensitivities": [
             {
                 "parameter": one.parameter,
@@ -81,6 +82,7 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
         "restitution": number(machine.contact.restitution),
         "states": {name: number(force) for name, force in valve.pairs},
         "chamber": {"force": number(valve.chamber.force), "stiffness": number(valve.chamber.stiffness)},
+        "supply": None if valve.supply is None else plain(asdict(valve.supply)),
         "ports": ports,
         "start_state": valve.start,
     }
@@ -146,6 +148,23 @@ def _margins(answer: ToldMachine) -> dict[str, Any] | None:
         "beyond": None if margins.beyond is None else margins.beyond.value,
         "chamber_to_run": number(margins.chamber_to_run),
         "chamber_to_start": number(margins.chamber_to_start),
+        "flow_to_run": number(margins.flow_to_run),
+        "accumulator_to_run": number(margins.accumulator_to_run),
+    }
+
+
+def _supply(answer: ToldMachine) -> dict[str, Any] | None:
+    """The pressure over the cycle; in Pa where that of the states is known."""
+    found, unit = answer.pressure, answer.machine.pressure or 1.0
+    if found is None:
+        return None
+    z = found.multiplier
+    return {
+        **{name: number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")},
+        "ripple": number(found.ripple),
+        "multiplier": [number(z.real), number(z.imag)],
+        "slow_multiplier": number(found.slow_multiplier),
+        "memory": number(found.memory),
     }
 
 

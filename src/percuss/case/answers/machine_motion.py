@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number, plain
+from percuss.case.answers.json_values import number, numbers, plain
 from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.case import checked_case
 from percuss.model.checks import callback
@@ -55,6 +55,7 @@ class MachineMotion(ToldMotion):
             "begin_time": number(motion.begin_time),
             "end_time": number(motion.end_time),
             "cycle": None if cycle is None else plain(asdict(cycle)),
+            "pressure": _pressure(motion),
             "events": _events(motion, last),
         }
 
@@ -87,6 +88,20 @@ def machine_motion(case: Case, progress: Callable[[Progress], object] | None = N
     start = case.start(simulation.modes)
     motion = run_machine(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
     return MachineMotion(case.file, case.title, motion, case.notes)
+
+
+def _pressure(motion: MachineTrajectory) -> dict[str, Any] | None:
+    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
+    from percuss.simulate.machine.fed_trajectory import FedTrajectory
+
+    if not isinstance(motion, FedTrajectory):
+        return None
+    unit = motion.machine.pressure or 1.0
+    return {
+        "at_start": number(float(motion.states[0, 2]) * unit),
+        "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
+        "at_end": number(float(motion.pressure(motion.end_time)[0]) * unit),
+    }
 
 
 def _events(motion: MachineTrajectory, last: int | None) -> list[dict[str, Any]]:

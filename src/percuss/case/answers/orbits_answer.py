@@ -113,7 +113,7 @@ def branch_answer(
     Examples
     --------
     >>> from percuss.case import load_case
-    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1:1", "restitution=0:0.1", modes=0)
+    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1:1", "load_factor=0.39:0.41", modes=0)
     >>> branch.label, branch.points[0].kind.value
     ('z=1/1', 'limit')
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number
-from percuss.case.answers.machine_in_words import in_units
+from percuss.case.answers.machine_units import in_units
 from percuss.case.answers.numerals import number as spelled
 from percuss.case.answers.numerals import quantity
 from percuss.model import Cushion

@@ -12,13 +12,13 @@ from percuss.case.answers.machine_course import course_of
 from percuss.case.answers.told_blank import ToldBlank, told_blank
 from percuss.errors import ParameterError
 from percuss.shown import Shown
-from percuss.steady.self_excited import valve_margins
+from percuss.steady.self_excited import RigidCycle, slow_pressure, valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_changes import Running
     from percuss.case.answers.machine_course import Course
     from percuss.model import Machine
-    from percuss.steady.self_excited import Obstacle, SelfExcited, ValveCycle, ValveMargins
+    from percuss.steady.self_excited import Obstacle, SelfExcited, SlowPressure, ValveCycle, ValveMargins
 
 __all__ = ["ToldMachine"]
 
@@ -39,13 +39,20 @@ class ToldMachine(Shown):
         return valve_margins(self.rigid) if self.motion.runs and self.rigid.runs else None
 
     @cached_property
+    def pressure(self) -> SlowPressure | None:
+        """The pressure over the cycle, where a supply makes it follow the piston; None without one, or a cycle."""
+        cycle = self.motion.cycle
+        fed = isinstance(cycle, RigidCycle) and self.machine.valve.supply is not None
+        return slow_pressure(cycle) if fed and isinstance(cycle, RigidCycle) else None
+
+    @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:
         """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
         return sensitivities(self.motion)
 
     @cached_property
     def curve(self) -> tuple[Running, ...]:
-        """Energy and rate over the pressure; empty when it does not run."""
+        """Energy and rate over the pressure, with a supply over the flow; empty when it does not run."""
         return pressure_curve(self.motion)
 
     @cached_property

@@ -66,6 +66,8 @@ def _check_scale(machine: Machine, file: str) -> None:
     valve = machine.valve
     sizes = {"load.states": max(abs(force) for _, force in valve.pairs), "load.chamber.force": abs(valve.chamber.force)}
     sizes["load.chamber.stiffness"] = valve.chamber.stiffness
+    if valve.supply is not None:
+        sizes |= {"load.supply.flow": valve.supply.flow, "load.supply.accumulator": valve.supply.compliance}
     for i, port in enumerate(valve.ports):
         sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
     for key, size in sizes.items():

@@ -45,7 +45,9 @@ from percuss.case.file_format.valve_tables import (
     PlainChamber,
     PlainCushion,
     PlainPort,
+    PlainSupply,
     PortTable,
+    SupplyTable,
 )
 
 __all__ = [
@@ -65,6 +67,7 @@ __all__ = [
     "RockTable",
     "SimulationTable",
     "StartTable",
+    "SupplyTable",
     "SystemTable",
     "ToolSectionTable",
     "ToolTable",
@@ -276,6 +279,7 @@ def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
         fields["load.ports"] = keys_of(PlainPort if plain else PortTable)
         fields["load.chamber"] = keys_of(PlainChamber if plain else ChamberTable)
         fields["load.cushion"] = keys_of(PlainCushion if plain else CushionTable)
+        fields["load.supply"] = keys_of(PlainSupply if plain else SupplyTable)
         fields["load.states"] = [] if plain else keys_of(AreasTable)
     return fields
 

@@ -85,11 +85,12 @@ def checked_simulation(table: SimulationTable) -> Simulation:
 
 def simulation_of(table: SimulationTable | None, system: System | Machine) -> Simulation:
     """The table [simulation] of a case, and the defaults without it."""
-    return _simulation(table or SimulationTable(), _Scales.of(system))
+    fed = isinstance(system, Machine) and system.valve.supply is not None  # whose piston is rigid
+    return _simulation(table or SimulationTable(), _Scales.of(system), 0 if fed else DEFAULT_MODES)
 
 
-def _simulation(table: SimulationTable, scales: _Scales) -> Simulation:
-    modes = DEFAULT_MODES if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
+def _simulation(table: SimulationTable, scales: _Scales, usual: int = DEFAULT_MODES) -> Simulation:
+    modes = usual if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
     options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
     given = {name: value for name, value in options.items() if value is not None}
     time = None if table.time is None else scales.number(table.time, "time", "time")

@@ -17,9 +17,11 @@ __all__ = [
     "Area",
     "Coefficients",
     "Column",
+    "Compliance",
     "DampingValue",
     "Density",
     "Drag",
+    "Flow",
     "Force",
     "ForceOrPressure",
     "ForceUnit",
@@ -187,6 +189,8 @@ Density = Annotated[str, BeforeValidator(_quantity("density"))]
 Drag = Annotated[str, BeforeValidator(_quantity("damping"))]
 Mass = Annotated[str, BeforeValidator(_quantity("mass"))]
 Stiffness = Annotated[str, BeforeValidator(_quantity("stiffness"))]
+Flow = Annotated[str, BeforeValidator(_quantity("flow"))]
+Compliance = Annotated[str, BeforeValidator(_quantity("compliance"))]
 Force = Annotated[str, BeforeValidator(_quantity("force"))]
 ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
 ForceUnit = Annotated[str, BeforeValidator(_unit)]

@@ -11,12 +11,14 @@ from percuss.case.file_format.valve_tables import (
     PlainChamber,
     PlainCushion,
     PlainPort,
+    PlainSupply,
     PortTable,
+    SupplyTable,
     ValveForce,
     ValveLoad,
 )
 from percuss.errors import ParameterError
-from percuss.model import Chamber, Cushion, Port, Valve
+from percuss.model import Chamber, Cushion, Port, Supply, Valve
 from percuss.model.checks import non_negative, positive
 from percuss.units import si
 
@@ -43,7 +45,8 @@ def valve_of(table: ValveForce | ValveLoad) -> Valve:
             accepted = f"a port within the room, {table.room}"
             raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
     try:
-        return Valve(states, ports, table.start_state, _chamber(table.chamber), _cushion(table.cushion))
+        chamber, cushion = _chamber(table.chamber), _cushion(table.cushion)
+        return Valve(states, ports, table.start_state, chamber, cushion, _supply(table, pressure))
     except ParameterError as error:
         name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
         raise ParameterError(name, error.value, error.accepted, _near(error, table)) from None
@@ -135,6 +138,26 @@ def _cushion(table: CushionTable | PlainCushion | None) -> Cushion | None:
         if error.name == "beyond":
             remedy = "one that began behind the wall would take part of every blow, which is not in the model"
         raise ParameterError(f"cushion.{error.name}", given[error.name], error.accepted, remedy) from None
+
+
+def _supply(table: ValveForce | ValveLoad, pressure: float | None) -> Supply | None:
+    given: SupplyTable | PlainSupply | None = table.supply
+    if given is None:
+        return None
+    flow = _above_zero("supply.flow", given.flow, "flow")
+    accumulator = _above_zero("supply.accumulator", given.accumulator, "compliance")
+    start = None if given.start is None else _value("supply.start", given.start, "pressure")
+    if start is not None and start < 0.0:
+        raise ParameterError("supply.start", given.start, "a pressure, 0 or greater")
+    if isinstance(table, ValveLoad):
+        return Supply(flow, accumulator, 1.0 if start is None else start)
+    for name, state in table.states.items():
+        if not isinstance(state, AreasTable):
+            remedy = "a piston displaces oil by the areas on which its pressure acts"
+            raise ParameterError(f"states.{name}", state, "areas, {front = …, rear = …}, beside a supply", remedy)
+    if pressure is None:
+        raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
+    return Supply.of_oil(flow, accumulator, pressure, start)
 
 
 def _value(key: str, given: float | str, dimension: str) -> float:

@@ -12,6 +12,8 @@ from pydantic import BeforeValidator, Discriminator, Tag, ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
+    Compliance,
+    Flow,
     Force,
     Length,
     PlainNumber,
@@ -31,10 +33,12 @@ __all__ = [
     "PlainPort",
     "PlainPorts",
     "PlainStates",
+    "PlainSupply",
     "PortTable",
     "Ports",
     "Reads",
     "States",
+    "SupplyTable",
     "ValveForce",
     "ValveLoad",
 ]
@@ -91,6 +95,29 @@ class PlainCushion(Table):
     stiffness: PlainNumber | None = None
     length: PlainNumber | None = None
     returned: float | None = None
+
+
+class SupplyTable(Table):
+    """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
+
+    flow: Flow
+    """What the pump gives. Allowed: greater than 0."""
+    accumulator: Compliance
+    """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
+    start: Stress | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
+
+
+class PlainSupply(Table):
+    """Pump and accumulator in plain numbers."""
+
+    flow: PlainNumber
+    """What the pump gives, as a power at the pressure 1, for which the forces of the states hold. Allowed: greater than
+    0."""
+    accumulator: PlainNumber
+    """Energy of the accumulator, twice that at the pressure 1. Allowed: greater than 0."""
+    start: PlainNumber | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: 1."""
 
 
 def _reads(value: Any, info: ValidationInfo) -> Any:
@@ -195,6 +222,9 @@ class ValveForce(Table):
     cushion: CushionTable | None = None
     """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
     is assumed."""
+    supply: SupplyTable | None = None
+    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
+    out: the pressure is constant."""
     room: Length | None = None
     """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
     at: int = 0
@@ -213,5 +243,6 @@ class ValveLoad(Table):
     chamber: PlainChamber | None = None
     cushion: PlainCushion | None = None
     """What stops the piston when it finds no tool. When left out: nothing is told of that."""
+    supply: PlainSupply | None = None
     room: PlainNumber | None = None
     at: int = 0

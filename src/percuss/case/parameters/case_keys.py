@@ -93,6 +93,8 @@ KEYS: dict[str, Key] = {
     "load.pressure": Key("supply pressure", sets=LOAD_SCALE),
     "load.chamber.force": Key("force of the chamber", "of the gas on the bar at the wall"),
     "load.chamber.stiffness": Key("stiffness of the chamber"),
+    "load.supply.flow": Key("flow of the pump"),
+    "load.supply.accumulator": Key("accumulator", "volume that it gives up per pressure"),
     "tool.bit_mass": Key("mass of the bit"),
     "tool.impedance": Key("impedance of the tool", "of an endless rod, divided by that of the bar's last section"),
     "tool.gap": Key("gap in front of the tool"),

@@ -114,6 +114,9 @@ def _plain_load(case: Case, machine: Machine) -> dict[str, Any]:
     table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": [_port(one) for one in valve.ports]}
     table |= {"start_state": valve.start}
     table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
+    if valve.supply is not None:
+        supply = valve.supply
+        table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
     table |= {} if room is None else {"room": room}
     return table | ({"at": machine.at} if machine.at else {})
 

@@ -29,12 +29,14 @@ _DIMENSIONS = {"behind": "length", "delay": "time", "stiffness": "stiffness", "f
 
 def valve_keys(table: ValveForce | ValveLoad) -> list[str]:
     """The dotted keys of a valve that hold one number, or may; a state by areas has one for each of them."""
-    keys = [LOAD_PRESSURE] if isinstance(table, ValveForce) and table.pressure is not None else []
+    given_pressure = isinstance(table, ValveForce) and table.pressure is not None and table.supply is None
+    keys = [LOAD_PRESSURE] if given_pressure else []
     for name, given in table.states.items():
         if _NAME.fullmatch(name):
             areas = [side for side in ("front", "rear") if getattr(given, side, None) is not None]
             keys += [f"load.states.{name}.{side}" for side in areas] or [f"load.states.{name}"]
     keys += ["load.chamber.force", "load.chamber.stiffness"]
+    keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
     ports: tuple[PortTable | PlainPort, ...] = table.ports
     for i, port in enumerate(ports):
         keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]

@@ -32,7 +32,7 @@ def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: 
     """
     kind, name = one.kind, curve.name
     if kind is BranchEvent.FOLD:
-        return f"the branch turns back, beyond {name} = {_number(curve, one.point)} neither of its two orbits exists"
+        return f"the branch turns back; beyond {name} = {_number(curve, one.point)} neither of its two orbits exists"
     if kind is BranchEvent.FLIP:
         return _flip(curve, one.point)
     if kind is BranchEvent.NEIMARK_SACKER:

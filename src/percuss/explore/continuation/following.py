@@ -52,7 +52,8 @@ def follow(
     folds, flips, pairs of multipliers on the unit circle, corners where an impact meets a step of the load, and what
     ends it: a touch between two impacts, the death of one, the end of the range. Nothing ends unexplained.
 
-    What happens twice between two points of the walk, and leaves no trace in them, is not seen.
+    What happens twice between two points of the walk, and leaves no trace in them, is not seen; a touch is looked for
+    between them, too.
 
     Parameters
     ----------

@@ -17,6 +17,7 @@ from percuss.explore.continuation.indicators import (
     press,
 )
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.rises import rise
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import (
     CurvePoint,
@@ -62,9 +63,11 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     first = min(found, key=lambda one: one.place) if found else None
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
-    violation = orbit.violation
-    if violation is None:
-        return first
+    if orbit.violation is None:
+        hidden = rise(segment, last)
+        if hidden is None:
+            return first
+        last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
     return _contact(segment, orbit, last) or first
 
 
@@ -136,8 +139,7 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
     curve, found = segment.curve, []
 
     def top(point: CurvePoint) -> float:
-        height = greatest_top(curve.motion(point.x)).height
-        return height if math.isfinite(height) else -1.0
+        return max(greatest_top(curve.motion(point.x)).height, -1.0)
 
     def pressed(point: CurvePoint) -> float:
         return press(curve.motion(point.x))[0]

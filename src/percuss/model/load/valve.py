@@ -9,6 +9,7 @@ from typing import Any, Literal, cast
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
 from percuss.model.load.cushion import Cushion
+from percuss.model.load.supply import Supply
 
 __all__ = ["MOST_PORTS", "MOST_STATES", "NO_CHAMBER", "Chamber", "Orders", "Port", "Valve"]
 
@@ -138,6 +139,8 @@ class Valve:
     - A demand equal to the last one is ignored. Any other drops the orders that would be due when it is due or later,
       and is carried out after its delay.
     - Of simultaneous events the blow comes first, then the ports in their order, then the orders that are due.
+    - With a `supply` the forces of the states are those at the pressure 1, and are multiplied by the pressure, which
+      falls while the piston draws; see `Supply`.
 
     Parameters
     ----------
@@ -152,6 +155,8 @@ class Valve:
         A gas chamber behind the piston.
     cushion
         What stops the piston when it finds no tool; None where it is not known.
+    supply
+        A pump and an accumulator; by default the pressure is constant.
 
     Raises
     ------
@@ -171,6 +176,7 @@ class Valve:
     start: str | None = None
     chamber: Chamber = NO_CHAMBER
     cushion: Cushion | None = None
+    supply: Supply | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -191,6 +197,8 @@ class Valve:
         instance("chamber", self.chamber, Chamber)
         if self.cushion is not None:
             instance("cushion", self.cushion, Cushion)
+        if self.supply is not None:
+            instance("supply", self.supply, Supply)
 
     @property
     def pairs(self) -> tuple[tuple[str, float], ...]:
@@ -226,7 +234,19 @@ class Valve:
         )
         chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
         cushion = None if self.cushion is None else self.cushion.scaled(force, length)
-        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion)
+        supply = None if self.supply is None else self.supply.scaled(force * length / time, force * length)
+        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion, supply)
+
+    def at_pressure(self, pressure: float) -> Valve:
+        """The valve under a constant pressure, a multiple of that for which the forces of the states hold.
+
+        Raises
+        ------
+        ParameterError
+            When the pressure is not greater than 0.
+        """
+        factor = positive("pressure", pressure)
+        return replace(self, states={name: factor * force for name, force in self.pairs}, supply=None)
 
     @property
     def orders(self) -> Orders:

@@ -92,7 +92,6 @@ def fire(plant, at, struck, log):
             now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + gear.edge[port])
         if now_in:
             controls.just[port] = 1
-            controls.usual_cross[port] = controls.now.time - controls.now.changed
             demand(gear, motion, controls, port, rate, log)
 
 
@@ -125,5 +124,4 @@ def begin_valve(plant, displacement, rate, resting, on_wall, asks, log):
         off = gear.side[port] * (place + gear.edge[port])
         if off > EDGE * (abs(place) + gear.edge[port]):
             controls.just[port] = 1
-            controls.usual_cross[port] = controls.now.time - controls.now.changed
             demand(gear, motion, controls, port, own, log)

@@ -119,7 +119,6 @@ def flown(plant, sight, rules, left, log):
             set_down(plant, wait, log)
             return GOES_ON
         at_once = wait == -2.0
-    limit = rules.budget - count.work
     best, which, answer = math.inf, -1, NEVER
     found, tau, speed, late, slip = NOTHING, math.inf, 0.0, 0.0, 0.0
     if forever and now.since == 0.0 and valve.stalled == 0 and held_by_gas(table, gear, motion, controls):
@@ -131,19 +130,11 @@ def flown(plant, sight, rules, left, log):
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
         controls.cross[:] = math.inf
     else:
-        best, which, answer = crossings(plant, sight, first, horizon, limit, forever)
-        if answer == TIRED:
+        best, which, answer, found, tau, speed, late, slip = upcoming(
+            plant, sight, on_wall, first, horizon, forever, rules.budget - count.work
+        )
+        if found == TIRED:
             return BY_WORK
-        need = horizon
-        if best < math.inf:
-            after = best + (gear.delay[which] if controls.kind[which] == ENTERS else 0.0)
-            need = min(need, best if best < valve.awaited < after else after)
-        if forever and most(bar, now) >= -1e-13 * abs(now.gap):
-            answer = NOWHERE
-        if valve.clear < need:
-            found, tau, speed, late, slip = sought(plant, on_wall, need, limit)
-            if found == TIRED:
-                return BY_WORK
     count.work += 1
     ahead = min(best, horizon)
     at_wall = tau < math.inf and tau <= ahead + SAME_TIME
@@ -158,7 +149,9 @@ def flown(plant, sight, rules, left, log):
         reach_wall(plant, found, tau, speed, late, slip, log)
         if found == GRAZE:
             return IN_CHAMBER if valve.stalled > 0 else GOES_ON
-    elif ahead > 0.0:
+    elif best <= ahead:
+        controls.usual_cross[which] = (valve.time - valve.changed) + best
+    if not at_wall and ahead > 0.0:
         on_by(plant, ahead)
         count.mode = FLYING
     if at_wall or best <= horizon + SAME_TIME:
@@ -166,6 +159,28 @@ def flown(plant, sight, rules, left, log):
     elif forever:
         valve.pauses += 1
     return GOES_ON if valve.pauses < MANY_PAUSES else BY_WORK
+
+
+@inlined
+def upcoming(plant, sight, on_wall, first, horizon, forever, limit):
+    """The next crossing of a port, and the next contact if it may come before what that crossing leads to.
+
+    Returns the time of the crossing, of which port, whether one may come at all, and what `sought` does, or TIRED.
+    """
+    gear, motion, controls = plant.gear, plant.motion, plant.controls
+    valve, found, tau, speed, late, slip = controls.now, NOTHING, math.inf, 0.0, 0.0, 0.0
+    best, which, answer = crossings(plant, sight, first, horizon, limit, forever)
+    if answer == TIRED:
+        return best, which, answer, TIRED, tau, speed, late, slip
+    need = horizon
+    if best < math.inf:
+        after = best + (gear.delay[which] if controls.kind[which] == ENTERS else 0.0)
+        need = min(need, best if best < valve.awaited < after else after)
+    if forever and most(plant.table.bar, motion.now) >= -1e-13 * abs(motion.now.gap):
+        answer = NOWHERE
+    if valve.clear < need:
+        found, tau, speed, late, slip = sought(plant, on_wall, need, limit)
+    return best, which, answer, found, tau, speed, late, slip
 
 
 @inlined

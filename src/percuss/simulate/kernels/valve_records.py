@@ -116,7 +116,7 @@ class Controls(NamedTuple):
     """What of a machine changes besides the bar.
 
     `now`: a VALVE_NOW. `usual` (S,), `usual_cross` (P,): how long after a change of state the contact came last, for
-    each state, and each port was last crossed. `due`, `order`: the orders that wait, time left and state; one whose
+    each state, and the crossing of each port. `due`, `order`: the orders that wait, time left and state; a motion whose
     orders might not find room there ends, CROWDED, to be carried on with longer ones. `cross`, `kind`, `just`: of each
     port the time of its next crossing, what that is, and whether it was crossed at this very moment. `memo`: the
     amplitudes remembered, shape (2, N), and `memo_due` the times left. `past`: the last changes, in a ring.

@@ -39,7 +39,7 @@ __all__ = ["ENDS", "MachineStretch", "Room", "carried_on", "cycle_of", "ending",
 _STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _MANY_STRIDES = 4096  # … of a motion that is not recorded
-_MOST_NUMBERS = 1 << 23  # of the states of a stretch
+_MOST_NUMBERS, _MOST_ROWS = 1 << 23, 1 << 15  # of the states of a stretch
 _EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
 _TOO_MANY = 16  # such strides without an event end a simulation
 ENDS = {
@@ -173,7 +173,7 @@ def _went_on(plant: Plant, rules: Rules, log: ValveLog) -> tuple[int, Plant]:
 def room_for(mechanism: Mechanism, stop: Stop) -> Room:
     """Room for the record of a whole motion, or of a stretch: memory that nothing is written into costs nothing."""
     width, ports = 2 * mechanism.modes + STATE_NUMBERS, mechanism.gear.to.size
-    rows = max(64, min(_MOST_NUMBERS // width, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
+    rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
     states = np.empty((1 + rows, width))
     return Room(ValveLog(np.empty(rows, VALVE_EVENT), states[1:]), states)
 

@@ -141,7 +141,8 @@ def simulate_machines(
         raise ParameterError("starts", None, "starts", "Start.rigid(0.0) is rest on the wall")
     given = [start_of(start) for start in several_starts]
     for machine in listed:
-        instance("machines", machine, Machine)
+        if instance("machines", machine, Machine).valve.supply is not None:
+            raise ParameterError("machines", str(machine), "machines without a supply", "follow one with run_machine")
     members = max(len(listed), len(given))
     if {len(listed), len(given)} - {1, members} or not listed or not given:
         text = f"{len(listed)} machines and {len(given)} starts"

@@ -38,9 +38,10 @@ class _Motion(Protocol):
 def ended_later(motion: _Motion, stop: Stop, progress: Callable[[Progress], object] | None = None) -> dict[str, Any]:
     """What `MachineTrajectory.continued` has otherwise than the motion it goes on from, by the names of fields."""
     numbers = motion.mechanism
-    plant = put_back(motion.snapshot, numbers)
+    plant, room = put_back(motion.snapshot, numbers), room_for(numbers, stop)
+    room.states[0] = motion.states[-1]
     with watched(progress) as watch:
-        stretch = followed(plant, numbers, stop, room_for(numbers, stop), motion.begin_time, watch)
+        stretch = followed(plant, numbers, stop, room, motion.begin_time, watch)
     return {
         "events": MachineEvents.of_all([motion.events, stretch.events]),
         "states": np.concatenate([motion.states, stretch.states[1:]]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from percuss.errors import ParameterError
 from percuss.model import Machine
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
@@ -40,7 +41,8 @@ def run_machine(
         The bar and the valve at the beginning; by default at rest on the wall, with the valve's own starting state. The
         time of a `Start` is that at which the motion begins.
     modes
-        N, the elastic modes kept; 0 is the rigid piston.
+        N, the elastic modes kept; 0 is the rigid piston, which a machine with a supply needs: its motion is then a
+        `FedTrajectory`, which tells the pressure.
     stop
         When to end; see `Stop`, its time in the machine's unit. By default after 2000 impacts, or when a periodic
         motion is found.
@@ -66,6 +68,8 @@ def run_machine(
     given = start_of(start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     callback("progress", progress)
+    if machine.valve.supply is not None:
+        return _fed(machine, given, modes, stop, progress)
     numbers = mechanism(machine, count("modes", modes, least=0, most=MAX_MODES))
     plant, room = plant_of(numbers, given), room_for(numbers, stop)
     resting = begun(plant, numbers, given, room.log)
@@ -84,6 +88,23 @@ def run_machine(
         begin_time=begin,
         **ending(stretch, numbers, stop, begin),
     )
+
+
+def _fed(
+    machine: Machine,
+    start: MachineStart,
+    modes: int,
+    stop: Stop,
+    progress: Callable[[Progress], object] | None,
+) -> MachineTrajectory:
+    """The motion of a machine with a supply."""
+    from percuss.simulate.machine.fed_running import run_fed
+
+    if count("modes", modes, least=0, most=MAX_MODES):
+        remedy = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply"
+        raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", remedy)
+    with watched(progress) as watch:
+        return run_fed(machine, start, stop, watch)
 
 
 def start_of(start: MachineStart | Start | None) -> MachineStart:

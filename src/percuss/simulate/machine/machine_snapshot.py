@@ -12,7 +12,7 @@ from percuss.simulate.kernels.codes import GRAZED
 from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS
 from percuss.simulate.kernels.valve_records import TURNING, VALVE_NOW, Plant
 from percuss.simulate.machine.mechanism import Mechanism
-from percuss.simulate.machine.plant import plant_of
+from percuss.simulate.machine.plant import plant_of, roomier
 from percuss.simulate.soundness import true, within
 
 __all__ = ["KINDS", "kept", "put_back"]
@@ -40,7 +40,9 @@ def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
     PercussError
         When a simulation cannot have left it: it comes from a file that was changed, or made up.
     """
-    plant = plant_of(mechanism, orders=int(np.size(snapshot.get("valve_due", ()))))
+    plant = plant_of(mechanism)
+    while plant.controls.due.size < np.size(snapshot.get("valve_due", ())):
+        plant = roomier(plant)
     try:
         for name, room in kept(plant).items():
             given = snapshot.get(name)

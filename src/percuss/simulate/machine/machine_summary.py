@@ -8,10 +8,10 @@ from percuss.shown import Shown
 
 __all__ = ["MACHINE_OUTCOMES", "STALLS", "MachineCycle", "machine_label"]
 
-STALLS = ("on the tool", "in the chamber", "on a port", "leaves")
+STALLS = ("on the tool", "in the chamber", "on a port", "leaves", "without pressure")
 """How a machine stalls: it lies on the wall and no order waits; it swings on the gas of its chamber, with ever
-weaker blows or none; the valve switches
-to and fro at a port without end; it leaves and never comes back. Each is proved."""
+weaker blows or none; the valve switches to and fro at a port without end; it leaves and never comes back; the pressure
+of its supply falls to 0. Each is proved."""
 
 MACHINE_OUTCOMES = ("impacts", "time", "periodic", "stalls", "work", "memory", "cancelled")
 """How a simulation of a machine ends; as `OUTCOMES`, but for ``stalls``: nothing can happen any more."""

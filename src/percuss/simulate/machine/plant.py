@@ -24,13 +24,15 @@ NO_VALVE_LOG = ValveLog(np.empty(0, VALVE_EVENT), np.empty((0, 0)))
 """For motions of which nothing is recorded."""
 
 
-def plant_of(mechanism: Mechanism, start: MachineStart | None = None, *, orders: int = 0) -> Plant:
-    """A machine, and room for a motion of it, with the orders that wait at a start, or so many: nothing is shared."""
+def plant_of(mechanism: Mechanism, start: MachineStart | None = None) -> Plant:
+    """A machine, and room for a motion of it, with the orders that wait at a start: nothing of it is shared."""
     table, alone = map(to_change, mechanism.tables)
     gear = mechanism.gear
     ports, n = gear.to.size, mechanism.modes
     waiting = 0 if start is None or start.orders is None else len(start.orders.pending)
-    queue = max(_QUEUE, orders, 2 * (waiting + ports))
+    queue = _QUEUE
+    while queue < waiting + ports:
+        queue *= 2
     controls = Controls(
         np.zeros(1, VALVE_NOW)[0],
         np.zeros(gear.forces.size),

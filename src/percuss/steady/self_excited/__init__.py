@@ -10,6 +10,7 @@ from percuss.steady.self_excited.rigid_cycle import RigidCycle
 from percuss.steady.self_excited.ringing import ModeShare, Ringing
 from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
 from percuss.steady.self_excited.sensitivity import Sensitivity, sensitivities
+from percuss.steady.self_excited.slow_pressure import SlowPressure, pressure_over, slow_pressure
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 __all__ = [
@@ -26,12 +27,15 @@ __all__ = [
     "Segment",
     "SelfExcited",
     "Sensitivity",
+    "SlowPressure",
     "Switch",
     "Uncovering",
     "ValveCycle",
     "ValveMargins",
     "blank_blow",
+    "pressure_over",
     "self_excited_motion",
     "sensitivities",
+    "slow_pressure",
     "valve_margins",
 ]

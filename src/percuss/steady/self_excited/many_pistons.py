@@ -12,6 +12,7 @@ import numpy.typing as npt
 from percuss.kernel_cache import ensure_cache
 from percuss.model import Machine
 from percuss.model.checks import Array
+from percuss.steady.self_excited.fed_cycle import under_pressure
 from percuss.steady.self_excited.obstacle import Obstacle, why_unstable
 from percuss.steady.self_excited.piston_records import Piston
 from percuss.steady.self_excited.self_switching import piston_of
@@ -39,7 +40,7 @@ class RigidCycles:
     obstacles
         What keeps each from running with one blow in a cycle; None for one that runs.
     answered
-        False where this has no answer, as with very many orders under way; `self_excited_motion` has.
+        False where this has no answer, as with very many orders under way or a supply; `self_excited_motion` has.
     period, speed, energy, stroke, work, taken, duty
         As of a `ValveCycle` with one blow: speed and energy just before it.
     multiplier
@@ -81,6 +82,7 @@ def rigid_cycles(
     from percuss.steady.self_excited import newton_kernels as nk
 
     pistons = [piston_of(machine) for machine in machines]
+    fed = np.array([machine.valve.supply is not None for machine in machines], dtype=bool)
     n = len(pistons)
     does, told = np.full(n, kn.UNKNOWN, dtype=np.int64), np.full((n, lk.TOLD), np.nan)
     derivatives, begun = np.zeros((n, lk.NUMBERS, lk.NUMBERS)), np.zeros(n, dtype=np.bool_)
@@ -89,6 +91,7 @@ def rigid_cycles(
         matrices, tells = np.zeros((nk.MATRICES, lk.NUMBERS, lk.NUMBERS + 1)), np.zeros((nk.TELLING, lk.TOLD))
         step = np.zeros(lk.NUMBERS)
         kn.cycles_of(*_packed(pistons), starts, rows, slopes, matrices, tells, step, does, told, derivatives, begun)
+    does[fed] = kn.UNKNOWN
     limits = np.array([math.inf] * n if rooms is None else [math.inf if room is None else room for room in rooms])
     return _judged(machines, does, told.T, derivatives, begun, limits)
 
@@ -104,6 +107,7 @@ def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
         ]
         for piston, own in zip(pistons, names, strict=True)
     ]
+    pistons = [piston if piston.valve.supply is None else under_pressure(piston, 1.0) for piston in pistons]
     flights = [piston.flight(piston.valve.orders.last, 0.0, 0.0) for piston in pistons]
     laws = [
         (flight.stiffness, flight.drag, piston.contact.velocity_factor)

@@ -5,24 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from percuss.errors import ParameterError
 from percuss.model import Chamber, Valve
 from percuss.model.checks import instance
 from percuss.shown import Shown
-from percuss.steady.self_excited.obstacle import Obstacle
+from percuss.steady.self_excited.obstacle import Obstacle, why_none
 from percuss.steady.self_excited.piston_legs import leg_from
-from percuss.steady.self_excited.piston_records import Switch
+from percuss.steady.self_excited.piston_records import Piston, Switch
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 from percuss.steady.self_excited.self_switching import SelfExcited, piston_of, self_excited_motion
-from percuss.steady.self_excited.settled_cycle import continued
+from percuss.steady.self_excited.settled_cycle import continued, followed_from
 
 __all__ = ["ValveMargins", "valve_margins"]
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
+_SUPPLY_STEP = 1.0 / 32.0  # of the logarithm of flow and accumulator
 _MOST_STEPS = 256
 _CLOSE = 1e-8  # of a step
+_LONGER, _NEARLY = 4.0, 1e-4  # the step, and how close, with a supply, whose cycles take longer to find
 _BEYOND = 1e-6
+_BLOWS_BEYOND = 60
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,11 @@ class ValveMargins(Shown):
         What happens beyond it: "double blow", "flip", or another obstacle.
     chamber_to_run, chamber_to_start
         The factors by which the force and the stiffness of the chamber may be multiplied until the machine no longer
-        runs, and until it no longer starts from rest on the wall; None without a chamber and where no limit was found.
+        runs, and until it no longer starts from rest on the wall; None without a chamber, with a
+        supply, whose pressure follows the gas, and where no limit was found.
+    flow_to_run, accumulator_to_run
+        The factors by which the flow of the pump, and the compliance of the accumulator, may be multiplied until the
+        machine no longer runs, or not stably; None with a constant pressure, and where no limit was found.
     """
 
     return_time: float
@@ -48,6 +56,8 @@ class ValveMargins(Shown):
     beyond: Obstacle | None
     chamber_to_run: float | None
     chamber_to_start: float | None
+    flow_to_run: float | None = None
+    accumulator_to_run: float | None = None
 
 
 def valve_margins(motion: SelfExcited) -> ValveMargins:
@@ -97,10 +107,15 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     return_time, beyond = _after_blow(switch, motion.cycle), None
     room = motion.room if math.isfinite(motion.room) else None
     if latest is not None:
-        past = later(latest + _BEYOND * motion.cycle.period)
-        beyond = self_excited_motion(motion.machine.with_valve(past), modes=0, room=room).obstacle
+        far = _BEYOND if valve.supply is None else _STEP * _LONGER * _NEARLY
+        past = motion.machine.with_valve(later(latest + far * motion.cycle.period))
+        beyond = (
+            self_excited_motion(past, modes=0, room=room).obstacle
+            if valve.supply is None
+            else _beyond(piston_of(past), last)
+        )
     longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
-    return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion))
+    return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion), *_supply_limits(motion))
 
 
 def _return_of(valve: Valve, cycle: RigidCycle) -> Switch:
@@ -125,6 +140,8 @@ def _limit(
     cycle = motion.cycle
     assert isinstance(cycle, RigidCycle)
     value = start
+    if motion.machine.valve.supply is not None:
+        step *= _LONGER
     for _ in range(_MOST_STEPS):
         found = _running(motion, changed(value + step), cycle)
         if found is None:
@@ -133,7 +150,8 @@ def _limit(
     else:
         return None, cycle
     low, high = value, value + step
-    while high - low > _CLOSE * step:
+    close = _CLOSE if motion.machine.valve.supply is None else _NEARLY
+    while high - low > close * step:
         middle = 0.5 * (low + high)
         found = _running(motion, changed(middle), cycle)
         if found is None:
@@ -151,7 +169,7 @@ def _running(motion: SelfExcited, valve: Valve, near: RigidCycle) -> RigidCycle 
 
 def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
     chamber = motion.machine.valve.chamber
-    if chamber.force <= 0.0 and chamber.stiffness == 0.0:
+    if (chamber.force <= 0.0 and chamber.stiffness == 0.0) or motion.machine.valve.supply is not None:
         return None, None
 
     def filled(factor: float) -> Valve:
@@ -171,3 +189,25 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if starts(middle) else (low, middle)
     return run, low
+
+
+def _beyond(piston: Piston, last: RigidCycle) -> Obstacle | None:
+    """What a machine with a supply does whose cycle has just been lost."""
+    cycle = continued(piston, last)
+    if cycle is not None:
+        return Obstacle.HUNTS
+    return why_none(piston, followed_from(piston, last.rebound, _BLOWS_BEYOND)).get("obstacle")
+
+
+def _supply_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
+    supply = motion.machine.valve.supply
+    if supply is None:
+        return None, None
+
+    def less(name: str, logarithm: float) -> Valve:
+        changed = getattr(supply, name) * math.exp(-logarithm)
+        return replace(motion.machine.valve, supply=replace(supply, **{name: changed}))
+
+    limits = [_limit(motion, partial(less, name), 0.0, _SUPPLY_STEP)[0] for name in ("flow", "compliance")]
+    flow, compliance = (None if limit is None else math.exp(-limit) for limit in limits)
+    return flow, compliance

@@ -96,6 +96,16 @@ class Obstacle(Enum):
         "a disturbance grows from blow to blow, as of ringing that the blows feed",
         "damp the elastic modes, or take the contact law that turns the strain over with the velocity",
     )
+    HUNTS = (
+        "pressure swings",
+        "a strong blow leaves the next one a lower pressure: blows and pressure go up and down, farther and farther",
+        "take a greater accumulator, more flow, or a softer gas behind the piston",
+    )
+    NO_PRESSURE = (
+        "no pressure",
+        "the pressure of the supply falls to 0: the piston draws more than pump and accumulator give",
+        "take a greater accumulator, more flow, or a smaller stroke",
+    )
     UNEVEN = (
         "uneven blows",
         "the blows differ from each other, and repeat after a few of them",
@@ -133,6 +143,10 @@ def why_more_blows(cycle: ElasticCycle) -> Obstacle:
 def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
     """What the last flights of a machine without a cycle tell of it."""
     last = legs[-1]
+    if last.ending == "no pressure":
+        return {"obstacle": Obstacle.NO_PRESSURE}
+    if last.ending == "on the wall" and piston.valve.supply is not None:
+        return {"obstacle": Obstacle.ON_THE_WALL}
     if last.ending == "on the wall":
         state = last.switches[-1].to if last.switches else _state_before(piston, legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
@@ -160,6 +174,9 @@ def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
     """Why a cycle has several blows: an order was replaced, or came too late after the strongest blow."""
     if any(leg.dropped for leg in cycle.legs):
         return {"obstacle": Obstacle.OVERTAKEN}
+    if piston.valve.supply is not None:
+        again = any(not leg.switches for leg in cycle.legs)
+        return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.HUNTS}
     strongest = int(np.argmax(cycle.blow_speeds))
     legs = cycle.legs[strongest + 1 :] + cycle.legs[: strongest + 1]
     rebound, passed = cycle.legs[strongest].rebound, 0.0

@@ -112,6 +112,10 @@ class Flight:
         """At the start, without the drag."""
         return self.push - self.stiffness * self.x
 
+    def push_at(self, t: float) -> float:
+        """Acceleration away from the wall at the wall, at a time."""
+        return self.push
+
     def at(self, t: float) -> tuple[float, float]:
         """Distance and velocity at a time."""
         ds, s, q = response(t, self.stiffness, self.drag)
@@ -152,15 +156,17 @@ class Flight:
 
     def turning_places(self, until: float = math.inf) -> list[float]:
         """Where it turns, up to a time: the first three, within which all others lie."""
-        return [self.at(end)[0] for _, end in self._pieces() if end < until]
+        return [self.at(end)[0] for _, end in self._pieces([], until) if end < until]
 
     def first_crossing(self, places: Sequence[tuple[float, int]], until: float) -> Crossing | None:
         """The first of the places that is passed, each in its own direction: +1 away from the wall, −1 towards it.
 
         A place that is only touched, or at which the flight starts, is not passed.
         """
-        x = self.x
-        for number, (start, end) in enumerate(self._pieces()):
+        x, done = self.x, 0.0
+        for number, (start, end) in enumerate(self._pieces(places, until)):
+            x = self.at(start)[0] if start > done else x
+            done = end
             stop = min(end, until)
             last = self.at(stop)[0] if math.isfinite(stop) else self.last_place
             way = 1 if last > x else -1
@@ -176,8 +182,8 @@ class Flight:
             x = last
         return None
 
-    def _pieces(self) -> Iterator[tuple[float, float]]:
-        """The times between which it does not turn."""
+    def _pieces(self, places: Sequence[tuple[float, int]], until: float) -> Iterator[tuple[float, float]]:
+        """The times between which it does not turn, without some that are passed without any of the places."""
         start, end = 0.0, self.turning_time
         square = self.stiffness - 0.25 * self.drag**2
         step = math.pi / math.sqrt(square) if square > 0.0 else math.inf
@@ -196,6 +202,7 @@ class Flight:
         x, v = self.at(start)
         far, force = abs(place - x), abs(self.push - self.stiffness * x)
         step = min(far / abs(v) if v else math.inf, math.sqrt(far / force) if force else math.inf)
+        step = 1.0 / math.sqrt(self.stiffness) if step == math.inf else step  # at rest, until a ramp pushes
         step = max(step, _SHORTEST)
         low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
         while way * (self.at(high)[0] - place) <= 0.0:

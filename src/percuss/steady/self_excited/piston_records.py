@@ -11,12 +11,13 @@ from percuss.model import Contact, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.piston_flight import Flight
+from percuss.steady.self_excited.pressed_flight import PressedFlight
 
 __all__ = ["Ending", "Leg", "Piston", "Rebound", "Segment", "Switch", "Uncovering"]
 
 _LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
 
-Ending = Literal["blow", "on the wall", "nothing follows", "no blow"]
+Ending = Literal["blow", "on the wall", "nothing follows", "no blow", "no pressure"]
 """How a leg ends."""
 
 
@@ -28,9 +29,29 @@ class Piston:
     contact: Contact
     drag: float
 
-    def flight(self, state: str, x: float, v: float) -> Flight:
+    def flight(self, state: str, x: float, v: float, pressure: float = 1.0) -> Flight:
         """The flight that begins at the distance x with the velocity v away from the wall."""
-        return Flight(-self.valve.force(state), _felt(self.valve.chamber.stiffness), _felt(self.drag), x, v)
+        chamber, supply, drag = self.valve.chamber, self.valve.supply, _felt(self.drag)
+        if supply is None:
+            return Flight(-self.valve.force(state), _felt(chamber.stiffness), drag, x, v)
+        force, c = self.valve.force(state) - chamber.force, supply.compliance
+        push, spring = -(pressure * force + chamber.force), force * force / c
+        if _felt(spring) == 0.0 or force * supply.flow / c == 0.0:
+            return Flight(push, _felt(chamber.stiffness), drag, x, v)
+        return PressedFlight(push + spring * x, chamber.stiffness + spring, drag, x, v, -force * supply.flow / c)
+
+    def after(self, rebound: Rebound) -> Flight:
+        """The flight that a rebound begins."""
+        return self.flight(rebound.state, 0.0, rebound.speed, 1.0 if rebound.pressure is None else rebound.pressure)
+
+    @property
+    def gas(self) -> float:
+        """Stiffness of the chamber, as flights have it."""
+        return _felt(self.valve.chamber.stiffness)
+
+    def drawing(self, state: str) -> float:
+        """The force of a state at the pressure 1, with which the piston draws from the supply; 0 without one."""
+        return 0.0 if self.valve.supply is None else self.valve.force(state) - self.valve.chamber.force
 
     @property
     def places(self) -> tuple[list[tuple[float, int]], list[int]]:
@@ -55,11 +76,14 @@ class Rebound:
         Of the valve.
     orders
         What was demanded last, and what is pending.
+    pressure
+        Of the supply; None where it is constant.
     """
 
     speed: float
     state: str
     orders: Orders
+    pressure: float | None = None
 
     @property
     def label(self) -> tuple[object, ...]:
@@ -68,19 +92,24 @@ class Rebound:
 
     @property
     def numbers(self) -> Array:
-        """What can: the speed, and when the pending orders are due."""
-        return np.array([self.speed, *(due for due, _ in self.orders.pending)])
+        """What can: the speed, when the pending orders are due, and the pressure of a supply."""
+        pressure = [] if self.pressure is None else [self.pressure]
+        return np.array([self.speed, *(due for due, _ in self.orders.pending), *pressure])
 
     def with_numbers(self, numbers: Array) -> Rebound:
         """The same with other numbers."""
         speed, *dues = (float(value) for value in numbers)
+        pressure = None if self.pressure is None else dues.pop()
         pending = tuple((due, to) for due, (_, to) in zip(dues, self.orders.pending, strict=True))
-        return Rebound(speed, self.state, replace(self.orders, pending=pending))
+        return Rebound(speed, self.state, replace(self.orders, pending=pending), pressure)
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a leg without an event: its state, when it begins, how long it lasts, where it ends."""
+    """A stretch of a leg without an event: its state, when it begins, how long it lasts, where it ends.
+
+    `pressure` is that of the supply when it begins.
+    """
 
     state: str
     time: float
@@ -88,6 +117,7 @@ class Segment:
     flight: Flight
     behind: float
     velocity: float
+    pressure: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.self_excited.piston_legs import leg_after
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound, Segment, Switch, Uncovering
+from percuss.steady.self_excited.supply_course import pressure_integral
 from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
 
 __all__ = ["RigidCycle", "cycle_near"]
@@ -34,13 +35,13 @@ class RigidCycle(ValveCycle):
         Its flights from blow to blow.
     rebound
         The piston just after the blow at time 0.
-    forces
-        Of the states of the valve.
+    piston
+        What moves.
     """
 
     legs: tuple[Leg, ...]
     rebound: Rebound
-    forces: tuple[float, ...]
+    piston: Piston
 
     @property
     def blow_times(self) -> Array:
@@ -60,7 +61,8 @@ class RigidCycle(ValveCycle):
     @property
     def level_difference(self) -> float:
         """The greatest force of the valve minus the least."""
-        return max(self.forces) - min(self.forces)
+        forces = [force for _, force in self.piston.valve.pairs]
+        return max(forces) - min(forces)
 
     @property
     def switches(self) -> tuple[Switch, ...]:
@@ -81,11 +83,7 @@ class RigidCycle(ValveCycle):
     @property
     def segments(self) -> tuple[Segment, ...]:
         """The flights between events, in order of time."""
-        return tuple(
-            Segment(s.state, start + s.time, s.duration, s.flight, s.behind, s.velocity)
-            for start, leg in self._timed
-            for s in leg.segments
-        )
+        return tuple(replace(s, time=start + s.time) for start, leg in self._timed for s in leg.segments)
 
     @property
     def _timed(self) -> list[tuple[float, Leg]]:
@@ -99,7 +97,16 @@ class RigidCycle(ValveCycle):
     @property
     def work(self) -> float:
         """What the switches of the valve put into the motion in a cycle; the blows and the drag take the same."""
-        return math.fsum(switch.work for switch in self.switches)
+        supply = self.piston.valve.supply
+        if supply is None:
+            return math.fsum(switch.work for switch in self.switches)
+        return supply.flow * math.fsum(pressure_integral(one, self.piston) for one in self.segments)
+
+    @property
+    def drawn(self) -> float:
+        """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
+        supply = self.piston.valve.supply
+        return self.work if supply is None else supply.flow * self.period
 
     @property
     def taken(self) -> float:
@@ -112,12 +119,22 @@ class RigidCycle(ValveCycle):
         """Whether the piston lies on the wall for some time."""
         return any(s.flight.v == s.velocity == s.behind == 0.0 for leg in self.legs for s in leg.segments)
 
+    @property
+    def slope(self) -> Array:
+        """Derivative of the numbers of the rebound after a cycle by those before it."""
+        slope: Array = reduce(lambda done, leg: leg.slope @ done, self.legs, np.eye(self.rebound.numbers.size))
+        return slope
+
     @cached_property
     def multipliers(self) -> ComplexArray:
         """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        slope: Array = reduce(lambda done, leg: leg.slope @ done, self.legs, np.eye(self.rebound.numbers.size))
-        found: ComplexArray = np.linalg.eigvals(slope).astype(complex)
+        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]
+
+    @property
+    def at_constant_pressure(self) -> RigidCycle:
+        """The same with its pressure forgotten: what a cycle under the constant one is looked for from."""
+        return replace(self, rebound=replace(self.rebound, pressure=None))
 
     def _displacement(self, within: Array, place: Place) -> Array:
         segments = self.segments  # all of the piston moves alike
@@ -148,6 +165,8 @@ def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = Fa
         if not np.all(np.isfinite(step)):
             return None
         scale = np.array([max(leg.blow_speed for leg in legs), *[sum(leg.duration for leg in legs)] * (step.size - 1)])
+        if now.pressure is not None:
+            scale[-1] = now.pressure
         size = float(np.max(np.abs(step) / scale))
         if size <= _CLOSED:
             return _made(piston, now, legs) if np.all(np.abs(error) <= _MEETS * scale) else None
@@ -202,4 +221,4 @@ def _made(piston: Piston, rebound: Rebound, legs: tuple[Leg, ...]) -> RigidCycle
     longest = int(np.argmax([leg.duration for leg in legs]))
     begins = [rebound, *(leg.rebound for leg in legs)][longest]
     assert begins is not None
-    return RigidCycle(legs[longest:] + legs[:longest], begins, tuple(force for _, force in piston.valve.pairs))
+    return RigidCycle(legs[longest:] + legs[:longest], begins, piston)

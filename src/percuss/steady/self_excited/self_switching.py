@@ -12,16 +12,19 @@ from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited.elastic_cycle import ElasticCycle
 from percuss.steady.self_excited.elastic_settling import settled_from
+from percuss.steady.self_excited.fed_cycle import fed, under_pressure
 from percuss.steady.self_excited.obstacle import Obstacle, why_more_blows, why_none, why_several, why_unstable
 from percuss.steady.self_excited.piston_records import Piston
 from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
-from percuss.steady.self_excited.settled_cycle import followed_legs, settled
+from percuss.steady.self_excited.settled_cycle import continued, followed_legs, settled
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
-__all__ = ["SelfExcited", "piston_of", "self_excited_motion"]
+__all__ = ["NO_MODES", "SelfExcited", "piston_of", "self_excited_motion"]
 
 _MOST_MODES = 4096
+NO_MODES = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply for them"
+"""Why a machine with a supply has a rigid piston."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,9 @@ def self_excited_motion(
     exponential or circle), and Newton's method with exact derivatives finds the motion that repeats, for any number of
     ports, states and delays. Its ports are read at the centre of mass wherever they are.
 
+    With a supply the pressure follows the piston, which is rigid then: the flights stay closed, and the pressure at the
+    blow is found with the speed. Its multipliers are those of both.
+
     With elastic modes the unknowns are the times at which ports are passed and blows fall: every mode follows from them
     in closed form. Newton's method starts from the rhythm of the rigid piston. Where that leads to no cycle, or to an
     unstable one, the machine is followed from blow to blow until it settles. Of every cycle it is proved that the bar
@@ -95,7 +101,7 @@ def self_excited_motion(
     machine
         Body, valve and contact.
     modes
-        N, the elastic modes kept; 0 for a rigid piston.
+        N, the elastic modes kept; 0 for a rigid piston, which a machine with a supply needs.
     room
         Distance behind the wall that the piston can go; without limit by default.
     near
@@ -126,11 +132,15 @@ def self_excited_motion(
     instance("machine", machine, Machine)
     modes = count("modes", modes, least=0, most=_MOST_MODES)
     space = math.inf if room is None else positive("room", room)
+    if modes and machine.valve.supply is not None:
+        raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", NO_MODES)
     near = _checked(near, modes, machine.valve)
     piston = piston_of(machine)
     asked = SelfExcited(machine, modes, space, None, None)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
         return replace(asked, obstacle=Obstacle.NO_LOSS)
+    if machine.valve.supply is not None:
+        return _fed(asked, piston)
     rigid, last = settled(piston) if modes == 0 or near is None else (None, [])
     if modes:
         rhythm = near if near is not None or rigid is None else Rhythm.of_rigid(rigid)
@@ -172,6 +182,22 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> Se
     if found.cycle.blows > 1 and found.cycle.stable:
         return replace(asked, cycle=found.cycle, obstacle=why_more_blows(found.cycle))
     return _judged(asked, found.cycle)
+
+
+def _fed(asked: SelfExcited, piston: Piston) -> SelfExcited:
+    """What a machine does that pump and accumulator feed."""
+    cycle, last = fed(piston)
+    if cycle is None:
+        return replace(asked, **why_none(piston, last))
+    if cycle.blows > 1:
+        return replace(asked, cycle=cycle, **why_several(piston, cycle))
+    judged = _judged(asked, cycle)
+    if cycle.stable or judged.obstacle is Obstacle.NO_ROOM:
+        return judged
+    pressure = cycle.rebound.pressure
+    assert pressure is not None
+    steady = continued(under_pressure(piston, pressure), cycle.at_constant_pressure)
+    return judged if steady is not None and not steady.stable else replace(judged, obstacle=Obstacle.HUNTS)
 
 
 def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:

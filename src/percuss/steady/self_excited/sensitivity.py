@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 from percuss.errors import ParameterError
 from percuss.model import Machine
@@ -26,8 +27,8 @@ class Sensitivity(Shown):
     Attributes
     ----------
     quantity
-        "pressure", a factor on the forces of all states, which is 1 without the chamber's; "behind" and "delay" of a
-        port; "restitution".
+        "pressure", a factor on the forces of all states, which is 1 without the chamber's, or in its place "flow" and
+        "compliance" of a supply; "behind" and "delay" of a port; "restitution".
     port
         Number of the port; None for the others.
     value
@@ -76,7 +77,11 @@ def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
 
 
 def _quantities(machine: Machine) -> Iterator[tuple[str, int | None, float]]:
-    yield "pressure", None, 1.0
+    supply = machine.valve.supply
+    if supply is None:
+        yield "pressure", None, 1.0
+    else:
+        yield from (("flow", None, supply.flow), ("compliance", None, supply.compliance))
     for i, port in enumerate(machine.valve.ports):
         if port.behind is not None:
             yield "behind", i, port.behind
@@ -88,6 +93,9 @@ def _changed(machine: Machine, quantity: str, port: int | None, value: float) ->
     valve = machine.valve
     if quantity == "restitution":
         return replace(machine, contact=machine.contact.with_restitution(value))
+    if port is None and valve.supply is not None:
+        changed: dict[str, Any] = {quantity: value}
+        return machine.with_valve(replace(valve, supply=replace(valve.supply, **changed)))
     if port is None:
         return machine.with_valve(replace(valve, states={name: force * value for name, force in valve.pairs}))
     ports = list(valve.ports)

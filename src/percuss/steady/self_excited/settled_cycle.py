@@ -10,7 +10,7 @@ from percuss.steady.self_excited.piston_legs import leg_after, leg_from
 from percuss.steady.self_excited.piston_records import Leg, Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
 
-__all__ = ["continued", "followed_legs", "settled"]
+__all__ = ["continued", "cycle_at", "followed_from", "followed_legs", "settled"]
 
 _FEW = 4
 _MOST_BLOWS = 80  # in which a machine settles, or is given up
@@ -31,10 +31,15 @@ def _followed(piston: Piston, first: Leg, most: int) -> list[Leg]:
     legs, greatest = [first], 0.0
     while len(legs) < most and (rebound := legs[-1].rebound) is not None:
         greatest = max(greatest, rebound.speed)
-        if rebound.speed < _CHATTER * greatest and piston.valve.force(rebound.state) > 0.0:
+        if rebound.speed < _CHATTER * greatest and piston.after(replace(rebound, speed=0.0)).push < 0.0:
             rebound = replace(rebound, speed=0.0)
         legs.append(leg_after(piston, rebound))
     return legs
+
+
+def followed_from(piston: Piston, rebound: Rebound, most: int) -> list[Leg]:
+    """The flights from a rebound on, blow by blow, until nothing follows."""
+    return _followed(piston, leg_after(piston, rebound), most)
 
 
 def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
@@ -50,7 +55,7 @@ def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     for part, most, tried in starts:
         legs = _followed(piston, leg_after(piston, _fast(piston, part)), most)
         first = first if len(first) > _FEW else legs
-        cycle = _cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None], tried)
+        cycle = cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None], tried)
         if cycle is not None:
             return cycle, legs
     return None, first
@@ -81,7 +86,7 @@ def _fast(piston: Piston, part: float) -> Rebound:
     return Rebound(speed, back, replace(valve.orders, last=back))
 
 
-def _cycle_at(piston: Piston, rebounds: list[Rebound], tried: int) -> RigidCycle | None:
+def cycle_at(piston: Piston, rebounds: list[Rebound], tried: int = 0) -> RigidCycle | None:
     """The cycle that one of the rebounds is near, with few blows rather than many; the first ones were tried before."""
     for rebound in rebounds[tried:_TRIES]:
         cycle = cycle_near(piston, rebound, 1)

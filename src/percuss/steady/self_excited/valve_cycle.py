@@ -120,9 +120,14 @@ class ValveCycle(Shown, ABC):
         return float(self.blow_energies.max())
 
     @property
+    def drawn(self) -> float:
+        """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
+        return self.work
+
+    @property
     def swept_length(self) -> float:
         """Volume that the valve takes from the supply in a cycle, per area that it switches."""
-        return self.work / self.level_difference if self.level_difference > 0.0 else 0.0
+        return self.drawn / self.level_difference if self.level_difference > 0.0 else 0.0
 
     @property
     def duty(self) -> float:
