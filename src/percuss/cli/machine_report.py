@@ -216,11 +216,31 @@ def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
         ("multipliers", f"{shown}{more}"),
         ("margin", f"{number(1.0 - abs(cycle.multiplier))}, 1 minus the greatest modulus"),
     ]
-    rigid = answer.rigid.cycle
-    if answer.motion.modes and rigid is not None:
-        rows.append(("rhythm", f"margin {number(1.0 - abs(rigid.multiplier))}, that of a rigid piston"))
+    if answer.motion.modes:
+        rows += _rhythm_and_ringing(answer, cycle)
     rows.append(("compare", "the piston's own valve re-times the load after every blow: there is no phase to lose"))
     return Section("Stability", tuple(rows), GOOD if cycle.stable else BAD)
+
+
+def _rhythm_and_ringing(answer: MachineAnswer, cycle: ValveCycle) -> list[tuple[str, str]]:
+    own, rigid, ringing = cycle.rhythm_multiplier, answer.rigid.cycle, cycle.ringing
+    rows = []
+    if own is not None:
+        rows.append(("rhythm", f"margin {number(1.0 - abs(own))}, that of the motion as a whole"))
+    elif rigid is not None:
+        text = f"margin {number(1.0 - abs(rigid.multiplier))}, that of a rigid piston"
+        rows.append(("rhythm", f"{text}: here it cannot be told from the ringing"))
+    if ringing is not None:
+        modes = ", ".join(f"{_mode(one.mode)} ({percent(one.share)})" for one in ringing.told)
+        decay = (
+            f"down to 1/e in {number(ringing.decay, 3)} cycles" if math.isfinite(ringing.decay) else "does not die out"
+        )
+        rows.append(("ringing", f"margin {number(1.0 - abs(ringing.multiplier))}, {decay}: {modes}"))
+    return rows
+
+
+def _mode(mode: int) -> str:
+    return f"mode {mode}" if mode else "the motion as a whole"
 
 
 def _complex(z: complex) -> str:

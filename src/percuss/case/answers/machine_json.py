@@ -11,7 +11,7 @@ from percuss.case.answers.machine_figures import machine_figures
 if TYPE_CHECKING:
     from percuss.case.answers.told_machine import ToldMachine
     from percuss.model import Machine
-    from percuss.steady.self_excited import SelfExcited, ValveCycle
+    from percuss.steady.self_excited import Ringing, SelfExcited, ValveCycle
 
 __all__ = ["SHOWN_MULTIPLIERS", "cycle_dict", "machine_dict", "machine_numbers"]
 
@@ -135,10 +135,14 @@ def _margins(answer: ToldMachine) -> dict[str, Any] | None:
     margins, cycle = answer.margins, answer.cycle
     if margins is None or cycle is None:
         return None
-    rigid = answer.rigid.cycle
+    rigid, own, ringing = answer.rigid.cycle, cycle.rhythm_multiplier, cycle.ringing
+    rhythm = rigid.multiplier if own is None and rigid is not None else own
     return {
         "margin": number(1.0 - abs(cycle.multiplier)),
-        "margin_rhythm": None if rigid is None else number(1.0 - abs(rigid.multiplier)),
+        "margin_rhythm": None if rhythm is None else number(1.0 - abs(rhythm)),
+        "rhythm_of": "rigid" if own is None else "machine",
+        "margin_ringing": None if ringing is None else number(1.0 - abs(ringing.multiplier)),
+        "ringing": None if ringing is None else _ringing(ringing),
         "return_time": number(margins.return_time),
         "latest_return": number(margins.latest_return),
         "beyond": None if margins.beyond is None else margins.beyond.value,
@@ -161,6 +165,14 @@ def _supply(answer: ToldMachine) -> dict[str, Any] | None:
         "multiplier": [number(z.real), number(z.imag)],
         "slow_multiplier": number(found.slow_multiplier),
         "memory": number(found.memory),
+    }
+
+
+def _ringing(ringing: Ringing) -> dict[str, Any]:
+    return {
+        "multiplier": [number(ringing.multiplier.real), number(ringing.multiplier.imag)],
+        "decay_cycles": number(ringing.decay),
+        "modes": [{"mode": one.mode, "share": number(one.share)} for one in ringing.told],
     }
 
 

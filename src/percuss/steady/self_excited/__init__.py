@@ -7,6 +7,7 @@ from percuss.steady.self_excited.obstacle import Obstacle
 from percuss.steady.self_excited.piston_records import Leg, Rebound, Segment, Switch, Uncovering
 from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
+from percuss.steady.self_excited.ringing import ModeShare, Ringing
 from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
 from percuss.steady.self_excited.sensitivity import Sensitivity, sensitivities
 from percuss.steady.self_excited.slow_pressure import SlowPressure, pressure_over, slow_pressure
@@ -17,10 +18,12 @@ __all__ = [
     "Blow",
     "ElasticCycle",
     "Leg",
+    "ModeShare",
     "Obstacle",
     "Rebound",
     "Rhythm",
     "RigidCycle",
+    "Ringing",
     "Segment",
     "SelfExcited",
     "Sensitivity",

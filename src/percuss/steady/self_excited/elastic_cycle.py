@@ -16,6 +16,7 @@ from percuss.steady.self_excited.first_entering import farthest
 from percuss.steady.self_excited.modal_flight import ModalFlight
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
 from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.ringing import Parted, Ringing, parted
 from percuss.steady.self_excited.valve_cycle import Place, ValveCycle
 
 __all__ = ["Blow", "ElasticCycle"]
@@ -53,8 +54,9 @@ class ElasticCycle(ValveCycle):
         The blows.
     changed, passed
         Changes of the valve's state, with place and velocity of the driven end; passages of ports that demand.
-    eigenvalues
-        Of the map from cycle to cycle.
+    slope
+        Derivative of the map from cycle to cycle: of displacement and velocity of every coordinate, one coordinate
+        after the other, and of the times of the pending orders.
     rhythm
         When it strikes and passes ports, and the valve at time 0.
     lies
@@ -69,7 +71,7 @@ class ElasticCycle(ValveCycle):
     struck: tuple[Blow, ...]
     changed: tuple[Switch, ...]
     passed: tuple[Uncovering, ...]
-    eigenvalues: ComplexArray
+    slope: Array
     rhythm: Rhythm
     lies: bool = False
     given_up: float = 0.0
@@ -99,10 +101,25 @@ class ElasticCycle(ValveCycle):
         """Where ports demand a new state, in order of time; blows that do are not among them."""
         return self.passed
 
-    @property
+    @cached_property
     def multipliers(self) -> ComplexArray:
         """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        return self.eigenvalues
+        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+    @property
+    def rhythm_multiplier(self) -> complex | None:
+        """The greatest multiplier of the motion as a whole; None where it cannot be told from the ringing."""
+        return self._parted.rhythm
+
+    @property
+    def ringing(self) -> Ringing | None:
+        """What rings longest; None where nothing is left of the ringing after a cycle."""
+        return self._parted.ringing
+
+    @cached_property
+    def _parted(self) -> Parted:
+        return parted(self.slope, self.modes)
 
     @property
     def rests(self) -> bool:

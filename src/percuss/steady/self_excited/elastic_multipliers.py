@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.model.checks import Array, ComplexArray
+from percuss.model.checks import Array
 from percuss.steady.self_excited.elastic_chain import Chain, Closed
 from percuss.steady.self_excited.modal_flight import propagated, rates
 
-__all__ = ["cycle_map", "multipliers_of"]
+__all__ = ["cycle_map"]
 
 
 def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
@@ -43,9 +43,3 @@ def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
             now = chain.turn[:, None] * now
     after = [shifts[chain.steps[i].source] - when for i in wrapped]
     return np.vstack([now.reshape(2 * size, columns), *after])
-
-
-def multipliers_of(chain: Chain, unknowns: Array, motion: Closed) -> ComplexArray:
-    """The greatest first."""
-    found: ComplexArray = np.linalg.eigvals(cycle_map(chain, unknowns, motion)).astype(complex)
-    return found[np.argsort(-np.abs(found), kind="stable")]

@@ -12,7 +12,7 @@ from percuss.model.checks import Array
 from percuss.steady.self_excited.elastic_chain import Chain, Closed
 from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
 from percuss.steady.self_excited.elastic_following import watched
-from percuss.steady.self_excited.elastic_multipliers import multipliers_of
+from percuss.steady.self_excited.elastic_multipliers import cycle_map
 from percuss.steady.self_excited.first_entering import first_entering
 from percuss.steady.self_excited.modal_flight import ModalFlight
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
@@ -136,5 +136,5 @@ def _cycle(
     times, ports = tuple(blow.time for blow in struck), tuple((one.time, one.port) for one in passed)
     now = Rhythm(times, ports, rhythm.state, rhythm.orders)
     now = replace(now, orders=orders_after(machine.valve, now))
-    found = multipliers_of(chain, unknowns, motion)
-    return ElasticCycle(machine, modes.size, flights, tuple(struck), tuple(changed), tuple(passed), found, now)
+    slope = cycle_map(chain, unknowns, motion)
+    return ElasticCycle(machine, modes.size, flights, tuple(struck), tuple(changed), tuple(passed), slope, now)

@@ -49,6 +49,7 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
     flights = tuple(
         replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
     )
-    made = tuple(struck), tuple(changed), tuple(passed), np.zeros(1, dtype=complex), motion.rhythm(len(struck)), True
+    forgotten = np.zeros((2 * modes.omega.size, 2 * modes.omega.size))
+    made = tuple(struck), tuple(changed), tuple(passed), forgotten, motion.rhythm(len(struck)), True
     given_up = math.fsum(motion.losses[first.losses : last.losses])
     return ElasticCycle(machine, modes.size, flights, *made, given_up)

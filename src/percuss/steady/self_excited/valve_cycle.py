@@ -12,6 +12,7 @@ from percuss.errors import ParameterError
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.shown import Shown
 from percuss.steady.self_excited.piston_records import Switch, Uncovering
+from percuss.steady.self_excited.ringing import Ringing
 
 __all__ = ["Place", "ValveCycle", "checked_place"]
 
@@ -146,6 +147,16 @@ class ValveCycle(Shown, ABC):
     def multiplier(self) -> complex:
         """The greatest multiplier: what is left of a disturbance after a cycle."""
         return complex(self.multipliers[0])
+
+    @property
+    def rhythm_multiplier(self) -> complex | None:
+        """The greatest multiplier of the motion as a whole; None where it cannot be told from the ringing."""
+        return self.multiplier
+
+    @property
+    def ringing(self) -> Ringing | None:
+        """What rings longest; None where nothing is left of the ringing after a cycle, and of a rigid piston."""
+        return None
 
     @property
     def stable(self) -> bool:
