@@ -120,7 +120,7 @@ def _multiplier(cycle: RigidCycle) -> complex:
     slope = cycle.slope
     values, vectors = np.linalg.eig(slope)
     size = np.abs(cycle.rebound.numbers)
-    scale = np.where(size > 0.0, size, cycle.period)
+    scale = np.where(size > 1e-150, size, cycle.period)  # a rebound of hardly any speed is as good as none
     parts = np.abs(vectors / scale[:, None])
     return complex(values[np.argmax(parts[-1] / np.maximum(parts.sum(axis=0), 1e-300))])
 
