@@ -583,6 +583,15 @@ def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> 
     assert header["modes"] == 32
 
 
+def test_a_machine_on_its_pump_has_a_rigid_piston_whatever_the_page_asks_for(client: Client) -> None:
+    tables = client.get("/api/machines/valve-breaker").json()["tables"]
+    tables["load"]["supply"] = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar"}
+    header, arrays = client.arrays("/api/machine", {"case": tables, "modes": 32, "whole": False})
+    assert header["runs"] and header["modes"] == 0
+    pushing = arrays["force"][arrays["state"] == 1].astype(float)
+    assert pushing.max() > 1.1 * pushing.min()  # the pressure falls while the piston draws
+
+
 def test_a_machine_from_its_start_is_the_simulated_motion(client: Client) -> None:
     words = {"start": {"position": -0.1}, "simulation": {"modes": 2}}
     asked = {"machine": "valve-breaker", **words, "blows": 3, "points": 50}

@@ -32,7 +32,8 @@ async def machine(request: Request, asked: MachineAsked) -> Response:
     """Position, force and state of the valve over a cycle, or what keeps the machine from running."""
 
     def work(case: Case, _: Halt) -> bytes:
-        found = machine_frames(case, modes=asked.modes, points=asked.points, whole=asked.whole)
+        modes = 0 if case.is_machine and case.machine().valve.supply is not None else asked.modes  # none under a supply
+        found = machine_frames(case, modes=modes, points=asked.points, whole=asked.whole)
         return packed(found.header, found.arrays)
 
     short = not asked.whole and asked.modes == 0
