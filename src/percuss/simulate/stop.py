@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from percuss.errors import ParameterError
-from percuss.model.checks import count, finite, flag
+from percuss.model.checks import count, finite, flag, instance
 
-__all__ = ["DEFAULT_IMPACTS", "MAX_MODES", "OUTCOMES", "Stop"]
+__all__ = ["DEFAULT_IMPACTS", "MAX_MODES", "OUTCOMES", "Stop", "further"]
 
 DEFAULT_IMPACTS = 2000
 """Impacts after which a motion ends when nothing else is asked for."""
@@ -78,3 +78,10 @@ class Stop:
         """The number of impacts that ends the motion at the latest."""
         assert self.impacts is not None
         return self.impacts
+
+
+def further(stop: Stop | None, earlier: Stop, impacts: int) -> Stop:
+    """The rule of a motion that goes on: the one given, else as many impacts again, also past a periodic motion."""
+    if stop is not None:
+        return instance("stop", stop, Stop)
+    return replace(earlier, impacts=2 * max(impacts, 1), time=None, periodic=False)

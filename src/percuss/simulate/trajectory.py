@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.model.checks import callback, instance
+from percuss.model.checks import callback
 from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.stop import Stop
+from percuss.simulate.stop import Stop, further
 
 if TYPE_CHECKING:
     import xarray
@@ -83,11 +83,7 @@ class Trajectory(SimulatedMotion):
         from percuss.simulate.going_on import go_on
 
         callback("progress", progress)
-        if stop is not None:
-            instance("stop", stop, Stop)
-        else:
-            stop = replace(self.stop, impacts=2 * max(self.impacts, 1), time=None, periodic=False)
-        return go_on(self, stop, progress)
+        return go_on(self, further(stop, self.stop, self.impacts), progress)
 
     # -- files --
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import Machine
-from percuss.model.checks import Array, array, callback, choice, finite, instance, unit_interval
+from percuss.model.checks import Array, array, callback, choice, finite, unit_interval
 from percuss.model.checks import path as checked_path
 from percuss.shown import Shown
 from percuss.simulate.kernels.codes import CHATTER, IMPACT, RELEASE, REST, VALVE
@@ -21,7 +21,7 @@ from percuss.simulate.machine.machine_events import MachineEvents
 from percuss.simulate.machine.machine_flight import flight
 from percuss.simulate.machine.machine_summary import MachineCycle
 from percuss.simulate.machine.mechanism import Mechanism, mechanism
-from percuss.simulate.stop import Stop
+from percuss.simulate.stop import Stop, further
 
 if TYPE_CHECKING:
     import xarray
@@ -243,11 +243,7 @@ class MachineTrajectory(Shown):
         from percuss.simulate.machine.machine_going_on import ended_later
 
         callback("progress", progress)
-        if stop is not None:
-            instance("stop", stop, Stop)
-        else:
-            stop = replace(self.stop, impacts=2 * max(self.impacts, 1), time=None, periodic=False)
-        return replace(self, **ended_later(self, stop, progress))
+        return replace(self, **ended_later(self, further(stop, self.stop, self.impacts), progress))
 
     def to_xarray(self) -> xarray.Dataset:
         """The event table, the states and all that is needed to go on, with names and units."""
