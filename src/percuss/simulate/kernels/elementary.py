@@ -107,21 +107,21 @@ def reach_cubic(u, v, a, m, m2):
     On [0, H] the third term is at most (m H/3) h²/2: a parabola for each H tried.
     """
     best = reach(u, v, m2)
-    width = 2.0 * best
+    width = 4.0 * best
     if a < 0.0:
         width = max(width, min(-1.5 * a / max(m, 1e-300), 1e9))
     for _ in range(4):
-        if not 0.0 < width < math.inf:
+        if not best < width < math.inf:
             break
         curve = a + m * width / 3.0
         if curve <= 0.0 and v <= 0.0:
-            far = math.inf if u + v + curve < 0.0 else 0.0
+            got = width if u + v + curve < 0.0 else 0.0
         elif v * v < 2.0 * curve * u:
-            far = math.inf  # the top of the parabola lies below 0
+            got = width  # the top of the parabola lies below 0
         else:
-            far = reach(u, v, curve)
-        best = max(best, min(width, far))
-        width = math.sqrt(width * min(far, 16.0 * width))  # that for which both are the same is the best
+            got = min(width, reach(u, v, curve))
+        best = max(best, got)
+        width *= 0.5
     return best
 
 

@@ -57,14 +57,8 @@ def like_flight(motion):
 
 @inlined
 def sure_rise(size, v, a, first, jerk, wide):
-    """How fast at least y grows for a time `wide` about one with its rate and acceleration, whatever rounding did."""
-    return v - (size.rush + size.push * first + (abs(a) + size.crush + jerk * wide) * wide)
-
-
-@inlined
-def falls_back(v, a, jerk):
-    """For how long backward y, which grows at `v` now, stays below what it is; |y‴| ≤ jerk (Taylor)."""
-    return 2.0 * v / (0.5 * a + math.sqrt(0.25 * a * a + jerk * v * (2.0 / 3.0)))
+    """Whether y grows for a time `wide` about one with its rate and acceleration, whatever rounding did to them."""
+    return v > size.rush + size.push * first + (abs(a) + size.crush + jerk * wide) * wide
 
 
 @inlined
@@ -79,11 +73,11 @@ def tried(table, motion, desk, way, bounds, guess):
     y, v, a = now.gap + ds + df, vs + fv, sa + fa
     wrong = abs(y) + blur(size, guess, first, second)
     width, free_from = 2.0 * wrong / v, math.inf
-    rise = sure_rise(size, v, a, first, bounds.jerk, width)
-    if v > 0.0 and rise > 0.0:  # y grows from before to after its root …
+    if v > 0.0 and sure_rise(size, v, a, first, bounds.jerk, width):  # y grows from before to after its root …
         top = max(ds + bounds.top + wrong, 0.0)
-        near = width + falls_back(rise, a + size.crush + bounds.jerk * width, bounds.jerk)
-        free_from = guess - max(near, below_since(wrong, vs - bounds.sup1, top, vs, bounds.up, near))
+        free_from = guess - below_since(wrong, vs - bounds.sup1, top, vs, bounds.up, width)
+        if free_from > guess:
+            free_from = math.inf
     return free_from, (guess, y, v, a), width, slip
 
 
@@ -124,7 +118,7 @@ def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free
     for _ in range(200):
         rate, first = part[1], part[3]
         step = reach(u2, rate, bounds.up)
-        if n and step <= 0.0 and looks < 2:
+        if n and step <= 0.0:
             step = reach(u1, rate + bounds.sup1, bounds.up)
         if at > TURN and bar.spring == 0.0:  # … or, from afar, by the drift with a bound of all that oscillates …
             far = now.gap + now.drift * first + bar.mean * part[4] + way.beat + bounds.top + noise
@@ -170,13 +164,13 @@ def looked(table, motion, desk, way, bounds, here, part, at, tau, stuck, since, 
     ahead, certain = math.inf, False
     if y >= 0.0 and v > 0.0:  # the bounds from before hold for the time before as well
         ahead = 2.0 * (y + noise) / v
-        certain = sure_rise(size, v, a, first, bounds.jerk, ahead) > 0.0
+        certain = sure_rise(size, v, a, first, bounds.jerk, ahead)
     if table.modes.creeping.shape[0] > 0 or bar.wane * (tau - since) > 0.25:  # damping has taken its part
         since, risen = tau, tau
         bounds = bounds_anew(table, motion, desk, way, tau, first)
     if y < 0.0 and v > 0.0:
         ahead = 2.0 * (noise - y) / v
-        certain = sure_rise(size, v, a, first, bounds.jerk, ahead) > 0.0
+        certain = sure_rise(size, v, a, first, bounds.jerk, ahead)
     here, found, low, high, more = (tau, y, v, a), OPEN, 0.0, math.inf, 0
     if certain:  # y grows until it has surely passed 0
         found = CONTACT
@@ -216,14 +210,12 @@ def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
             table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon
         )
         looks += more
-        if found == OPEN and (evaluations > 0 or not t > here[0]):  # … and by its own Taylor polynomial
-            fall = min(here[1] + noise, 0.0)
-            t = max(t, here[0] + reach_cubic(fall, here[2], here[3], bounds.jerk, bounds.up + bounds.sup2))
-            if math.inf > t >= free_from:
-                found = CONTACT
         if found == CONTACT:
             here, span = there, (guess, guess + width) if there[1] < 0.0 else (max(guess - width, 0.0), guess)
         elif found == OPEN:
+            if evaluations > 1 or not t > here[0]:  # … and by its own Taylor polynomial
+                fall = min(here[1] + noise, 0.0)
+                t = max(t, here[0] + reach_cubic(fall, here[2], here[3], bounds.jerk, bounds.up + bounds.sup2))
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
             stuck = not t > here[0]
@@ -232,12 +224,10 @@ def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
             found, here, part, df, noise, span, bounds, since, risen, slip, more = looked(
                 table, motion, desk, way, bounds, here, part, at, t, stuck, since, risen, horizon
             )
-            evaluations += more
+            evaluations, free_from = evaluations + more, math.inf  # the phasors have moved on
         if found == CONTACT:
             tau, speed, late, slip, more = refined(table, motion, desk, here, span[0], span[1], bounds.jerk, slip)
             evaluations += more
-            if here[0] == guess and evaluations > 1 and more == 0:
-                late = math.inf  # the phasors have moved on since the guess
             if tau <= horizon:
                 return CONTACT, tau, speed, evaluations + looks, late, slip
             found = NOTHING
