@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "PICTURES",
     "as_typed",
+    "check_csv",
     "check_not_the_case",
     "check_picture",
     "check_table",
@@ -44,6 +45,14 @@ def check_table(parser: Parser, path: str) -> None:
         parser.error(f"argument --csv: '{path}': give the name of a file that ends in .csv{printed}")
     check_target(parser, "--csv", path)
     need("xarray", "io")
+
+
+def check_csv(parser: Parser, path: str, case: str) -> None:
+    """Refuse an -o that is no table, no place for a file, or the case itself."""
+    if not path.lower().endswith(".csv"):
+        parser.error(f"argument -o: '{path}': the name must end in .csv")
+    check_target(parser, "-o", path)
+    check_not_the_case(parser, path, case)
 
 
 def check_target(parser: Parser, option: str, path: str) -> None:

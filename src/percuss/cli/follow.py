@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from percuss.cli.files import PICTURES, check_not_the_case, check_picture, check_target, named_case, tell_made
+from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, tell_made
 from percuss.cli.long_commands import watching
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
@@ -52,10 +52,7 @@ def run(arguments: Sequence[str]) -> int:
     if options.plot is not None:
         check_picture(parser, options.plot)
     if options.output is not None:
-        if not options.output.lower().endswith(".csv"):
-            parser.error(f"argument -o: '{options.output}': the name must end in .csv")
-        check_target(parser, "-o", options.output)
-        check_not_the_case(parser, options.output, options.case)
+        check_csv(parser, options.output, options.case)
     case = named_case(options.case)
     with watching(parser, patience=_PATIENCE) as watch:
         branch = branch_answer(

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_not_the_case, check_picture, check_target, named_case, tell_made
+from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, tell_made
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.errors import CaseError, PercussError
 
@@ -55,10 +55,7 @@ def run(arguments: Sequence[str]) -> int:
     if options.plot is not None:
         check_picture(parser, options.plot)
     if options.output is not None:
-        if not options.output.lower().endswith(".csv"):
-            parser.error(f"argument -o: '{options.output}': the name must end in .csv")
-        check_target(parser, "-o", options.output)
-        check_not_the_case(parser, options.output, options.case)
+        check_csv(parser, options.output, options.case)
     answer, record = _answer(parser, options)
     text = _json(record or answer) if options.json else ""
     if options.output is not None:
