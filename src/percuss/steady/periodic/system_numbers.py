@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -38,8 +39,9 @@ class Numbers:
         return room_for(self.modes, self.waves, self.steps, impacts)
 
 
+@lru_cache(maxsize=64)
 def numbers_of(system: System, modes: int) -> Numbers:
-    """The numbers of a system.
+    """The numbers of a system; the last ones are kept. Not to be written into.
 
     Raises
     ------

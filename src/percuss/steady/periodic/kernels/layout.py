@@ -60,6 +60,9 @@ class Room(NamedTuple):
     rows: npt.NDArray[np.float64]
     now: npt.NDArray[np.float64]
     moved: npt.NDArray[np.float64]
+    free: npt.NDArray[np.float64]
+    spun: npt.NDArray[np.float64]
+    stretch: npt.NDArray[np.float64]
 
 
 def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
@@ -81,4 +84,7 @@ def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
         rows=np.empty((1, size)),
         now=np.empty(length),
         moved=np.empty(length),
+        free=np.empty((8, modes)),
+        spun=np.empty((6, waves)),
+        stretch=np.empty(7),
     )
