@@ -24,7 +24,7 @@ def diagram_report(title: str, found: Diagram) -> Report:
     if found.done < 1.0:
         summary += f" {int(1000.0 * found.done) / 10.0:g} % of the work was done: the diagram is not whole."
     if found.left_out:
-        summary += f" {counted(found.left_out, 'branch', 'branches')} more left out: ask for a smaller --switch."
+        summary += f" Branches left out, as there are too many: {found.left_out}; ask for a smaller --switch."
     sections: list[Section | Grid] = []
     if found.settled:
         sections.append(_simulated(found))

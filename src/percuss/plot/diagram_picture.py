@@ -86,14 +86,14 @@ def _points(ax: Axes, found: Diagram, quantity: str) -> None:
         rows = [(one.value, y) for one in mine for y in _heights(one, quantity)]
         if rows:
             x, y = np.array(rows).T
-            ax.plot(x, y, ".", ms=2.2, color=family.colour.light, alpha=0.7, mew=0.0, label=family.name, zorder=1)
+            ax.plot(x, y, ".", ms=3.6, color=family.colour.light, mew=0.0, label=family.name, zorder=1)
 
 
 def _heights(one: SettledMotion, quantity: str) -> list[float]:
     speed, energy = one.scales or (1.0, 1.0)
     if quantity == "energy":
         return [one.energy * energy] if np.isfinite(one.energy) else []
-    return (one.phases if quantity == "phase" else one.speeds * speed).tolist()
+    return list((one.phases if quantity == "phase" else one.speeds * speed).tolist())
 
 
 def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -160,4 +160,4 @@ def _legend(figure: Figure, ax: Axes) -> None:
     left_out = set(branches[_MOST_TOLD:])
     told = [name for name in names if name not in left_out]
     if told:
-        figure.legend([kept[name] for name in told], told, loc="outside right upper", frameon=False)
+        figure.legend([kept[name] for name in told], told, loc="outside right upper", frameon=False, markerscale=1.8)
