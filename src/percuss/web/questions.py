@@ -187,7 +187,7 @@ class FollowAsked(CaseAsked):
 
 
 class BranchMotionAsked(CaseAsked):
-    """Fields of an orbit over time, at a value of a parameter and near the times of its impacts, as a branch has them."""
+    """Fields of an orbit over time: that near the times of impacts, at a value of a parameter, as a branch has them."""
 
     name: Name
     unit: Annotated[str, Field(max_length=32)] = ""

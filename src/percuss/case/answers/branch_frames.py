@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -84,12 +84,12 @@ def branch_frames(
     system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
     orbit = orbit_near(system, times, periods, modes=modes)
     if orbit is None:
-        raise ParameterError("times", list(times), f"times near those of an orbit with {len(times)} impacts in a cycle")
+        raise ParameterError("times", list(times), f"times near those of an orbit z={len(times)}/{periods}")
     motion = _one_cycle(orbit)
     struck = motion.events.time
     end = float(struck[-1]) if struck.size else motion.end_time
     stretch = Stretch(motion, motion.begin_time, end, cycles)
-    about = {"source": "branch", "label": orbit.label, "outcome": None, "summary": None}
+    about: dict[str, Any] = {"source": "branch", "label": orbit.label, "outcome": None, "summary": None}
     about["orbit"] = orbit_dict(orbit, orbit_multipliers(orbit).values)
     found = stretch_frames(stretch, about, orbit.period, frames=frames, places=places, points=points)
     return Frames(found.header, {**found.arrays, "load": _load(system)})
