@@ -1,7 +1,8 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
 `sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
-goes along a branch of orbits round folds and past flips to its ends, `experiment` and `basins` count where starts end.
+goes along a branch of orbits round folds and past flips to its ends, `diagram` shows all branches and what simulations
+settle on over one parameter, `experiment` and `basins` count where starts end.
 What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
 imported when first used.
 """
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.branch import Doubling as Doubling
     from percuss.explore.continuation.following import follow as follow
     from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
+    from percuss.explore.diagrams.diagram import Diagram as Diagram
+    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
+    from percuss.explore.diagrams.diagram import diagram as diagram
+    from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
+    from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -59,6 +65,9 @@ _HOME = {
     "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
+    "Diagram": "diagrams.diagram",
+    "DiagramBranch": "diagrams.lines",
+    "DiagramPoint": "diagrams.lines",
     "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",
@@ -71,12 +80,14 @@ _HOME = {
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
     "STALLS": "machine_quantities",
+    "SettledMotion": "diagrams.diagram",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
     "basins": "attractors.basin",
     "boundaries": "boundary_curves.boundary",
     "carry_out": "jobs.carrying_out",
+    "diagram": "diagrams.diagram",
     "estimate": "jobs.carrying_out",
     "experiment": "attractors.experiments",
     "follow": "continuation.following",
