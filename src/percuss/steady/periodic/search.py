@@ -15,6 +15,7 @@ from percuss.model.checks import Array, array, count, instance
 from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
+from percuss.steady.periodic.pair_proof import proved_pairs
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
 from percuss.steady.periodic.sameness import SAME, differences, load_turn, repeats
 from percuss.steady.reason import Reason
@@ -28,6 +29,7 @@ _MOST_MODES = 4096
 _MOST_TRIES = 10**7
 _AT_ONCE = 256  # starts of a batch, at most
 _FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
+_NEAR = 1e-8  # rad, from an enclosed root to that of Newton's method
 _NUMBERS = 1 << 20  # of an array of a batch
 
 
@@ -36,7 +38,9 @@ def orbits(
 ) -> FoundOrbits:
     """The periodic motions z=p/n with p impacts in n load periods.
 
-    For p = 1 they are the steady motions of `steady_states`, all of them. For more impacts Newton's method starts from
+    For p = 1 they are the steady motions of `steady_states`, all of them. For p = 2 and a rigid bar interval Newton's
+    method encloses them all and proves that there are no others, but where one is degenerate (at a fold, at a step of
+    the load, with R = 1 and no drag): `complete` tells. Else Newton's method starts from
     random times: the first half of the tries freely, which tells how many orbits may be missing, the others led away
     from every root known so far. Whatever is found is looked at before it is called an orbit: each impact must strike
     forward, the bar must stay off the wall between impacts (proved with bounds), and it must be no repeat of a shorter
@@ -51,7 +55,7 @@ def orbits(
     modes
         N: the bar has the modes 0 … N, in the forced part, too.
     tries
-        Random starts, for p ≥ 2.
+        Random starts, where the list is not complete by itself.
     seed
         Of the random times.
 
@@ -83,6 +87,8 @@ def orbits(
     if p == 1:
         return _with_one_impact(system, n, kept)
     search = _Search(ImpactChain(system, p, n, kept))
+    if p == 2 and kept == 0 and _proved(search):
+        return search.result(0, 0.0, complete=True)
     random = np.random.default_rng(start)
     free = (wanted + 1) // 2
     met: Counter[int] = Counter()
@@ -159,6 +165,20 @@ def _verdict(orbit: PeriodicOrbit) -> Drop | None:
     return None if obstacle is None else Drop.NO_BLOW if obstacle is Reason.NO_BLOW else Drop.THROUGH_WALL
 
 
+def _proved(search: _Search) -> bool:
+    """Whether all pairs of impacts of a rigid bar were enclosed; each is then judged."""
+    chain = search.chain
+    times = proved_pairs(chain.system, chain.periods, search.turn)
+    if times is None:
+        return False
+    ended = newton(chain, times, None, search.turn)
+    if np.any(ended.outcome != Outcome.ROOT) or np.abs(ended.times - times).max(initial=0.0) > _NEAR:
+        return False
+    for row in range(times.shape[0]):
+        search.judged(ended.times[row], float(ended.rebound[row]))
+    return len(search.roots) == times.shape[0] and all(orbit.proven for orbit, _ in search.roots)
+
+
 class _Search:
     """The roots found so far, with a verdict on each, and the tries that gave no new orbit."""
 
@@ -186,7 +206,7 @@ class _Search:
         self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
         reached = []
         for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
-            number, new = self._judged(ended.times[row], float(ended.rebound[row]))
+            number, new = self.judged(ended.times[row], float(ended.rebound[row]))
             verdict = self.roots[number][1]
             if verdict is None:
                 reached.append(number)
@@ -194,7 +214,7 @@ class _Search:
                 self.dropped[verdict or Drop.KNOWN] += 1
         return reached
 
-    def _judged(self, times: Array, rebound: float) -> tuple[int, bool]:
+    def judged(self, times: Array, rebound: float) -> tuple[int, bool]:
         """The number of a root, and whether it is new."""
         if self.roots:
             off = np.abs(differences(times, self.known, self.chain.period, self.turn)).max(axis=-1).min(axis=-1)
@@ -207,15 +227,16 @@ class _Search:
         self.known = np.concatenate([self.known, np.array([orbit.times])])
         return len(self.roots) - 1, True
 
-    def result(self, tries: int, unseen: float | None) -> FoundOrbits:
-        """What was found."""
+    def result(self, tries: int, unseen: float | None, *, complete: bool = False) -> FoundOrbits:
+        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain = self.chain
         listed = sorted(self.roots, key=lambda root: root[0].times)
         good = tuple(orbit for orbit, verdict in listed if verdict is None)
         others = tuple(orbit for orbit, verdict in listed if verdict not in (None, Drop.REPEAT))
-        dropped = {reason: self.dropped[reason] for reason in Drop if self.dropped[reason]}
+        counted = Counter(verdict for _, verdict in self.roots) if complete else self.dropped
+        dropped = {reason: counted[reason] for reason in Drop if counted[reason]}
         return FoundOrbits(
-            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, False
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete
         )
 
 
