@@ -51,7 +51,9 @@ def numbers_of(system: System, modes: int) -> Numbers:
     refuse_resonance(system)
     load, contact = system.load, system.contact
     known = system.body.modes(modes, load.at)
-    row = [load.mean, system.d, contact.strain_factor, contact.velocity_factor, 0.0]
+    is_free = system.body.is_free
+    row = [load.mean, system.push, system.d, contact.strain_factor, contact.velocity_factor]
+    row += [float(is_free), system.body.gap]
     for values in (known.omega, known.damping, known.gamma):
         row += values.tolist()
     if load.is_piecewise:

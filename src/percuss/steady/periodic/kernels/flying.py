@@ -18,13 +18,14 @@ from percuss.steady.periodic.kernels.layout import (
     DRAG,
     F_RATE,
     FLIGHT,
+    FREE,
     GAMMA,
     GIVEN,
     LENGTH,
-    MEAN,
     OMEGA,
     P_IM,
     P_RE,
+    PUSH,
     REBOUND,
     SPEED,
     SQUARE,
@@ -54,7 +55,7 @@ X, X_RATE, NOW, NOW_RATE, PA, PB, PC, PE = range(8)
 # rows of `spun`: H_k, exp(ikθ) at the sample, and from sample to sample
 H_RE, H_IM, COSINE, SINE, TURN_COSINE, TURN_SINE = range(6)
 # of the stretch: where it begins, the level, w, p, how long it is, a bound of |y''|, the size of the terms
-BEGIN, LEVEL, DRIFT, PUSH, LONG, BEND, SIZE = range(7)
+BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE = range(7)
 # found: the greatest maximum, when after the impact, in which flight; whether nothing is nearer than the proof sees
 HEIGHT, WHEN, WHICH, PROVEN = range(4)
 
@@ -100,7 +101,7 @@ def flight(room, i, found):
     samples = max(FEWEST, PER_WAVE * fastest * whole / TURN)
     if not by_steps:
         at[BEGIN], at[LONG] = impacts[TIME, i], whole
-        at[PUSH], at[DRIFT] = room.numbers[MEAN], impacts[REBOUND, i] - impacts[V_FORCED, i]
+        at[FORCED], at[DRIFT] = room.numbers[PUSH], impacts[REBOUND, i] - impacts[V_FORCED, i]
         at[LEVEL] = 0.0
         bounded(room, impacts[REBOUND, i])
         at[LEVEL] = -placed(room, 0.0)[0]
@@ -118,7 +119,7 @@ def flight(room, i, found):
             free[X, n] += (last - force) / modal[SQUARE, n]
         last = force
         at[BEGIN], at[LONG] = impacts[TIME, i] + time, long
-        at[PUSH], at[DRIFT], at[LEVEL] = force, rate, 0.0
+        at[FORCED], at[DRIFT], at[LEVEL] = room.numbers[FREE] * force, rate, 0.0
         bounded(room, rate)
         at[LEVEL] = level - placed(room, 0.0)[0]
         level, rate = stretch(room, i, time, whole, max(LEAST, int(samples * long / whole)), found)
@@ -132,7 +133,7 @@ def flight(room, i, found):
 def bounded(room, rebound):
     """A bound of |y''| on the stretch, and how large the terms of y are."""
     at, modal, waves, spun, free = room.stretch, room.modal, room.waves, room.spun, room.free
-    d, push, long = room.numbers[DRAG], abs(at[PUSH]), at[LONG]
+    d, push, long = room.numbers[DRAG], abs(at[FORCED]), at[LONG]
     swing, forces, rates, bend, size = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(waves.shape[1]):
         forces += math.hypot(waves[P_RE, j], waves[P_IM, j])
@@ -146,7 +147,7 @@ def bounded(room, rebound):
         bend += swing * (modal[SQUARE, n] + modal[DAMPING, n] * omega)
         size += swing
     fastest = abs(rebound) + rates + rates + push * long
-    at[BEND] = bend + forces + push + d * fastest
+    at[BEND] = bend + room.numbers[FREE] * forces + push + d * fastest
     at[SIZE] = size + fastest * long
 
 
@@ -156,9 +157,9 @@ def placed(room, t):
     at, free, modal, waves, spun = room.stretch, room.free, room.modal, room.waves, room.spun
     d = room.numbers[DRAG]
     fade, stay = t * phi1(d * t), math.exp(-d * t)
-    y = at[LEVEL] + at[DRIFT] * fade + at[PUSH] * t * t * phi2(d * t)
-    rate = at[DRIFT] * stay + at[PUSH] * fade
-    bend = (at[PUSH] - d * at[DRIFT]) * stay
+    y = at[LEVEL] + at[DRIFT] * fade + at[FORCED] * t * t * phi2(d * t)
+    rate = at[DRIFT] * stay + at[FORCED] * fade
+    bend = (at[FORCED] - d * at[DRIFT]) * stay
     for j in range(waves.shape[1]):
         k = waves[K, j]
         angle = k * (at[BEGIN] + t)
@@ -205,7 +206,7 @@ def stretch(room, i, time, whole, number, found):
         a, b, c, e = propagated(modal, n, at[LONG])
         u, v = free[X, n], free[X_RATE, n]
         free[X, n], free[X_RATE, n] = a * u + b * v, c * u + e * v
-    return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[PUSH] * at[LONG] * phi1(d * at[LONG])
+    return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[FORCED] * at[LONG] * phi1(d * at[LONG])
 
 
 @inner
@@ -225,8 +226,8 @@ def sampled(room, t):
         y += spun[H_RE, j] * cosine - spun[H_IM, j] * sine
         rate -= waves[K, j] * (spun[H_RE, j] * sine + spun[H_IM, j] * cosine)
     fade, stay = t * phi1(d * t), math.exp(-d * t)
-    y += at[LEVEL] + at[DRIFT] * fade + at[PUSH] * t * t * phi2(d * t)
-    return y, rate + at[DRIFT] * stay + at[PUSH] * fade
+    y += at[LEVEL] + at[DRIFT] * fade + at[FORCED] * t * t * phi2(d * t)
+    return y, rate + at[DRIFT] * stay + at[FORCED] * fade
 
 
 @inner
