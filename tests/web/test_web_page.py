@@ -38,7 +38,7 @@ from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from percuss.web.page_files import Shelf
 
-PANELS = ("case", "map", "orbits", "motion", "machine", "blow", "report", "experiment", "lessons")
+PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "report", "experiment", "lessons")
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
 WAIT = 60_000  # milliseconds, on a machine that does other things as well
 

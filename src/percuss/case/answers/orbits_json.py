@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
-__all__ = ["branch_dict", "orbits_dict"]
+__all__ = ["branch_dict", "orbit_dict", "orbits_dict"]
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     return {
         "label": found.label,
         "modes": found.modes,
-        "orbits": [_orbit(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
         "complete": found.complete,
         "unseen": found.unseen,
         "tries": found.tries,
@@ -47,6 +47,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "branch": {
             "value": branch.values.tolist(),
             "phases": branch.phases.tolist(),
+            "times": branch.times.tolist(),
             "speeds": branch.speeds.tolist(),
             "stable": branch.stable.tolist(),
         },
@@ -57,14 +58,14 @@ def _point(point: BranchPoint) -> dict[str, Any]:
     return {
         "type": point.kind.value,
         "value": point.value,
-        "orbit": _orbit(point.orbit, point.multipliers),
+        "orbit": orbit_dict(point.orbit, point.multipliers),
         "beyond": point.beyond,
         "impact": point.impact,
         "touch_phase": point.touch_phase,
     }
 
 
-def _orbit(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
+def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
     """An orbit; its multipliers are null where they grow without bound."""
     impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
     values = None if multipliers is None else multipliers.tolist()
