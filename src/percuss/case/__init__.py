@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+    from percuss.case.answers.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
@@ -52,6 +53,8 @@ __all__ = [
     "best_answer",
     "blow_answer",
     "branch_answer",
+    "diagram_answer",
+    "diagram_job_of",
     "experiment_job_of",
     "load_case",
     "machine_answer",
@@ -89,6 +92,8 @@ _HOME = {
     "best_answer": "answers.best_answer",
     "blow_answer": "answers.blow_answer",
     "branch_answer": "answers.orbits_answer",
+    "diagram_answer": "answers.diagram_answer",
+    "diagram_job_of": "answers.diagram_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from percuss.plot.blow_picture import blow
     from percuss.plot.branch_picture import branch
     from percuss.plot.canvas import save
+    from percuss.plot.diagram_picture import diagram
     from percuss.plot.machine_motion_picture import machine_motion
     from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from percuss.plot.trajectory_picture import trajectory
 
 __all__ = [
-    "basins", "best", "blow", "branch", "experiment", "machine", "machine_motion", "save", "steady", "sweep",
+    "basins", "best", "blow", "branch", "diagram", "experiment", "machine", "machine_motion", "save", "steady", "sweep",
     "trajectory",
 ]  # fmt: skip
 
@@ -28,6 +29,7 @@ _HOME = {
     "best": "best_picture",
     "blow": "blow_picture",
     "branch": "branch_picture",
+    "diagram": "diagram_picture",
     "experiment": "starts_picture",
     "machine": "machine_picture",
     "machine_motion": "machine_motion_picture",

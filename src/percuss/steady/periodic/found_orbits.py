@@ -40,13 +40,14 @@ class FoundOrbits(Shown):
     tries
         Starts that were followed; 0 where none was needed.
     dropped
-        How many of the tries gave no new orbit, by reason; of one impact in a cycle, how many roots are none.
+        How many of the tries gave no new orbit, by reason; of a complete list, how many roots are none.
     unseen
         Estimate of the share of random starts that would lead to orbits not found: of the tries without deflation that
         ended at an orbit, the part whose orbit they met once only (Good, Biometrika 40 (1953) 237–264). None when no
         such try ended at one; 0 where the list is complete.
     complete
-        Whether there are proved to be no others: one impact in a cycle.
+        Whether there are proved to be no others: of one impact in a cycle, and of two of a rigid bar but in degenerate
+        cases.
     """
 
     system: System
@@ -68,7 +69,7 @@ class FoundOrbits(Shown):
     def __str__(self) -> str:
         found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
         if self.complete:
-            head = f"{self.label}: {found}, all there are"
+            head = f"{self.label}: {found}, complete (proved)"
         else:
             estimate = "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen:.2g}"
             head = f"{self.label}: {found} in {self.tries} tries, {estimate}"
