@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
@@ -93,6 +94,7 @@ _HOME = {
     "follow": "continuation.following",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
     "sweep": "sweeps",
     "vary": "parameters",
