@@ -1,8 +1,9 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
 `sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
-goes along a branch of orbits round folds and past flips to its ends, `diagram` shows all branches and what simulations
-settle on over one parameter, `experiment` and `basins` count where starts end.
+goes along a branch of orbits round folds and past flips to its ends, `follow_point` follows such a point through a
+plane of two parameters, `diagram` shows all branches and what simulations settle on over one parameter, `experiment`
+and `basins` count where starts end.
 What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
 imported when first used.
 """
@@ -48,6 +49,10 @@ if TYPE_CHECKING:
     from percuss.explore.machine_quantities import STALLS as STALLS
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import vary as vary
+    from percuss.explore.point_curves.following_points import follow_point as follow_point
+    from percuss.explore.point_curves.kinds import CurveEvent as CurveEvent
+    from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
+    from percuss.explore.point_curves.point_curve import PointCurve as PointCurve
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
@@ -66,6 +71,8 @@ _HOME = {
     "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
+    "CurveEvent": "point_curves.kinds",
+    "CurvePoint": "point_curves.point_curve",
     "Diagram": "diagrams.diagram",
     "DiagramBranch": "diagrams.lines",
     "DiagramPoint": "diagrams.lines",
@@ -78,6 +85,7 @@ _HOME = {
     "MACHINE_QUANTITIES": "machine_quantities",
     "MachineFamily": "family",
     "PARAMETERS": "parameters",
+    "PointCurve": "point_curves.point_curve",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
     "STALLS": "machine_quantities",
@@ -92,6 +100,7 @@ _HOME = {
     "estimate": "jobs.carrying_out",
     "experiment": "attractors.experiments",
     "follow": "continuation.following",
+    "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "orbit_seeds": "close_returns",

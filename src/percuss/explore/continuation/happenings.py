@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.explore.continuation.corners import Passed, step_time, steps_passed
+from percuss.explore.continuation.corners import Passed, landed, step_time, steps_passed
 from percuss.explore.continuation.indicators import (
     greatest_top,
     indicator,
@@ -130,7 +130,8 @@ def _corners(segment: Segment, passed: Passed) -> list[Happening]:
             return float(point.x[i]) - step_time(curve.motion(point.x), number)
 
         before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
-        found.append(_happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i))
+        near = _happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
+        found.append(near._replace(point=landed(curve, near.point, i, passed)))
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.checks import Array, array, count, instance
 from percuss.steady.periodic.found_orbits import Drop, FoundOrbits, Tally
 from percuss.steady.periodic.given_starts import RANDOM, rows_of_times
@@ -91,7 +91,7 @@ def orbits(
     """
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
-    kept = count("modes", modes, least=0, most=_MOST_MODES)
+    kept = _kept(system, modes)
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
     given = {name: rows_of_times(name, rows, p, n) for name, rows in ({} if near is None else near).items()}
@@ -150,7 +150,7 @@ def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes:
     ('z=2/1', [0.391798, 2.300889], True)
     """
     instance("system", system, System)
-    n, kept = count("periods", periods, most=MOST_PERIODS), count("modes", modes, least=0, most=_MOST_MODES)
+    n, kept = count("periods", periods, most=MOST_PERIODS), _kept(system, modes)
     given = array("times", times, -1e12, 1e12)
     if not 1 <= given.size <= MOST_IMPACTS or np.any(np.diff(given) <= 0.0) or np.ptp(given) >= 2.0 * math.pi * n:
         raise ParameterError(
@@ -160,6 +160,12 @@ def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes:
     search = _Search(ImpactChain(system, given.size, n, kept))
     ended = newton(search.chain, given[None, :], None, search.turn)
     return search.orbit(ended.times[0], float(ended.rebound[0])) if ended.outcome[0] == Outcome.ROOT else None
+
+
+def _kept(system: System, modes: int) -> int:
+    """How many of so many modes the system has."""
+    wanted, body = count("modes", modes, least=0, most=_MOST_MODES), system.body
+    return body.chosen(wanted) if isinstance(body, HeldBody) else wanted
 
 
 def _with_one_impact(system: System, periods: int, modes: int) -> FoundOrbits:
