@@ -51,13 +51,14 @@ def test_the_orbits_of_a_label(hammer: str, capsys: pytest.CaptureFixture[str]) 
     told = capsys.readouterr().out
     assert "2 orbits, 0 elastic modes." in told
     assert "0.390789, 2.321002" in told
-    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "2/1", "--tries", "100", "--json"]) == 0
+    assert "yes (proved)" in told
+    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "3/1", "--tries", "100", "--json"]) == 0
     answers = json.loads(capsys.readouterr().out)
-    assert [answer["label"] for answer in answers] == ["z=1/1", "z=2/1"]
-    assert [len(answer["orbits"]) for answer in answers] == [2, 2]
-    assert answers[0]["complete"]
+    assert [answer["label"] for answer in answers] == ["z=1/1", "z=2/1", "z=3/1"]
+    assert [len(answer["orbits"]) for answer in answers] == [2, 2, 2]
+    assert [answer["complete"] for answer in answers] == [True, True, False]
     assert answers[1]["orbits"][1]["impacts"][0]["phase"] == pytest.approx(0.390789, abs=1e-6)
-    assert sum(answers[1]["dropped"].values()) + 2 == answers[1]["tries"] == 100
+    assert sum(answers[2]["dropped"].values()) + 2 == answers[2]["tries"] == 100
 
 
 def test_an_orbit_followed(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,9 +19,10 @@ __all__ = ["run", "typed_label"]
 
 _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
-a guess. Of one impact in a cycle they are all there are; of more, those that a search finds from random times, with an
-estimate of the share of starts that lead to others. Each is proved to stay off the wall between its impacts. All
-numbers are dimensionless: phases of the load in rad, speeds in the scales of the case."""
+a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
+search finds from random times, with an estimate of the share of starts that lead to others. Each is proved to stay off
+the wall between its impacts. All numbers are dimensionless: phases of the load in rad, speeds in the scales of the
+case."""
 
 _EXAMPLES = """\
   percuss orbits pneumatic-jackleg --label 2/1
@@ -99,7 +100,7 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
         if rows:
             sections.append(Grid(one.label, columns, rows))
         share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
-        lines = [("all there are", "yes")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
         lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     total = sum(len(one.orbits) for one in found)

@@ -42,7 +42,8 @@ def indicator(orbit: PeriodicOrbit, xi: float) -> float:
 
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
     """The multipliers; None where an impact has no speed, beside which they grow without bound."""
-    if not np.all(np.abs(orbit.speeds) > _DEAD * np.abs(orbit.rigid_velocities).max()):
+    greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
+    if not np.all(np.abs(orbit.speeds) > _DEAD * greatest):
         return None
     return orbit_multipliers(orbit).values
 

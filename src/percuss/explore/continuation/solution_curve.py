@@ -100,6 +100,12 @@ class SolutionCurve:
             self._rooms[key] = numbers.room(self.impacts)
         return self._rooms[key]
 
+    @property
+    def moving_modes(self) -> int:
+        """How many modes move, the rigid motion among them."""
+        any_value = next(iter(self._systems.values()), None)
+        return self.modes + (0 if any_value is not None and not any_value.body.is_free else 1)
+
     def system(self, value: float) -> System:
         """The system at a value of the parameter; PercussError where there is none."""
         if value not in self._systems:
@@ -205,6 +211,8 @@ class SolutionCurve:
 
 def turning(orbit: PeriodicOrbit) -> float:
     """By how much the mean velocity just after the first impact grows if the impact is later, its state the same."""
+    if not orbit.system.body.is_free:
+        return 0.0
     first = orbit.system.load.value(np.array(orbit.times[:1]))
     return float(first[0] - orbit.system.d * orbit.rigid_rebounds[0])
 

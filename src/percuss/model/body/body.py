@@ -61,7 +61,7 @@ class Body(ABC):
     """Its word in JSON."""
 
     is_free: ClassVar[bool] = True
-    """Whether nothing holds it, so that it moves as a whole, too; else it is a `HeldBody`, which has its modes alone."""
+    """Whether nothing holds it, so that it moves as a whole, too; else it is a `HeldBody`."""
 
     parameters: ClassVar[tuple[Parameter[Any], ...]] = (
         of_field("s", "wave speed s", "one over the time of a wave from end to end, C/(LΩ) of a uniform bar"),

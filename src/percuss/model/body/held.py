@@ -36,6 +36,18 @@ class HeldBody(Body):
     def most_modes(self) -> int:
         """How many modes it has, or as many as are taken unless more are asked for."""
 
+    def chosen(self, modes: int | None) -> int:
+        """N, the modes that are taken where so many are asked for; None for `most_modes`.
+
+        Raises
+        ------
+        ParameterError
+            For none: its modes are all that moves.
+        """
+        if modes == 0:
+            raise ParameterError("modes", 0, "1 or more: a body that is held has no rigid motion beside its modes")
+        return self.most_modes if modes is None else self.kept(modes)
+
     def flexibility(self, modes: int, at: int = 0) -> float:
         """Displacement of the contact under a constant unit force at the load, of the first modes."""
         known = self.modes(modes, at)
