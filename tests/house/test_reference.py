@@ -338,7 +338,10 @@ ANSWERS = {
         "sweep hydraulic-drifter --x restitution=0:0.8:3 --y load_factor=0.1:1:3 --curves -o map.zarr --workers 1",
     ),
     "orbits": ("orbits pneumatic-jackleg --label 2/1 --modes 0 --tries 40",),
-    "follow": ("follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1",),
+    "follow": (
+        "follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1"
+        " --curve flip --over restitution=0.145:0.155",
+    ),
     "experiment": (
         "experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",
         "experiment valve-drifter --starts 4 --modes 0 --workers 1",
