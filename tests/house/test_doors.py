@@ -180,13 +180,21 @@ NO_DOORS: dict[str, str] = {
             "explore.Branch",
             "explore.Branch.at",
             "explore.BranchPoint",
+            "explore.Diagram",
+            "explore.DiagramBranch",
+            "explore.DiagramBranch.times_at",
+            "explore.DiagramPoint",
             "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",
+            "explore.Reach",
+            "explore.ReachEnd",
+            "explore.SettledMotion",
             "explore.Lyapunov",
             "explore.Share",
             "explore.Sweep",
             "case.CaseErrors",
+            "case.CaseReach",
             "case.SampleMachine",
             "case.BestAnswer",
             "case.BlowAnswer",
@@ -227,6 +235,8 @@ NO_DOORS: dict[str, str] = {
             "explore.Archive.write",
             "explore.Basins.from_archive",
             "explore.Basins.of",
+            "explore.Diagram.from_archive",
+            "explore.Diagram.of",
             "explore.Experiment.from_archive",
             "explore.Experiment.of",
             "explore.Sweep.from_archive",
@@ -325,6 +335,7 @@ def table(folder: Path) -> dict[str, Entry]:
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
     followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
+    shown = explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, stop=SHORT, workers=1)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
@@ -833,6 +844,13 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "explore.carry_out": (explore.carry_out, {"job": Two()} | RUNNING, RUNNING_TAKES),
         "explore.estimate": (explore.estimate, {"job": Two()}, {}),
+        "explore.diagram": (
+            explore.diagram,
+            {"what": SYSTEM, "axis": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "stop": SHORT, "seed": 0}
+            | RUNNING,
+            {"up_to": OPTIONAL, "stop": OPTIONAL, "seed": {"400 digits"}} | RUNNING_TAKES,
+        ),
         "explore.experiment": (
             explore.experiment,
             {"system": SYSTEM, "starts": 3, "distribution": "wall", "seed": 0, "modes": 0, "stop": SHORT}
@@ -845,6 +863,12 @@ def table(folder: Path) -> dict[str, Entry]:
             {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9, "switch": 0,
              "most": 2, "halt": None},
             {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
+        "explore.reach": (
+            explore.reach,
+            {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9,
+             "halt": None},
+            {"family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
@@ -925,6 +949,24 @@ def table(folder: Path) -> dict[str, Entry]:
             {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
             {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
+        "case.diagram_answer": (
+            room_of_cases.diagram_answer,
+            {"case": case, "along": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "impacts": 3, "seed": 0}
+            | RUNNING,
+            {"up_to": OPTIONAL, "modes": OPTIONAL, "impacts": OPTIONAL, "seed": {"400 digits"}} | RUNNING_TAKES,
+        ),
+        "case.diagram_job_of": (
+            room_of_cases.diagram_job_of,
+            {"case": case, "along": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "impacts": 3, "seed": 0},
+            {"up_to": OPTIONAL, "modes": OPTIONAL, "impacts": OPTIONAL, "seed": {"400 digits"}},
+        ),
+        "case.reach_answer": (
+            room_of_cases.reach_answer,
+            {"case": case, "orbit": states.orbits[1], "names": ["mean"], "modes": 0, "halt": None},
+            {"names": OPTIONAL | PLACES, "modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
             {"answer": one_blow, "path": seen, "column": None, "unit": None, "sample_rate": None, "sign": "auto"},
@@ -983,6 +1025,9 @@ def table(folder: Path) -> dict[str, Entry]:
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
         "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
+        "plot.diagram": (
+            plot.diagram, {"found": shown, "title": "", "quantities": ("phase",)}, {"title": TEXT},
+        ),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
