@@ -22,11 +22,15 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
     from percuss.explore.continuation.following import follow as follow
     from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
+    from percuss.explore.continuation.reaching import Reach as Reach
+    from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
+    from percuss.explore.continuation.reaching import reach as reach
     from percuss.explore.diagrams.diagram import Diagram as Diagram
     from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
@@ -87,6 +91,8 @@ _HOME = {
     "PointCurve": "point_curves.point_curve",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
+    "Reach": "continuation.reaching",
+    "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
     "SettledMotion": "diagrams.diagram",
     "Share": "attractors.shares",
@@ -102,7 +108,9 @@ _HOME = {
     "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
+    "reach": "continuation.reaching",
     "sweep": "sweeps",
     "vary": "parameters",
     "vary_machine": "valve_parameters",
