@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
+    from percuss.case.answers.reach_answer import CaseReach, reach_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -37,6 +38,7 @@ __all__ = [
     "Case",
     "CaseErrors",
     "CaseFamily",
+    "CaseReach",
     "MachineAnswer",
     "MachineMotion",
     "MeasuredGauge",
@@ -61,6 +63,7 @@ __all__ = [
     "machine_motion",
     "measured_gauge",
     "orbits_answer",
+    "reach_answer",
     "recorded_answer",
     "resumed_answer",
     "simulation_answer",
@@ -76,6 +79,7 @@ _HOME = {
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
+    "CaseReach": "answers.reach_answer",
     "SampleMachine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
     "MachineMotion": "answers.machine_motion",
@@ -100,6 +104,7 @@ _HOME = {
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "orbits_answer": "answers.orbits_answer",
+    "reach_answer": "answers.reach_answer",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",

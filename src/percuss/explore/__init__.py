@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.branch import Doubling as Doubling
     from percuss.explore.continuation.following import follow as follow
     from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
+    from percuss.explore.continuation.reaching import Reach as Reach
+    from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
+    from percuss.explore.continuation.reaching import reach as reach
     from percuss.explore.diagrams.diagram import Diagram as Diagram
     from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
@@ -88,6 +91,8 @@ _HOME = {
     "PointCurve": "point_curves.point_curve",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
+    "Reach": "continuation.reaching",
+    "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
     "SettledMotion": "diagrams.diagram",
     "Share": "attractors.shares",
@@ -105,6 +110,7 @@ _HOME = {
     "lyapunov_many": "lyapunov",
     "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
+    "reach": "continuation.reaching",
     "sweep": "sweeps",
     "vary": "parameters",
     "vary_machine": "valve_parameters",
