@@ -584,7 +584,8 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.orbits": (
-            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1}, {},
+            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
+            {"near": OPTIONAL | {"dict"}},
         ),
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
@@ -888,6 +889,10 @@ def table(folder: Path) -> dict[str, Entry]:
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
         ),
+        "explore.orbit_seeds": (
+            explore.orbit_seeds,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1}, {},
+        ),
         "explore.lyapunov_many": (
             explore.lyapunov_many,
             {"systems": SYSTEM, "starts": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2, "threads": 1},
@@ -954,7 +959,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
             {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
