@@ -12,6 +12,7 @@ from percuss.case.answers.json_values import contact_dict, heading_dict, plain
 from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
 from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
+from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
 from percuss.stability import stability_of
@@ -193,6 +194,7 @@ def steady_answer(
     [False, True]
     """
     checked_case(case)
+    need_free(case.system().body, "this answer; `structure_answer` tells of a structure")
     asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
     system, law = case.system(), case.timed_law()
     found = [_period_answer(system, law, m, modes) for m in asked]
