@@ -584,7 +584,8 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.orbits": (
-            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
+            steady.orbits,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
             {"near": OPTIONAL | {"dict"}},
         ),
         "steady.orbit_near": (
