@@ -35,7 +35,7 @@ _EXAMPLES = """\
   percuss steady case.toml --periods 1..3 --plot case.png
   percuss steady hydraulic-drifter --report drifter.html
   percuss steady heavy-drifter --reach
-  percuss steady heavy-drifter --reach-of load.mean,load.frequency --report drifter.html
+  percuss steady mini-breaker --reach-of load.mean,load.frequency --report drifter.html
   percuss steady case.toml --json > answer.json"""
 
 
@@ -120,9 +120,10 @@ def _names(text: str) -> tuple[str, ...]:
 
 def _with_reach(parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer) -> SteadyAnswer:
     """The answer with how far parameters may move; after Ctrl-C of as many as are known."""
-    from percuss.case.answers.reach_answer import reach_answer
+    from percuss.case.answers.reach_answer import reach_answer, varied_parameters
     from percuss.cli.long_commands import watching
 
+    varied_parameters(case, options.reach_of)  # which refuses what is unknown
     chosen = answer.chosen
     if chosen is None or not (chosen.orbit.admissible and chosen.stability.stable):
         return replace(answer, reach=())

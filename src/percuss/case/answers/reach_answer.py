@@ -22,7 +22,7 @@ from percuss.steady import PeriodicOrbit
 if TYPE_CHECKING:
     from percuss.steady import Orbit
 
-__all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words"]
+__all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words", "varied_parameters"]
 
 _USUAL = ("load.mean", "load.frequency")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
@@ -94,9 +94,7 @@ def reach_answer(
     load factor p₀/p₁ = 0.3977: down to 0.3584, where the period doubles (then z=2/2); up to 0.4307, where the motion \
 ceases to exist (then chatter/1)
     """
-    checked_case(case)
-    rows = {row["name"]: row for row in parameters(case)}
-    wanted = _usual(rows) if names is None else [_known(case, rows, name) for name in several("names", names, "names")]
+    wanted = varied_parameters(case, names)
     kept = DEFAULT_MODES if modes is None else modes
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
     found = []
@@ -108,6 +106,19 @@ ceases to exist (then chatter/1)
         except Interrupted:
             break
     return tuple(found)
+
+
+def varied_parameters(case: Case, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Name, label, unit and value of parameters of a case; None for those that are told unless others are asked for.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is no number of the case.
+    """
+    checked_case(case)
+    rows = {row["name"]: row for row in parameters(case)}
+    return _usual(rows) if names is None else [_known(case, rows, name) for name in several("names", names, "names")]
 
 
 def _usual(rows: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
