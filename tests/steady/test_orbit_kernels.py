@@ -16,7 +16,7 @@ from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import flight_check
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.kernels import layout
-from percuss.steady.periodic.kernels.looking import matrix_of
+from percuss.steady.periodic.kernels.looking import singularity
 from percuss.steady.periodic.linearised import bordered
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.passage import Passage
@@ -74,7 +74,7 @@ def room_of(chain: ImpactChain, times: Array, xi: float) -> layout.Room:
     numbers = numbers_of(chain.system, chain.modes)
     room = numbers.room(chain.impacts)
     kind = layout.BEST if chain.is_neutral else layout.RETURNING
-    matrix_of(numbers.row, room, chain.period, times, kind, 0.0, xi)
+    singularity(numbers.row, room, chain.period, times, kind, 0.0, xi)
     return room
 
 

@@ -10,7 +10,9 @@ from percuss.model.checks import ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.sampled_flights import sampled_flights
+from percuss.steady.periodic.system_numbers import numbers_of
 
 __all__ = ["Top", "greatest_top", "indicator", "multipliers", "outside", "press", "stays_off"]
 
@@ -31,8 +33,10 @@ class Top(NamedTuple):
 
 def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
-    matrix = orbit.bordered(xi).real
-    return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
+    numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
+    first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
+    room = numbers.room(orbit.impacts)
+    return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
 
 
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:

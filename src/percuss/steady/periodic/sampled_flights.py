@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.steady.periodic.impact_motion import ImpactMotion
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.system_numbers import numbers_of
 
 __all__ = ["SampledFlights", "sampled_flights"]
@@ -35,10 +36,9 @@ class SampledFlights(NamedTuple):
 
 def sampled_flights(motion: ImpactMotion) -> SampledFlights:
     """Look at the flights eight times in each period of the fastest mode, with compiled functions."""
-    from percuss.steady.periodic.kernels.flying import flown  # only here is the compiler needed
-
     numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
     rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
-    flown(numbers.row, numbers.room(motion.impacts), motion.period, np.array([*motion.times, rebound]), found)
+    place = np.array([*motion.times, rebound])
+    orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
     height, time, flight, proven = found.tolist()
     return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
