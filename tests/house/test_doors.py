@@ -180,6 +180,9 @@ NO_DOORS: dict[str, str] = {
             "explore.Branch",
             "explore.Branch.at",
             "explore.BranchPoint",
+            "explore.CurvePoint",
+            "explore.PointCurve",
+            "explore.PointCurve.at",
             "explore.Diagram",
             "explore.DiagramBranch",
             "explore.DiagramBranch.times_at",
@@ -335,6 +338,10 @@ def table(folder: Path) -> dict[str, Entry]:
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
     followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
+    jackleg = room_of_cases.load_case("pneumatic-jackleg")
+    to_fold = room_of_cases.branch_answer(jackleg, "1/1:2", "load_factor=0.39:0.45", modes=0)
+    fold = to_fold.at(explore.BranchEvent.FOLD)[0]
+    curve = explore.follow_point(fold, ("restitution", "load_factor"), ((0.149, 0.151), (0.4, 0.45)), most=2)
     shown = explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, stop=SHORT, workers=1)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
@@ -864,6 +871,12 @@ def table(folder: Path) -> dict[str, Entry]:
              "most": 2, "halt": None},
             {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
+        "explore.follow_point": (
+            explore.follow_point,
+            {"point": fold, "along": ("restitution", "load_factor"), "between": ((0.149, 0.151), (0.4, 0.45)),
+             "family": fold.orbit.system, "values": (0.15, fold.value), "most": 2, "halt": None},
+            {"family": OPTIONAL, "values": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "explore.reach": (
             explore.reach,
             {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9,
@@ -949,6 +962,12 @@ def table(folder: Path) -> dict[str, Entry]:
             {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
             {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
+        "case.point_curves_answer": (
+            room_of_cases.point_curves_answer,
+            {"case": jackleg, "branch": to_fold, "which": "fold", "along": "load_factor=0.39:0.45",
+             "over": "restitution=0.149:0.151", "halt": None},
+            {"halt": OPTIONAL | {"class"}},
+        ),
         "case.diagram_answer": (
             room_of_cases.diagram_answer,
             {"case": case, "along": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
@@ -1025,6 +1044,7 @@ def table(folder: Path) -> dict[str, Entry]:
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
         "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
+        "plot.curves": (plot.curves, {"found": [curve], "title": ""}, {"title": TEXT}),
         "plot.diagram": (
             plot.diagram, {"found": shown, "title": "", "quantities": ("phase",)}, {"title": TEXT},
         ),

@@ -343,7 +343,10 @@ ANSWERS = {
         "sweep hydraulic-drifter --x restitution=0:0.8:3 --y load_factor=0.1:1:3 --curves -o map.zarr --workers 1",
     ),
     "orbits": ("orbits pneumatic-jackleg --label 2/1 --modes 0 --tries 40",),
-    "follow": ("follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1",),
+    "follow": (
+        "follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1"
+        " --curve flip --over restitution=0.145:0.155",
+    ),
     "diagram": (
         "diagram pneumatic-jackleg --along load_factor=0.35:0.45:3 --label 1/1 --searched 1 --switch 0 --starts 1 "
         "--runs 0 --modes 0 --workers 1",

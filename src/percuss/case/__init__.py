@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
+    from percuss.case.answers.point_curves_answer import point_curves_answer
     from percuss.case.answers.reach_answer import CaseReach, reach_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
@@ -63,6 +64,7 @@ __all__ = [
     "machine_motion",
     "measured_gauge",
     "orbits_answer",
+    "point_curves_answer",
     "reach_answer",
     "recorded_answer",
     "resumed_answer",
@@ -104,6 +106,7 @@ _HOME = {
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "orbits_answer": "answers.orbits_answer",
+    "point_curves_answer": "answers.point_curves_answer",
     "reach_answer": "answers.reach_answer",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",

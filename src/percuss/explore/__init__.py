@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
@@ -107,6 +108,7 @@ _HOME = {
     "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
     "reach": "continuation.reaching",
     "sweep": "sweeps",

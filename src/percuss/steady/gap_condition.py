@@ -31,8 +31,8 @@ from percuss.steady.piecewise import PiecewiseResponse
 __all__ = ["FREE_AMPLITUDE", "GapCondition", "gap_condition"]
 
 FREE_AMPLITUDE = (
-    "a mode comes back by itself after every impact period, so that its amplitude is free (internal resonance): give it "
-    "some damping"
+    "a mode comes back by itself after every impact period, so that its amplitude is free (internal resonance): give "
+    "it some damping"
 )
 _NARROWEST = 1e-9  # rad: the width of a cell in which a root is double
 _TOUCH = 1e-13
@@ -154,7 +154,7 @@ class _Stepped:
         bend = float(np.sum(size * rise * (np.abs(self.gamma) + np.abs(self.moving) * (known.omega + known.damping))))
         scale = float(np.sum(size * (np.abs(self.gamma) + np.abs(self.moving) * known.omega))) + abs(system.body.gap)
         half = 0.5 * length / 64
-        centres = half * (2.0 * np.arange(64) + 1.0)
+        centres: Array = np.asarray(half * (2.0 * np.arange(64) + 1.0), dtype=float)
         found: list[float] = []
         folds: list[bool] = []
         while centres.size:

@@ -88,7 +88,10 @@ class SteadyStates(Shown):
         """
         if isinstance(self.system.body, HeldBody):
             raise ParameterError(
-                "body", self.system.body.kind, "a free body", "a body that is held has no rigid motion: see `contact_place`"
+                "body",
+                self.system.body.kind,
+                "a free body",
+                "a body that is held has no rigid motion: see `contact_place`",
             )
         condition = phase_condition(self.system, self.periods, self.modes)
         return condition.arcs.response.rigid_velocity(numbers("phase", phase))

@@ -77,14 +77,15 @@ class ParameterRows:
 
     def _difference(self, value: float, step: float) -> tuple[Array, bool] | None:
         """The rate by a difference, and whether the numbers change evenly over it; None where there are none."""
-        here = self.at(value).row
+        base = self.at(value)
+        here = base.row
         for first, second in ((step, -step), (-step, -2.0 * step), (step, 2.0 * step)):
             try:
                 one, two = self.at(value + first).row, self.at(value + second).row
             except PercussError:
                 continue
             finally:
-                self._last = value, self._rows[value]
+                self._last = value, base  # the rows kept may have been dropped by now
             if one.shape != here.shape or two.shape != here.shape:
                 continue
             if second == -first:

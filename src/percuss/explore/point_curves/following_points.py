@@ -206,7 +206,7 @@ def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> P
     else:
         points, real = [*back.points[:0:-1], *points], [*back.is_orbit[:0:-1], *real]
         happened = [*((one, back) for one in back.happened[::-1]), *happened]
-    p = curve.impacts
+    p, known = curve.impacts, getattr(curve.family, "units", {})
     rows = np.array([point.x for point in points])
     return PointCurve(
         curve.condition.kind,
@@ -218,6 +218,7 @@ def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> P
         times=np.array([curve.motion(x).times for x in rows]),
         is_orbit=np.array(real, dtype=bool),
         angles=_angles(curve, rows),
+        units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
         points=tuple(_point(curve, one, walk) for one, walk in happened),
     )
 

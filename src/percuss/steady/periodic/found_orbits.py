@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 from percuss.model import System
 from percuss.shown import Shown
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
 
-__all__ = ["Drop", "FoundOrbits"]
+__all__ = ["Drop", "FoundOrbits", "Tally"]
 
 
 class Drop(Enum):
@@ -23,6 +24,13 @@ class Drop(Enum):
     NO_BLOW = "strikes backwards"
     THROUGH_WALL = "through the wall"
     KNOWN = "known already"
+
+
+class Tally(NamedTuple):
+    """How many starts came from one source, and how many of the orbits they were the first to lead to."""
+
+    tries: int
+    orbits: int
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,8 @@ class FoundOrbits(Shown):
     complete
         Whether there are proved to be no others: of one impact in a cycle, and of two of a rigid bar but in degenerate
         cases.
+    sources
+        Where the starts came from: ``"random times"``, and what was given besides.
     """
 
     system: System
@@ -60,6 +70,7 @@ class FoundOrbits(Shown):
     dropped: Mapping[Drop, int]
     unseen: float | None
     complete: bool
+    sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
 
     @property
     def label(self) -> str:

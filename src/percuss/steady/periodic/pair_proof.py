@@ -50,7 +50,7 @@ def proved_pairs(system: System, periods: int, turn: float) -> Array | None:
     Parameters
     ----------
     system, periods
-        The rigid bar, and n.
+        The rigid bar, and n; of a body that is held nothing is proved.
     turn
         After how long the load repeats.
 
@@ -59,6 +59,8 @@ def proved_pairs(system: System, periods: int, turn: float) -> Array | None:
     numpy.ndarray
         t_1 and t_2, shape (K, 2): to 1e-9.
     """
+    if not system.body.is_free:
+        return None
     equations = PairEquations(system, periods)
     if not equations.is_solvable:
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,8 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
 from percuss.model.checks import Array, array, count, instance
-from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
+from percuss.steady.periodic.found_orbits import Drop, FoundOrbits, Tally
+from percuss.steady.periodic.given_starts import RANDOM, rows_of_times
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.pair_proof import proved_pairs
@@ -34,13 +35,20 @@ _NUMBERS = 1 << 20  # of an array of a batch
 
 
 def orbits(
-    system: System, impacts: int, periods: int = 1, *, modes: int = 32, tries: int = 400, seed: int = 0
+    system: System,
+    impacts: int,
+    periods: int = 1,
+    *,
+    modes: int = 32,
+    tries: int = 400,
+    seed: int = 0,
+    near: Mapping[str, npt.ArrayLike] | None = None,
 ) -> FoundOrbits:
     """The periodic motions z=p/n with p impacts in n load periods.
 
     For p = 1 they are the steady motions of `steady_states`, all of them. For p = 2 and a rigid bar interval Newton's
     method encloses them all and proves that there are no others, but where one is degenerate (at a fold, at a step of
-    the load, with R = 1 and no drag): `complete` tells. Else Newton's method starts from
+    the load, with R = 1 and no drag): `complete` tells. Else Newton's method starts from what is given, and then from
     random times: the first half of the tries freely, which tells how many orbits may be missing, the others led away
     from every root known so far. Whatever is found is looked at before it is called an orbit: each impact must strike
     forward, the bar must stay off the wall between impacts (proved with bounds), and it must be no repeat of a shorter
@@ -58,6 +66,9 @@ def orbits(
         Random starts, where the list is not complete by itself.
     seed
         Of the random times.
+    near
+        Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
+        the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
 
     Raises
     ------
@@ -83,6 +94,7 @@ def orbits(
     kept = _kept(system, modes)
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
+    given = {name: rows_of_times(name, rows, p, n) for name, rows in ({} if near is None else near).items()}
     check_pushes(system)
     if p == 1:
         return _with_one_impact(system, n, kept)
@@ -92,13 +104,22 @@ def orbits(
     random = np.random.default_rng(start)
     free = (wanted + 1) // 2
     met: Counter[int] = Counter()
+    sources: dict[str, Tally] = {}
+    for name, rows in given.items():
+        before, first = search.good, 0
+        for size in _batches(search, rows.shape[0]):
+            search.followed(rows[first : first + size])
+            first += size
+        sources[name] = Tally(first, search.good - before)
+    before = search.good
     for size in _batches(search, free):
         met.update(search.followed(search.drawn(random, size)))
     for size in _batches(search, wanted - free, _FEWEST):
         search.followed(search.drawn(random, size), search.known)
     ended = sum(met.values())
     unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
-    return search.result(wanted, unseen)
+    sources[RANDOM] = Tally(wanted, search.good - before)
+    return search.result(sum(tally.tries for tally in sources.values()), unseen, sources=sources)
 
 
 def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
@@ -227,7 +248,19 @@ class _Search:
         self.known = np.concatenate([self.known, np.array([orbit.times])])
         return len(self.roots) - 1, True
 
-    def result(self, tries: int, unseen: float | None, *, complete: bool = False) -> FoundOrbits:
+    @property
+    def good(self) -> int:
+        """How many orbits have been found."""
+        return sum(1 for _, verdict in self.roots if verdict is None)
+
+    def result(
+        self,
+        tries: int,
+        unseen: float | None,
+        *,
+        complete: bool = False,
+        sources: Mapping[str, Tally] | None = None,
+    ) -> FoundOrbits:
         """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain = self.chain
         listed = sorted(self.roots, key=lambda root: root[0].times)
@@ -236,8 +269,9 @@ class _Search:
         counted = Counter(verdict for _, verdict in self.roots) if complete else self.dropped
         dropped = {reason: counted[reason] for reason in Drop if counted[reason]}
         return FoundOrbits(
-            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete
-        )
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
+            sources or {},
+        )  # fmt: skip
 
 
 def _batches(search: _Search, tries: int, first: int = _AT_ONCE) -> Iterator[int]:

@@ -4,8 +4,8 @@ import math
 
 from percuss.compiled import entry, inner
 from percuss.steady.periodic.kernels.forced import prepared
-from percuss.steady.periodic.kernels.layout import CLOSURE, DRAG, FORCE, GIVEN, OFF, REBOUND
-from percuss.steady.periodic.kernels.linearised import bordered
+from percuss.steady.periodic.kernels.layout import CLOSURE, GIVEN, OFF
+from percuss.steady.periodic.kernels.linearised import bordered, turning
 from percuss.steady.periodic.kernels.passage import passed
 from percuss.steady.periodic.kernels.solving import reduced, solved
 
@@ -80,7 +80,7 @@ def by_times(room, derivative):
     """The derivative by the times and by the velocity after the first impact, with the equations as the last column."""
     p = room.impacts.shape[1]
     bordered(room, 1.0)
-    turned = room.impacts[FORCE, 0] - room.numbers[DRAG] * room.impacts[REBOUND, 0]
+    turned = turning(room)
     for i in range(p + 1):
         for j in range(p + 1):
             derivative[i, j] = room.matrix[i, j]
