@@ -883,7 +883,7 @@ def table(folder: Path) -> dict[str, Entry]:
             explore.reach,
             {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9,
              "halt": None},
-            {"family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
