@@ -91,16 +91,16 @@ def machine_motion(motion: MachineTrajectory | TitledMotion[MachineTrajectory]) 
     """
     from percuss.simulate import MachineTrajectory
 
-    title, motion = titled_motion(motion, MachineTrajectory)
+    title, moved = titled_motion(motion, MachineTrajectory)
     figure = new_figure(11.0, 7.0)
     with style():
         grid = figure.add_gridspec(2, 3)
-        shown = _Shown(motion)
+        shown = _Shown(moved)
         _position(figure.add_subplot(grid[0, :2]), shown)
         _speeds(figure.add_subplot(grid[0, 2]), shown)
         _force(figure.add_subplot(grid[1, :2]), shown)
         _portrait(figure.add_subplot(grid[1, 2]), shown)
-        titled(figure, f"{title} — {motion.label}" if title else motion.label)
+        titled(figure, f"{title} — {moved.label}" if title else moved.label)
     return figure
 
 

@@ -61,18 +61,18 @@ def trajectory(motion: Trajectory | TitledMotion[Trajectory]) -> Figure:
     """
     from percuss.simulate import Trajectory
 
-    title, motion = titled_motion(motion, Trajectory)
+    title, moved = titled_motion(motion, Trajectory)
     figure = new_figure(11.0, 7.0)
-    units = units_of(motion.system)
+    units = units_of(moved.system)
     with style():
         grid = figure.add_gridspec(2, 3)
-        window = window_of(motion)
+        window = window_of(moved)
         _gap(figure.add_subplot(grid[0, :2]), window, units)
-        _speeds(figure.add_subplot(grid[0, 2]), motion, units)
-        _map(figure.add_subplot(grid[1, 0]), motion, units)
+        _speeds(figure.add_subplot(grid[0, 2]), moved, units)
+        _map(figure.add_subplot(grid[1, 0]), moved, units)
         _portrait(figure.add_subplot(grid[1, 1]), window, units)
         _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
-        name = f"{title} — {motion.label}" if title else motion.label
+        name = f"{title} — {moved.label}" if title else moved.label
         titled(figure, name)
     return figure
 
