@@ -15,6 +15,7 @@ from percuss.explore.continuation.indicators import (
     multipliers,
     outside,
     press,
+    stays_off,
 )
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.rises import rise
@@ -63,7 +64,7 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     first = min(found, key=lambda one: one.place) if found else None
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
-    if orbit.violation is None:
+    if stays_off(orbit):
         hidden = rise(segment, last)
         if hidden is None:
             return first
