@@ -12,7 +12,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore import Axis, BranchEvent, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
-from percuss.model.checks import text
+from percuss.model.checks import having, text
 
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, PointCurve
@@ -63,6 +63,7 @@ def point_curves_answer(
     ('fold', ('load_factor', 'restitution'))
     """
     checked_case(case)
+    having("branch", branch, ("points", "family"), "a branch, as percuss.case.branch_answer gives it")
     axes = [_axis("along", along), _axis("over", over)]
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     second = value_of(case, family, axes[1])

@@ -120,8 +120,10 @@ def follow_point(
 
 def _values(system: System, names: Sequence[str], given: Sequence[float] | None) -> tuple[float, float]:
     if given is not None:
-        first, second = numbers("values", given, "the values of both parameters").tolist()
-        return finite("values", first), finite("values", second)
+        pair = numbers("values", given, "the values of both parameters")
+        if pair.shape != (2,):
+            raise ParameterError("values", given, "the values of both parameters")
+        return finite("values", pair[0]), finite("values", pair[1])
     found = [PARAMETERS[name].get(system) if name in PARAMETERS else None for name in names]
     if found[0] is None or found[1] is None:
         raise ParameterError("values", None, f"the values of {names[0]} and {names[1]} that belong to the point")

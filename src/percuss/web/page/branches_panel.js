@@ -192,7 +192,13 @@ const repaint = framed(() => {
   const design = now === undefined ? null : { x: now, y: height ?? null };
   const range = view.alongr || !branches.length ? askedRange(axis) : reached(now);
   parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design));
-  if (design) parts.chart.canvas.dataset.design = `${design.x}`;
+  const { canvas, frame, spec, scale } = parts.chart;
+  if (design) canvas.dataset.design = `${design.x}`;
+  if (frame) {
+    const { left, right, top, bottom } = frame;
+    const pixels = (...list) => list.map((one) => one * scale);
+    canvas.dataset.frame = JSON.stringify({ x: [...pixels(left, right), spec.x.from, spec.x.to], y: [...pixels(top, bottom), spec.y.from, spec.y.to] });
+  }
   over();
 });
 
