@@ -1,8 +1,8 @@
 """det K(ξ) for many ξ at once: every mode is a pole of K(ξ) of rank two, which needs to be looked at only once.
 
-With M_n the map of mode n through the cycle, r_j what the shift of impact j leaves of it a cycle later and R_i how its
-state after the first impact moves the striking end over flight i, K(ξ) is A_0 + ξA_1 + Σ R_i (ξ − M_n)⁻¹ r_j, the column
-of the first impact ξ times; and (ξ − M)⁻¹ = (ξ + adj)/det(ξ − M) for a 2×2 matrix.
+With M_n the map of mode n through the cycle, r_j what the shift of impact j leaves of it a cycle later and R_i how
+its state after the first impact moves the striking end over flight i, K(ξ) is A_0 + ξA_1 + Σ R_i (ξ − M_n)⁻¹ r_j, the
+column of the first impact ξ times; and (ξ − M)⁻¹ = (ξ + adj)/det(ξ − M) for a 2×2 matrix.
 """
 
 from __future__ import annotations
