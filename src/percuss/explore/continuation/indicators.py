@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +40,12 @@ def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
 
 
+@lru_cache(maxsize=64)
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
-    """The multipliers; None where an impact has no speed, beside which they grow without bound."""
+    """The multipliers; None where an impact has no speed, beside which they grow without bound.
+
+    The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
+    """
     greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
     if not np.all(np.abs(orbit.speeds) > _DEAD * greatest):
         return None
