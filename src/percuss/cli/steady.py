@@ -23,6 +23,9 @@ __all__ = ["run"]
 
 MAX_STARTS = 1000
 
+PATIENCE = 5.0
+"""Seconds after which Ctrl-C no longer waits while a motion is followed: a long proof asks more seldom."""
+
 _DESCRIPTION = """\
 Every steady motion with one impact per m load periods: whether it is possible, whether it is stable and by what
 margin, and what it means in joules, hertz, metres per second and megapascals."""
@@ -31,6 +34,8 @@ _EXAMPLES = """\
   percuss steady hydraulic-drifter
   percuss steady case.toml --periods 1..3 --plot case.png
   percuss steady hydraulic-drifter --report drifter.html
+  percuss steady heavy-drifter --reach
+  percuss steady mini-breaker --reach-of load.mean,load.frequency --report drifter.html
   percuss steady case.toml --json > answer.json"""
 
 
@@ -58,6 +63,17 @@ def _parser() -> Parser:
         help=f"random starts to follow, up to {MAX_STARTS}; 0 for none, which is quicker (default: 24 once the "
         "simulator is compiled on this computer, none with --json)",
     )
+    parser.add_argument(
+        "--reach",
+        action="store_true",
+        help="also how far the load and other parameters may move before the motion is lost, and what comes then",
+    )
+    parser.add_argument(
+        "--reach-of",
+        metavar="NAMES",
+        type=_names,
+        help="the same of these parameters of 'percuss sweep', separated by commas",
+    )
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
     parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
     parser.add_argument("--report", metavar="FILE", help="write figures and pictures into one HTML file")
@@ -78,6 +94,8 @@ def run(arguments: Sequence[str]) -> int:
     starts = 0 if options.json and options.starts is None else options.starts
     with _undisturbed():
         case, answer = _answer(case, options.periods, options.modes, starts)
+    if options.reach or options.reach_of is not None:
+        answer = _with_reach(parser, options, case, answer)
     text = _json(answer) if options.json else ""
     if options.plot is not None:
         from percuss import plot
@@ -97,6 +115,24 @@ def run(arguments: Sequence[str]) -> int:
         show(steady_report(answer))
     tell_made(options.json, picture=options.plot, report=options.report)
     return 0
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _with_reach(parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer) -> SteadyAnswer:
+    """The answer with how far parameters may move; after Ctrl-C of as many as are known."""
+    from percuss.case.answers.reach_answer import reach_answer, varied_parameters
+    from percuss.cli.long_commands import watching
+
+    varied_parameters(case, options.reach_of)  # which refuses what is unknown
+    chosen = answer.chosen
+    if chosen is None or not (chosen.orbit.admissible and chosen.stability.stable):
+        return replace(answer, reach=())
+    with watching(parser, patience=PATIENCE) as watch:
+        found = reach_answer(case, chosen.orbit, options.reach_of, modes=options.modes, halt=watch.asked)
+    return replace(answer, reach=found)
 
 
 @contextmanager

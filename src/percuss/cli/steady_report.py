@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.first_lines import every, summary_of
+from percuss.case.answers.first_lines import every, name_of, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
+from percuss.case.answers.reach_answer import ends_in_words
 from percuss.case.answers.steady_json import rest_note
 from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
@@ -36,6 +37,8 @@ def steady_report(answer: SteadyAnswer) -> Report:
         for i, found in enumerate(period.orbits):
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
         sections += alone_sections(period)
+    if answer.reach is not None:
+        sections.append(_reach_section(answer))
     sections.append(_rest_section(answer))
     sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
@@ -166,6 +169,16 @@ def _less_damping(system: System, d: float) -> str:
         return f"{text}: d = {number(d)} (now {number(system.d)})"
     drag = system.bar.rigid_drag
     return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
+
+
+def _reach_section(answer: SteadyAnswer) -> Section:
+    """How far parameters may move before the motion is lost."""
+    heading = "How far parameters may move"
+    chosen = answer.chosen
+    if not answer.reach or chosen is None:
+        return Section(heading, (("reach", "no stable motion to follow"),))
+    rows = [("motion", name_of(answer, chosen))] + [(row.label, ends_in_words(row)) for row in answer.reach]
+    return Section(heading, tuple(rows))
 
 
 def _rest_section(answer: SteadyAnswer) -> Section:

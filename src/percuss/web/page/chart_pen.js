@@ -209,7 +209,8 @@ function polyline(pen, { x, y }, px, py) {
   }
 }
 
-/** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design. */
+/** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design, square
+ * a fold, triangle a flip. */
 export function mark(pen, shape, x, y, size, colour) {
   const colours = theme();
   pen.setLineDash([]);
@@ -229,6 +230,12 @@ export function mark(pen, shape, x, y, size, colour) {
       pen.lineTo(x + size * 1.1, y),
       pen.lineTo(x, y + size * 1.4),
       pen.lineTo(x - size * 1.1, y),
+      pen.closePath());
+  else if (shape === "square") pen.rect(x - 0.9 * size, y - 0.9 * size, 1.8 * size, 1.8 * size);
+  else if (shape === "triangle")
+    (pen.moveTo(x, y - 1.2 * size),
+      pen.lineTo(x + 1.1 * size, y + 0.8 * size),
+      pen.lineTo(x - 1.1 * size, y + 0.8 * size),
       pen.closePath());
   else pen.arc(x, y, size, 0, 2 * Math.PI);
   pen.fillStyle = shape === "ring" ? colours.surface : colour;
