@@ -17,7 +17,7 @@ from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.diagrams.diagram_job import diagram_job
 from percuss.explore.diagrams.lines import DiagramBranch, line_of, lines_from, packed, with_new
 from percuss.explore.diagrams.tracing import labels_up_to
-from percuss.steady import orbit_near
+from percuss.steady import PeriodicOrbit, orbit_near
 
 RIGID = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.7, 1.0))
 SMALL: dict[str, Any] = {"searched": 2, "switch": 1, "tries": 40, "starts": 3, "runs": 1, "modes": 0, "workers": 1}
@@ -116,6 +116,26 @@ def test_the_dataset_has_a_row_for_each_impact(found: Diagram) -> None:
     assert dataset.sizes["row"] == simulated + sum(branch.speeds.size for branch in found.branches)
     assert dataset.sizes["event"] == sum(len(branch.points) for branch in found.branches)
     assert set(dataset["source"].values.tolist()) == {"simulated", "branch"}
+
+
+def test_beyond_an_end_there_are_roots_and_no_motions(found: Diagram) -> None:
+    """They begin at grazings; the bar strikes backwards there, or passes the wall."""
+    ends = {
+        point.value
+        for branch in found.branches
+        for point in branch.points
+        if point.kind in (BranchEvent.TOUCH, BranchEvent.DEATH)
+    }
+    assert found.impossible
+    for line in found.impossible:
+        assert not line.possible
+        assert not line.points
+        assert min(abs(line.values[0] - end) for end in ends) < 1e-9
+        row = line.values.size // 2
+        system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(float(line.values[row]), 1.0))
+        orbit = PeriodicOrbit(system, line.periods, tuple(line.times[row].tolist()), 0)
+        assert orbit.residual < 1e-9
+        assert not orbit.admissible
 
 
 # -- in bytes --

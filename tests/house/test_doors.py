@@ -584,7 +584,9 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.orbits": (
-            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1}, {},
+            steady.orbits,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
+            {"near": OPTIONAL | {"dict"}},
         ),
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
@@ -881,12 +883,16 @@ def table(folder: Path) -> dict[str, Entry]:
             explore.reach,
             {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9,
              "halt": None},
-            {"family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
+        ),
+        "explore.orbit_seeds": (
+            explore.orbit_seeds,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1}, {},
         ),
         "explore.lyapunov_many": (
             explore.lyapunov_many,
@@ -954,7 +960,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
             {"modes": OPTIONAL},
         ),
         "case.branch_answer": (

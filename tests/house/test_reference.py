@@ -363,7 +363,7 @@ ANSWERS = {
 }
 """For each command that prints JSON questions whose answers have every key that there can be."""
 
-FREE = {"at", "dropped", "sessions[].versions", "ask", "best_case", "machine.states"}
+FREE = {"at", "dropped", "sources", "sessions[].versions", "ask", "best_case", "machine.states"}
 """Objects whose keys are names of axes, packages and whatever the question holds."""
 
 SQUARE = """

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.structure_answer import StructureAnswer, structure_answer
     from percuss.case.answers.sweep_jobs import sweep_job_of
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
@@ -51,6 +52,7 @@ __all__ = [
     "SimulationAnswer",
     "Span",
     "SteadyAnswer",
+    "StructureAnswer",
     "WavesAnswer",
     "basins_job_of",
     "best_answer",
@@ -70,6 +72,7 @@ __all__ = [
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
+    "structure_answer",
     "sweep_job_of",
     "waves_answer",
 ]
@@ -93,6 +96,7 @@ _HOME = {
     "SimulationAnswer": "answers.simulation_answer",
     "Span": "answers.best_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "StructureAnswer": "answers.structure_answer",
     "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
     "best_answer": "answers.best_answer",
@@ -112,6 +116,7 @@ _HOME = {
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
+    "structure_answer": "answers.structure_answer",
     "sweep_job_of": "answers.sweep_jobs",
     "waves_answer": "answers.waves_answer",
 }

@@ -20,9 +20,9 @@ __all__ = ["run", "typed_label"]
 _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
 a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
-search finds from random times, with an estimate of the share of starts that lead to others. Each is proved to stay off
-the wall between its impacts. All numbers are dimensionless: phases of the load in rad, speeds in the scales of the
-case."""
+search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
+others. Each is proved to stay off the wall between its impacts. All numbers are dimensionless: phases of the load in
+rad, speeds in the scales of the case."""
 
 _EXAMPLES = """\
   percuss orbits pneumatic-jackleg --label 2/1
@@ -44,6 +44,8 @@ def _parser() -> Parser:
     add("--up-to", metavar="P/N", type=typed_label, help="also all labels with more impacts or periods, up to these")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
+    add("--motions", metavar="N", type=whole, default=64, help="motions simulated to start from where they nearly come "
+        "back (default 64; 0 for none)")  # fmt: skip
     add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
     add("--json", action="store_true", help="print the orbits as JSON")
     return parser
@@ -80,7 +82,8 @@ def run(arguments: Sequence[str]) -> int:
 
         orbits_ready()
     found = [
-        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed) for label in labels
+        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed, motions=options.motions)
+        for label in labels
     ]
     if options.json:
         answers = [orbits_dict(one) for one in found]
@@ -105,6 +108,10 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
             sections.append(Grid(one.label, columns, rows))
         share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
         lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines += [
+            (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")
+            for name, tally in one.sources.items()
+        ]
         lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     total = sum(len(one.orbits) for one in found)

@@ -8,21 +8,23 @@ import numpy as np
 
 from percuss.model import System
 from percuss.model.checks import Array, count, instance
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 __all__ = ["SIMULATED", "orbit_seeds"]
 
 SIMULATED = "simulated motions"
 """What the starts are called."""
 
-_IMPACTS = 300  # of each motion, at most
+_IMPACTS = 600  # of each motion, at most
 _KEPT = 64  # last impacts that are looked at, besides a cycle
 _CLOSE = 0.5  # rad, by which an impact may miss the time a cycle after itself
-_EACH = 3  # starts of one motion
+_EACH = 2  # starts of one motion
+_MOST = 10**5  # motions
 _NEW = 1e-4  # rad, by which two starts must differ
 
 
 def orbit_seeds(
-    system: System, impacts: int, periods: int = 1, *, modes: int = 32, motions: int = 16, seed: int = 0
+    system: System, impacts: int, periods: int = 1, *, modes: int = 32, motions: int = 64, seed: int = 0
 ) -> dict[str, Array]:
     """Where `percuss.steady.orbits` is to start: impacts of simulated motions that come back nearly after a cycle.
 
@@ -66,8 +68,9 @@ def orbit_seeds(
     from percuss.simulate import Starts, Stop, simulate_many  # loads the compiler
 
     instance("system", system, System)
-    p, n = count("impacts", impacts), count("periods", periods)
-    starts = Starts.random(system, count("motions", motions), seed=seed)
+    p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
+    start = count("seed", seed, least=0, most=2**63 - 1)
+    starts = Starts.random(system, count("motions", motions, most=_MOST), seed=start)
     ensemble = simulate_many(system, starts, modes=modes, stop=Stop(_IMPACTS + 2 * p), keep=_KEPT + p)
     found = [row for times in np.asarray(ensemble.last_time) for row in _returns(times[np.isfinite(times)], p, n)]
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}

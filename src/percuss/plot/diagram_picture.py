@@ -31,6 +31,8 @@ _UNITS = {"speed": "m/s", "energy": "J"}
 def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("phase", "speed")) -> Figure:
     """Draw a diagram: simulated motions as points, branches as lines, stable parts solid, unstable ones dashed.
 
+    Thin lines are roots of the equations beyond an end of a branch, which are no motions.
+
     Parameters
     ----------
     found
@@ -70,6 +72,8 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
                 _line(ax, line, quantity, _colour(number))
             for line in found.branches:
                 _events(ax, line, quantity)
+            for line in found.impossible:
+                _thin(ax, line, quantity)
             _label(ax, found, quantity)
         unit = f" [{found.axis.unit}]" if found.axis.unit else ""
         panels[-1].set_xlabel(f"{label_of(found.axis.name)}{unit}")
@@ -111,13 +115,23 @@ def _line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
         part = slice(max(start - 1, 0), stop)
         solid = bool(line.stable[start])
         for row in _rows(line, quantity).T:
-            y = np.array(row[part])
-            gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else np.array([], dtype=int)
-            x = np.insert(line.values[part], gone, np.nan)
-            ax.plot(
-                x, np.insert(y, gone, np.nan), "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9,
-                label="_", zorder=2,
-            )  # fmt: skip
+            x, y = _cut(line.values[part], np.array(row[part]), quantity)
+            ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
+
+
+def _thin(ax: Axes, line: DiagramBranch, quantity: str) -> None:
+    """Beyond an end, where the roots of the equations are no motions."""
+    for row in _rows(line, quantity).T:
+        x, y = _cut(line.values, row, quantity)
+        ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
+
+
+def _cut(
+    x: np.ndarray[Any, Any], y: np.ndarray[Any, Any], quantity: str
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """A line with gaps where a phase goes round."""
+    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else np.array([], dtype=int)
+    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
 def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
@@ -161,6 +175,8 @@ def _legend(figure: Figure, ax: Axes, found: Diagram) -> None:
         lines.setdefault(line.label, Line2D([], [], color=_colour(number), lw=1.4))
     lines = dict(list(lines.items())[:_MOST_TOLD])
     ways = {"stable": Line2D([], [], color=INK, lw=1.4), "unstable": Line2D([], [], color=INK, lw=0.9, ls="--")}
+    if found.impossible:
+        ways["not a motion"] = Line2D([], [], color=INK, alpha=0.45, lw=0.5)
     marks = {name: handle for name, handle in kept.items() if name not in points}
     told = [*points.items(), *lines.items(), *(ways.items() if found.branches else ()), *marks.items()]
     if told:

@@ -5,8 +5,8 @@ For impacts every T = 2πm at the phase φ the modes have one state each, and th
     y(φ) = Σ γ_n [f_n(φ) − (1 + R) c_n f_n'(φ)],    c_n = [(I − DΦ_n(T))⁻¹]_12,
 
 just before an impact; y(φ) = g then says when. Under harmonics this is a sum of waves with those of the load, all of
-whose roots are found, as for the single oscillators of Shaw & Holmes (J. Sound Vib. 90 (1983) 129–155) and of Budd & Dux
-(Phil. Trans. R. Soc. A 347 (1994) 365–389), which it is for one mode. Under steps it is smooth on each of them, and
+whose roots are found, as for the single oscillators of Shaw & Holmes (J. Sound Vib. 90 (1983) 129–155) and of Budd &
+Dux (Phil. Trans. R. Soc. A 347 (1994) 365–389), which it is for one mode. Under steps it is smooth on each of them, and
 bounds of its derivatives leave no root out.
 """
 

@@ -14,10 +14,11 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import ParameterError
-from percuss.explore import Axis, follow
+from percuss.explore import Axis, follow, orbit_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.model.checks import count, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits
+from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
     from percuss.explore import Branch
@@ -48,7 +49,9 @@ def parsed_label(label: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0) -> FoundOrbits:
+def orbits_answer(
+    case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0, motions: int = 64
+) -> FoundOrbits:
     """The orbits z=p/n of a case; see `percuss.steady.orbits`.
 
     Parameters
@@ -61,6 +64,8 @@ def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: in
         N, in the forced motion, too; None for the case's, or 32.
     tries, seed
         As for `percuss.steady.orbits`.
+    motions
+        How many are simulated to start from their close returns; 0 for none.
 
     Raises
     ------
@@ -75,7 +80,16 @@ def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: in
     """
     checked_case(case)
     impacts, periods = parsed_label(label)
-    return orbits(case.system(), impacts, periods, modes=_modes(case, modes), tries=tries, seed=seed)
+    system, kept, drawn = case.system(), _modes(case, modes), count("motions", motions, least=0, most=10**5)
+    if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
+        found = orbits(system, impacts, periods, modes=kept, tries=1)
+        if found.complete:
+            return found
+    near = {}
+    if drawn and impacts > 1:
+        check_pushes(system)
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed)
+    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near)
 
 
 def branch_answer(

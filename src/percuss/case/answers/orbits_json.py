@@ -27,6 +27,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
         "complete": found.complete,
         "unseen": found.unseen,
         "tries": found.tries,
+        "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from percuss.case.answers.json_values import number as plain_number
 from percuss.case.answers.numerals import number
 from percuss.case.case import Case, checked_case
+from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.parameter_list import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.reaching import Reach, ReachEnd, reach
-from percuss.model.checks import several
+from percuss.model.checks import callback, count, instance, several, text
 from percuss.shown import Shown
 from percuss.stability.verdict import DEFAULT_MODES
-from percuss.steady import PeriodicOrbit
-
-if TYPE_CHECKING:
-    from percuss.steady import Orbit
+from percuss.steady import Orbit, PeriodicOrbit
 
 __all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words", "varied_parameters"]
 
@@ -95,7 +93,9 @@ def reach_answer(
 ceases to exist (then chatter/1)
     """
     wanted = varied_parameters(case, names)
-    kept = DEFAULT_MODES if modes is None else modes
+    instance("orbit", orbit, Orbit)
+    callback("halt", halt)
+    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
     found = []
     for row in wanted:
@@ -131,7 +131,7 @@ def _usual(rows: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
     """The row of a parameter, by its name or its key; those that are no numbers of the case are unknown."""
-    key = CaseFamily(case, {}).key(name) if name not in rows else name
+    key = CaseFamily(case, {}).key(text("names", name)) if name not in rows else name
     if key not in rows or rows[key]["value"] is None:
         raise ParameterError("names", name, f"one of {', '.join(rows)}")
     return rows[key]

@@ -191,7 +191,7 @@ def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
 def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
     """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
     curve, aside = segment.curve, _ASIDE * segment.length
-    low, high = start + (aside if start else 0.0), stop - aside
+    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
     if low >= high:
         return []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -41,8 +42,12 @@ def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
 
 
+@lru_cache(maxsize=64)
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
-    """The multipliers; None where an impact has no speed, beside which they grow without bound."""
+    """The multipliers; None where an impact has no speed, beside which they grow without bound.
+
+    The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
+    """
     return None if _has_dead(orbit) else orbit_multipliers(orbit).values
 
 

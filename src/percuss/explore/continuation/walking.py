@@ -30,6 +30,7 @@ _FLIGHT = 0.5  # share of a flight by which it may change in a step
 _QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
 _NEAR_LIMIT = 10.0  # steps within which a limit explains why the walk does not go on
 _ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
@@ -246,11 +247,17 @@ class _Walker:
         turn = load_turn(orbit.system.load)
         off = segment.stop.x - first.x
         off[:p] = differences(segment.stop.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
-        ahead = float(off @ first.tangent)
-        near = np.abs(off).max() <= 2.0 * segment.length and 0.0 <= ahead <= segment.length
-        if not near or float(segment.stop.tangent @ first.tangent) <= 0.0:
+        if np.abs(off).max() > 2.0 * segment.length:
             return None
-        return first._replace(x=segment.stop.x - off)
+        ahead, along = float(off @ first.tangent), float(segment.stop.tangent @ first.tangent)
+        if not 0.0 <= ahead <= segment.length or along <= 0.0:
+            return None
+        try:  # another sheet of the branch may be as near: only the start itself is home
+            back = self.curve.corrected(segment.stop.x - ahead / along * segment.stop.tangent, first.tangent)
+        except Strayed:
+            return None
+        home = segment.stop.x - off
+        return first._replace(x=home) if float(np.abs(back.x - home).max()) < _HOME else None
 
     # -- what ends a step --
 

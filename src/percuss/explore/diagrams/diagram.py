@@ -74,6 +74,8 @@ class Diagram(Shown):
         What simulations settled on, value by value, the most frequent first.
     branches
         All that were traced; each of them once.
+    impossible
+        Roots of the equations beyond the grazings at which branches end: no motions.
     ask
         All that was asked.
     done
@@ -89,6 +91,7 @@ class Diagram(Shown):
     ask: Mapping[str, Any] = field(repr=False)
     done: float = 1.0
     left_out: int = 0
+    impossible: tuple[DiagramBranch, ...] = field(default=(), repr=False)
 
     @classmethod
     def of(cls, job: DiagramJob, columns: Columns) -> Diagram:
@@ -117,7 +120,9 @@ class Diagram(Shown):
             for one in _settled(passes, i, value, scales[i], float(load_scales[i]))
         ]
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
-        return cls(axis, int(ask["modes"]), tuple(settled), tuple(lines), ask, float(known.mean()), left_out)
+        motions = tuple(line for line in lines if line.possible)
+        others = tuple(line for line in lines if not line.possible)
+        return cls(axis, int(ask["modes"]), tuple(settled), motions, ask, float(known.mean()), left_out, others)
 
     @property
     def is_si(self) -> bool:

@@ -3,7 +3,7 @@
 from percuss.model.body.bar import Bar
 from percuss.model.body.body import Body, Modes, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, External, KelvinVoigt, Ratio, Table
-from percuss.model.body.held import HeldBody
+from percuss.model.body.held import HeldBody, need_free
 from percuss.model.body.modal import ModalBody, SizedModes
 from percuss.model.body.mounted import Mounted, SizedMounted
 from percuss.model.body.sectioned import Section, SectionedBar
@@ -35,6 +35,7 @@ __all__ = [
     "SteppedBar",
     "Table",
     "UniformBar",
+    "need_free",
 ]
 
 BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar, SteppedBar, Mounted, ModalBody)}

@@ -31,8 +31,8 @@ class Mounted(HeldBody):
     """u_tt + d u_t − s² u_xx = 0 with s² u_x(0) = k u(0) + c u_t(0) − p(t), u_x(1) = 0, and the wall at u(1) = g.
 
     Modes cos q_n(1 − x) with q_n tan q_n = k/s² and ω_n = q_n s. The dashpot gives every mode its share
-    δ_n = c φ_n(0)²; that it also joins modes, by c φ_m(0)φ_n(0), is left out, which is exact for a rigid mass and to the
-    first order in c else.
+    δ_n = c φ_n(0)²; that it also joins modes, by c φ_m(0)φ_n(0), is left out, which is exact for a rigid mass, and
+    else to the first order in c.
 
     Parameters
     ----------

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, numbers
 
-__all__ = ["RANDOM", "rows_of_times"]
+__all__ = ["RANDOM", "given_rows"]
 
 RANDOM = "random times"
 """What starts are called that nobody gave."""
@@ -18,15 +18,27 @@ RANDOM = "random times"
 _LATEST = 1e12  # rad
 
 
-def rows_of_times(name: str, rows: npt.ArrayLike, impacts: int, periods: int) -> Array:
-    """Rows of times to start from, shape (K, p); they may be none."""
-    accepted = f"rows of {impacts} increasing times within {periods} load period{'s' if periods > 1 else ''}"
+def given_rows(near: object, impacts: int, periods: int) -> dict[str, Array]:
+    """Rows of times to start from, by where they come from, each of the shape (K, p); they may be none."""
+    if near is None:
+        return {}
+    if not isinstance(near, Mapping):
+        raise ParameterError("near", near, 'rows of times by their source, as {"a guess": [[0.4, 2.3]]}, or None')
+    return {_source(name): _rows(f"near[{name!r}]", rows, impacts, periods) for name, rows in near.items()}
+
+
+def _source(name: object) -> str:
     if not isinstance(name, str) or not name or name == RANDOM:
-        raise ParameterError("near", name, "a word for where the starts come from")
-    if not np.size(rows):
+        raise ParameterError("near", name, "words for where the starts come from")
+    return name
+
+
+def _rows(name: str, rows: object, impacts: int, periods: int) -> Array:
+    accepted = f"rows of {impacts} increasing times within {periods} load period{'s' if periods > 1 else ''}"
+    found = numbers(name, rows, accepted)
+    if not found.size:
         return np.empty((0, impacts))
-    found = numbers(f"near[{name!r}]", rows, accepted)
     orderly = found.ndim == 2 and found.shape[1] == impacts and bool(np.all(np.abs(found) <= _LATEST))
     if not orderly or np.any(np.diff(found) <= 0.0) or np.any(np.ptp(found, axis=1) >= 2.0 * math.pi * periods):
-        raise ParameterError(f"near[{name!r}]", rows, accepted)
+        raise ParameterError(name, rows, accepted)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +35,9 @@ class SampledFlights(NamedTuple):
     proven: bool
 
 
+@lru_cache(maxsize=64)
 def sampled_flights(motion: ImpactMotion) -> SampledFlights:
-    """Look at the flights eight times in each period of the fastest mode, with compiled functions."""
+    """Look at the flights eight times in each period of the fastest mode, by compiled functions; the last are kept."""
     numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
     rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
     place = np.array([*motion.times, rebound])

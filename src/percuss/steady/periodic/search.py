@@ -13,7 +13,7 @@ from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
 from percuss.model.checks import Array, array, count, instance
 from percuss.steady.periodic.found_orbits import Drop, FoundOrbits, Tally
-from percuss.steady.periodic.given_starts import RANDOM, rows_of_times
+from percuss.steady.periodic.given_starts import RANDOM, given_rows
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.pair_proof import proved_pairs
@@ -94,7 +94,7 @@ def orbits(
     kept = _kept(system, modes)
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
-    given = {name: rows_of_times(name, rows, p, n) for name, rows in ({} if near is None else near).items()}
+    given = given_rows(near, p, n)
     check_pushes(system)
     if p == 1:
         return _with_one_impact(system, n, kept)

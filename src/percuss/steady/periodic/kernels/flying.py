@@ -9,7 +9,7 @@ x_n free oscillations: about the static displacement for steps, without the wave
 
 import math
 
-from percuss.compiled import entry, inner
+from percuss.compiled import entry, inner, summed
 from percuss.steady.periodic.kernels.forced import TURN, piece_at, prepared
 from percuss.steady.periodic.kernels.layout import (
     ALPHA,
@@ -209,7 +209,7 @@ def stretch(room, i, time, whole, number, found):
     return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[FORCED] * at[LONG] * phi1(d * at[LONG])
 
 
-@inner
+@summed
 def sampled(room, t):
     """y and y' at the next sample."""
     at, modal, free, waves, spun = room.stretch, room.modal, room.free, room.waves, room.spun
