@@ -71,12 +71,11 @@ def bent(straight: Branch, kind: str, depth: float, value: float, upper: bool) -
 )
 def test_what_happens_twice_is_met_twice(straight: Branch, kind: str, depth: float, value: float, upper: bool) -> None:
     """However near to each other: at ±√depth of a parameter whose square the mean load follows."""
-    sign = -1.0 if kind == "fold" else 1.0  # of a fold the values beyond are those above it
-    branch, place = bent(straight, kind, sign * depth, value, upper) if sign > 0.0 else loop(straight, depth)
+    branch, place = loop(straight, depth) if kind == "fold" else bent(straight, kind, depth, value, upper)
     found = [point.value for point in branch.at(BranchEvent(kind)) if abs(point.value) < 2.0 * place]
     if BranchEvent(kind).ends:
-        assert found[0] == pytest.approx(place, abs=1e-9)
-        assert np.abs(branch.values).min() >= place - 1e-9
+        assert np.abs(found) == pytest.approx([place] * len(found), abs=1e-9)
+        assert branch.ends[0].kind.value == kind
     else:
         assert sorted(found) == pytest.approx([-place, place], abs=1e-9)
 
