@@ -16,6 +16,7 @@ from percuss.explore.continuation.indicators import (
     outside,
     press,
     stays_off,
+    unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.rises import rise
@@ -195,7 +196,7 @@ def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
         return []
 
     def count(place: float) -> int:
-        return outside(multipliers(curve.motion(segment.at(place).x)))
+        return unstable(curve.motion(segment.at(place).x))
 
     first, second = count(low), count(high)
     if min(first, second) < 0 or abs(second - first) < 2:

@@ -9,15 +9,17 @@ import numpy as np
 
 from percuss.model.checks import ComplexArray
 from percuss.stability import orbit_multipliers
+from percuss.stability.outside_number import outside_number
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
 from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.sampled_flights import sampled_flights
 from percuss.steady.periodic.system_numbers import numbers_of
 
-__all__ = ["Top", "greatest_top", "indicator", "multipliers", "outside", "press", "stays_off"]
+__all__ = ["Top", "greatest_top", "indicator", "multipliers", "outside", "press", "stays_off", "unstable"]
 
 _BEYOND = 1e-7  # of 1, by which a multiplier beyond the unit circle is counted; nearer double ones are lost to rounding
+_MANY = 12  # modes from which on it is faster not to compute the multipliers
 _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
 
 
@@ -46,15 +48,27 @@ def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
 
     The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
     """
+    return None if _has_dead(orbit) else orbit_multipliers(orbit).values
+
+
+def _has_dead(orbit: PeriodicOrbit) -> bool:
+    """Whether an impact has no speed."""
     greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
-    if not np.all(np.abs(orbit.speeds) > _DEAD * greatest):
-        return None
-    return orbit_multipliers(orbit).values
+    return not np.all(np.abs(orbit.speeds) > _DEAD * greatest)
 
 
 def outside(values: ComplexArray | None) -> int:
     """How many multipliers are outside the unit circle; -1 where none are known."""
     return -1 if values is None else int(np.count_nonzero(np.abs(values) > 1.0 + _BEYOND))
+
+
+def unstable(orbit: PeriodicOrbit) -> int:
+    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone."""
+    if orbit.modes >= _MANY and not _has_dead(orbit):
+        counted = outside_number(orbit, _BEYOND)
+        if counted is not None:
+            return counted
+    return outside(multipliers(orbit))
 
 
 def press(orbit: PeriodicOrbit) -> tuple[float, int]:
