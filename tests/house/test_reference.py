@@ -326,7 +326,12 @@ ANSWERS = {
         "machine valve-drifter --modes 0",
     ),
     "machine --blow": ("machine switching.toml --modes 1",),
-    "steady": ("steady hydraulic-drifter --periods 1..9 --starts 4", "steady square.toml", "steady tau.toml"),
+    "steady": (
+        "steady hydraulic-drifter --periods 1..9 --starts 4",
+        "steady square.toml",
+        "steady tau.toml",
+        "steady pneumatic-jackleg --reach-of load_factor --modes 0",
+    ),
     "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
@@ -338,7 +343,14 @@ ANSWERS = {
         "sweep hydraulic-drifter --x restitution=0:0.8:3 --y load_factor=0.1:1:3 --curves -o map.zarr --workers 1",
     ),
     "orbits": ("orbits pneumatic-jackleg --label 2/1 --modes 0 --tries 40",),
-    "follow": ("follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1",),
+    "follow": (
+        "follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1"
+        " --curve flip --over restitution=0.145:0.155",
+    ),
+    "diagram": (
+        "diagram pneumatic-jackleg --along load_factor=0.35:0.45:3 --label 1/1 --searched 1 --switch 0 --starts 1 "
+        "--runs 0 --modes 0 --workers 1",
+    ),
     "experiment": (
         "experiment hydraulic-drifter --starts 8 --modes 0 --workers 1",
         "experiment valve-drifter --starts 4 --modes 0 --workers 1",

@@ -10,15 +10,18 @@ from hypothesis import strategies as st
 import plain_newton
 from percuss import Load, System
 from percuss.errors import ResonanceError
-from percuss.model import External, KelvinVoigt, Kept, Ratio, Reversed, UniformBar
+from percuss.model import Body, External, KelvinVoigt, Kept, Mounted, Ratio, Reversed, UniformBar
 from percuss.model.checks import Array
+from percuss.steady import PeriodicOrbit
+from percuss.steady.admissible import flight_check
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.kernels import layout
-from percuss.steady.periodic.kernels.looking import matrix_of
+from percuss.steady.periodic.kernels.looking import singularity
 from percuss.steady.periodic.linearised import bordered
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.passage import Passage
 from percuss.steady.periodic.sameness import load_turn
+from percuss.steady.periodic.sampled_flights import sampled_flights
 from percuss.steady.periodic.system_numbers import numbers_of
 
 DAMPINGS = (
@@ -31,9 +34,14 @@ HAMMER = System(s=5.0, d=0.0048, restitution=0.5, load=Load.harmonic(0.62, 1.0))
 
 @st.composite
 def systems(draw: st.DrawFn) -> System:
-    """Loads of harmonics and of steps, all laws of damping from none to overdamped, R from 0 to 1."""
+    """Bars, free and held, loads of harmonics and of steps, dampings from none to overdamped, R from 0 to 1."""
     size = draw(st.just(0.0) | st.floats(1e-4, 30.0))
-    body = UniformBar(draw(st.floats(0.1, 30.0)), draw(st.sampled_from(DAMPINGS))(size))
+    body: Body = UniformBar(draw(st.floats(0.1, 30.0)), draw(st.sampled_from(DAMPINGS))(size))
+    held = draw(st.booleans())
+    if held:
+        body = Mounted(
+            draw(st.floats(0.1, 20.0)), size, draw(st.floats(0.1, 30.0)), body.damping, draw(st.floats(-1.0, 1.0))
+        )
     mean, parts = draw(st.floats(0.05, 1.5)), st.floats(-1.0, 1.0)
     kind = draw(st.sampled_from(["one", "several", "steps"]))
     if kind == "one":
@@ -47,14 +55,16 @@ def systems(draw: st.DrawFn) -> System:
         values = draw(st.lists(st.floats(-1.0, 2.0), min_size=breaks.size, max_size=breaks.size, unique=True))
         load = Load.steps(breaks, values)
     restitution = draw(st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0))
-    return System(body, load, draw(st.sampled_from([Kept, Reversed]))(restitution))
+    return System(body, load, draw(st.sampled_from([Kept] if held else [Kept, Reversed]))(restitution))
 
 
 @st.composite
 def chains(draw: st.DrawFn) -> tuple[ImpactChain, Array]:
     """Impacts in load periods, of bars with few and many modes, and times in order."""
-    p, n = draw(st.integers(1, 8)), draw(st.integers(1, 4))
-    chain = ImpactChain(draw(systems()), p, n, draw(st.sampled_from([0, 1, 2, 7, 16, 64])))
+    p, n, system = draw(st.integers(1, 8)), draw(st.integers(1, 4)), draw(systems())
+    chain = ImpactChain(
+        system, p, n, draw(st.sampled_from([0, 1, 2, 7, 16, 64] if system.body.is_free else [1, 2, 7, 16]))
+    )
     share = np.sort(np.array(draw(st.lists(st.floats(0.0, 1.0), min_size=p, max_size=p))))
     assume(p == 1 or (np.diff(share).min() > 1e-6 and np.ptp(share) < 1.0 - 1e-6))
     return chain, draw(st.floats(-10.0, 10.0)) + chain.period * share
@@ -64,7 +74,7 @@ def room_of(chain: ImpactChain, times: Array, xi: float) -> layout.Room:
     numbers = numbers_of(chain.system, chain.modes)
     room = numbers.room(chain.impacts)
     kind = layout.BEST if chain.is_neutral else layout.RETURNING
-    matrix_of(numbers.row, room, chain.period, times, kind, 0.0, xi)
+    singularity(numbers.row, room, chain.period, times, kind, 0.0, xi)
     return room
 
 
@@ -137,3 +147,46 @@ def test_many_starts_end_as_each_alone(case: tuple[ImpactChain, Array]) -> None:
         alone = newton(chain, start[None])
         assert alone.outcome[0] == together.outcome[row]
         assert np.array_equal(alone.times[0], together.times[row], equal_nan=True)
+
+
+@given(
+    system=systems(),
+    p=st.integers(1, 3),
+    n=st.integers(1, 2),
+    modes=st.sampled_from([1, 2, 7]),
+    seed=st.integers(0, 99),
+)
+def test_samples_prove_what_bounds_prove(system: System, p: int, n: int, modes: int, seed: int) -> None:
+    """The proof by samples never says what that by bounds denies; the greatest maximum is that of a scan."""
+    chain = ImpactChain(system, p, n, modes)
+    starts = np.sort(np.random.default_rng(seed).uniform(0.0, chain.period, (40, p)), axis=1)
+    try:
+        ended = newton(chain, starts)
+    except ResonanceError:
+        return
+    for row in np.flatnonzero(ended.outcome == Outcome.ROOT)[:2].tolist():
+        rebound = float(ended.rebound[row]) if chain.is_neutral else None
+        check_samples(PeriodicOrbit(system, n, tuple(ended.times[row].tolist()), modes, rebound))
+
+
+def check_samples(orbit: PeriodicOrbit) -> None:
+    if orbit.resonant_modes:
+        return
+    seen = sampled_flights(orbit)
+    if seen.proven:
+        assert np.all(orbit.speeds > 0.0)
+        assert all(flight_check(flight).violation is None for flight in orbit.flights)
+    heights, size = [-np.inf], 1.0
+    for flight in orbit.flights:
+        fastest = max(1.0, float(orbit.system.load.harmonics[-1]), float(flight.state.omega.max()))
+        number = max(8, int(max(96.0, 8.0 * fastest * flight.period / (2.0 * np.pi))))
+        y, rate = flight.end_motion(flight.period / number * np.arange(number + 1), orbit.modes)
+        size = max(size, float(np.abs(y).max()), float(np.abs(rate).max()))
+        here = np.flatnonzero((rate[:-1] > 1e-6 * size) & (rate[1:] < -1e-6 * size))
+        heights += np.maximum(y[here], y[here + 1]).tolist()
+    if seen.height > -np.inf:
+        flight = orbit.flights[seen.flight]
+        place = flight.end_motion(np.array([seen.time]), orbit.modes)[0]
+        assert place[0] == pytest.approx(seen.height, rel=0, abs=1e-9 * size)
+    if not orbit.system.load.is_piecewise:  # else the samples begin anew at each step
+        assert seen.height >= max(heights) - 1e-9 * size

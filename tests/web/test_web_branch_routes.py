@@ -46,7 +46,7 @@ def test_the_motion_at_every_place_of_a_branch_has_its_impacts(client: Client, f
     for branch in [followed, *followed["switched"]]:
         rows, periods = branch["branch"], int(branch["label"].split("/")[1])
         for i in range(1, len(rows["value"]) - 1, 5):
-            asked = {"case": RIGID, "name": "mean", "value": rows["value"][i], "times": rows["times"][i]}
+            asked = {"case": RIGID, "name": "mean", "modes": 0, "frames": 90, "periods": periods}
             header, arrays = client.arrays(
                 "/api/follow/motion", {**asked, "periods": periods, "modes": 0, "frames": 90}
             )

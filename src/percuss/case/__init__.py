@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
+    from percuss.case.answers.point_curves_answer import point_curves_answer
     from percuss.case.answers.reach_answer import CaseReach, reach_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.structure_answer import StructureAnswer, structure_answer
     from percuss.case.answers.sweep_jobs import sweep_job_of
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
@@ -50,6 +52,7 @@ __all__ = [
     "SimulationAnswer",
     "Span",
     "SteadyAnswer",
+    "StructureAnswer",
     "WavesAnswer",
     "basins_job_of",
     "best_answer",
@@ -63,11 +66,13 @@ __all__ = [
     "machine_motion",
     "measured_gauge",
     "orbits_answer",
+    "point_curves_answer",
     "reach_answer",
     "recorded_answer",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
+    "structure_answer",
     "sweep_job_of",
     "waves_answer",
 ]
@@ -91,6 +96,7 @@ _HOME = {
     "SimulationAnswer": "answers.simulation_answer",
     "Span": "answers.best_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "StructureAnswer": "answers.structure_answer",
     "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
     "best_answer": "answers.best_answer",
@@ -104,11 +110,13 @@ _HOME = {
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "orbits_answer": "answers.orbits_answer",
+    "point_curves_answer": "answers.point_curves_answer",
     "reach_answer": "answers.reach_answer",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
+    "structure_answer": "answers.structure_answer",
     "sweep_job_of": "answers.sweep_jobs",
     "waves_answer": "answers.waves_answer",
 }

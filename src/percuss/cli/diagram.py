@@ -46,8 +46,8 @@ def _parser() -> Parser:
     add("--searched", metavar="N", type=whole, default=5, help="values at which orbits are searched for (default 5)")
     add("--tries", metavar="N", type=whole, default=100, help="random starts of each search (default 100)")
     add("--starts", metavar="N", type=whole, default=8, help="simulations from random starts at each value (default 8)")
-    add("--runs", metavar="N", type=whole, default=2, help="passes of simulations up the values, and as many down, "
-        "each motion from where the one before ended (default 2)")  # fmt: skip
+    add("--runs", metavar="N", type=whole, default=6, help="motions that are taken along, up and down the values, each "
+        "simulation from where the one before ended (default 6)")  # fmt: skip
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 8)")
     add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
     add("--json", action="store_true", help="print the diagram as JSON")

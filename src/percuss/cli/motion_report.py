@@ -82,6 +82,8 @@ def label_in_words(motion: Trajectory) -> str:
     if name in ("chatter", "rest") and numbers:
         how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
         return f"The hammer settles on a cycle {_of_periods(int(numbers))}: it {how}, until the load pulls it off"
+    if name == "rest" and not motion.system.body.is_free:
+        return "The wall stops the contact, and the structure goes on in ways that are not simulated"
     if name == "rest":
         return "The hammer comes to rest on the wall and stays there"
     if name == "departed":

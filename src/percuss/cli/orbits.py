@@ -77,6 +77,10 @@ def run(arguments: Sequence[str]) -> int:
     if last[0] < first[0] or last[1] < first[1]:
         parser.error(f"argument --up-to: '{options.up_to}': at least the impacts and periods of --label")
     labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
+    if last[0] > 1:
+        from percuss.cli.simulation_progress import orbits_ready
+
+        orbits_ready()
     found = [
         orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed, motions=options.motions)
         for label in labels

@@ -13,6 +13,7 @@ from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.cli.structure_report import structure_rows
 from percuss.cli.timed_section import alone_sections, existence_row
 from percuss.steady.reason import Reason
 
@@ -51,6 +52,9 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
     """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
     rows: list[tuple[str, str]] = [("case", name)]
     bar, history = system.bar, system.load.report
+    if not system.body.is_free:
+        rows += [*structure_rows(system), ("load", _load_text(system)), *(("note", note) for note in notes)]
+        return Section("Structure", tuple(rows))
     if bar is not None:
         first = float(bar.natural_frequencies(1)[0])
         rows.append(

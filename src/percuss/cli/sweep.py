@@ -8,15 +8,18 @@ import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
 from percuss.cli.long_commands import add_carrying, carried, watching
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 from percuss.cli.simulate_arguments import whole
+from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
     from percuss.case import Case
+    from percuss.case.answers.point_curves_table import LaidCurve
     from percuss.explore import Boundaries, Sweep
     from percuss.explore.ranges import Range
     from percuss.explore.sweep_job import SweepJob
@@ -53,6 +56,11 @@ def _parser() -> Parser:
         "--curves",
         action="store_true",
         help="also solve for the curves at which motions or their stability end, over --x and --y",
+    )
+    add(
+        "--overlay",
+        metavar="FILE",
+        help="draw curves over the same two parameters into --plot: an answer of 'percuss follow … --curve … --json'",
     )
     add("--json", action="store_true", help="print the map as JSON")
     add("--csv", metavar="FILE", help="write the map as a table, a line for each cell, to open in other programs")
@@ -104,6 +112,9 @@ def run(arguments: Sequence[str]) -> int:
         parser.error("argument --periods: one number; to compare several, make m an axis: --y m=1,2,3")
     if options.curves and options.y is None:
         parser.error("argument --curves: boundaries lie in a plane: give --y too")
+    if options.overlay is not None and (options.plot is None or options.y is None):
+        parser.error("argument --overlay: curves are drawn into the picture of a plane: give --y and --plot too")
+    laid = _laid(options.overlay)
     case = named_case(options.case)
     job = _job(case, options)
     if options.curves and case.is_machine:
@@ -123,7 +134,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.plot is not None:
         from percuss import plot
 
-        plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
+        drawn: list[Any] = [*(curves.curves if curves else ()), *laid]
+        plot.save(plot.sweep(found, case.title, drawn), options.plot)
     if options.json:
         from percuss.case.answers.exploration_json import sweep_dict
 
@@ -135,6 +147,19 @@ def run(arguments: Sequence[str]) -> int:
         show(sweep_report(case.title, found, curves, _ranges(job, found), case.notes))
     tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)
     return 0
+
+
+def _laid(path: str | None) -> tuple[LaidCurve, ...]:
+    """The curves of a file."""
+    if path is None:
+        return ()
+    from percuss.case.answers.point_curves_table import laid_curves
+
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise ParameterError("overlay", path, "a file that can be read", str(error)) from None
+    return laid_curves(path, content)
 
 
 def _job(case: Case, options: argparse.Namespace) -> SweepJob:

@@ -31,6 +31,8 @@ _UNITS = {"speed": "m/s", "energy": "J"}
 def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("phase", "speed")) -> Figure:
     """Draw a diagram: simulated motions as points, branches as lines, stable parts solid, unstable ones dashed.
 
+    Thin lines are roots of the equations beyond an end of a branch, which are no motions.
+
     Parameters
     ----------
     found
@@ -67,14 +69,16 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
         for ax, quantity in zip(panels, quantities, strict=True):
             _points(ax, found, quantity)
             for number, line in enumerate(found.branches):
-                _line(ax, line, quantity, COLOURS[number % len(COLOURS)])
+                _line(ax, line, quantity, _colour(number))
             for line in found.branches:
                 _events(ax, line, quantity)
+            for line in found.impossible:
+                _thin(ax, line, quantity)
             _label(ax, found, quantity)
         unit = f" [{found.axis.unit}]" if found.axis.unit else ""
         panels[-1].set_xlabel(f"{label_of(found.axis.name)}{unit}")
         panels[-1].set_xlim(float(found.axis.values.min()), float(found.axis.values.max()))
-        _legend(figure, panels[0])
+        _legend(figure, panels[0], found)
         titled(figure, title)
     return figure
 
@@ -107,19 +111,27 @@ def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.flo
 def _line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
     """One line for each impact, cut where the stability changes and where a phase goes round."""
     changes = np.flatnonzero(np.diff(line.stable.astype(int))) + 1
-    label = line.label
     for start, stop in pairwise([0, *changes.tolist(), line.values.size]):
         part = slice(max(start - 1, 0), stop)
         solid = bool(line.stable[start])
         for row in _rows(line, quantity).T:
-            y = np.array(row[part])
-            gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else np.array([], dtype=int)
-            x = np.insert(line.values[part], gone, np.nan)
-            ax.plot(
-                x, np.insert(y, gone, np.nan), "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9,
-                label=label, zorder=2,
-            )  # fmt: skip
-            label = "_"
+            x, y = _cut(line.values[part], np.array(row[part]), quantity)
+            ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
+
+
+def _thin(ax: Axes, line: DiagramBranch, quantity: str) -> None:
+    """Beyond an end, where the roots of the equations are no motions."""
+    for row in _rows(line, quantity).T:
+        x, y = _cut(line.values, row, quantity)
+        ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
+
+
+def _cut(
+    x: np.ndarray[Any, Any], y: np.ndarray[Any, Any], quantity: str
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """A line with gaps where a phase goes round."""
+    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else np.array([], dtype=int)
+    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
 def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
@@ -148,16 +160,29 @@ def _label(ax: Axes, found: Diagram, quantity: str) -> None:
         ax.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
 
 
-_MOST_TOLD = 14  # branches that the legend tells of
+_MOST_TOLD = 14  # labels of branches that the legend tells of
 
 
-def _legend(figure: Figure, ax: Axes) -> None:
-    """Beside the panels: families of points, labels of branches, events."""
+def _legend(figure: Figure, ax: Axes, found: Diagram) -> None:
+    """Beside the panels: families of points, labels of branches, how they are drawn, events."""
+    from matplotlib.lines import Line2D
+
     handles, labels = ax.get_legend_handles_labels()
-    kept = dict(zip(labels[::-1], handles[::-1], strict=True))
-    names = list(kept)[::-1]
-    branches = [name for name in names if name.startswith("z=") and "," not in name and name != "z=1/n"]
-    left_out = set(branches[_MOST_TOLD:])
-    told = [name for name in names if name not in left_out]
+    kept = dict(zip(labels, handles, strict=True))
+    points = {family.name: kept[family.name] for family in palette.FAMILIES if family.name in kept}
+    lines: dict[str, Any] = {}
+    for number, line in enumerate(found.branches):
+        lines.setdefault(line.label, Line2D([], [], color=_colour(number), lw=1.4))
+    lines = dict(list(lines.items())[:_MOST_TOLD])
+    ways = {"stable": Line2D([], [], color=INK, lw=1.4), "unstable": Line2D([], [], color=INK, lw=0.9, ls="--")}
+    if found.impossible:
+        ways["not a motion"] = Line2D([], [], color=INK, alpha=0.45, lw=0.5)
+    marks = {name: handle for name, handle in kept.items() if name not in points}
+    told = [*points.items(), *lines.items(), *(ways.items() if found.branches else ()), *marks.items()]
     if told:
-        figure.legend([kept[name] for name in told], told, loc="outside right upper", frameon=False, markerscale=1.8)
+        names, drawn = zip(*told, strict=True)
+        figure.legend(drawn, names, loc="outside right upper", frameon=False, markerscale=1.8)
+
+
+def _colour(number: int) -> str:
+    return COLOURS[number % len(COLOURS)]

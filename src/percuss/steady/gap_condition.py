@@ -5,8 +5,8 @@ For impacts every T = 2πm at the phase φ the modes have one state each, and th
     y(φ) = Σ γ_n [f_n(φ) − (1 + R) c_n f_n'(φ)],    c_n = [(I − DΦ_n(T))⁻¹]_12,
 
 just before an impact; y(φ) = g then says when. Under harmonics this is a sum of waves with those of the load, all of
-whose roots are found, as for the single oscillators of Shaw & Holmes (J. Sound Vib. 90 (1983) 129–155) and of Budd & Dux
-(Phil. Trans. R. Soc. A 347 (1994) 365–389), which it is for one mode. Under steps it is smooth on each of them, and
+whose roots are found, as for the single oscillators of Shaw & Holmes (J. Sound Vib. 90 (1983) 129–155) and of Budd &
+Dux (Phil. Trans. R. Soc. A 347 (1994) 365–389), which it is for one mode. Under steps it is smooth on each of them, and
 bounds of its derivatives leave no root out.
 """
 
@@ -31,8 +31,8 @@ from percuss.steady.piecewise import PiecewiseResponse
 __all__ = ["FREE_AMPLITUDE", "GapCondition", "gap_condition"]
 
 FREE_AMPLITUDE = (
-    "a mode comes back by itself after every impact period, so that its amplitude is free (internal resonance): give it "
-    "some damping"
+    "a mode comes back by itself after every impact period, so that its amplitude is free (internal resonance): give "
+    "it some damping"
 )
 _NARROWEST = 1e-9  # rad: the width of a cell in which a root is double
 _TOUCH = 1e-13
@@ -154,7 +154,7 @@ class _Stepped:
         bend = float(np.sum(size * rise * (np.abs(self.gamma) + np.abs(self.moving) * (known.omega + known.damping))))
         scale = float(np.sum(size * (np.abs(self.gamma) + np.abs(self.moving) * known.omega))) + abs(system.body.gap)
         half = 0.5 * length / 64
-        centres = half * (2.0 * np.arange(64) + 1.0)
+        centres: Array = np.asarray(half * (2.0 * np.arange(64) + 1.0), dtype=float)
         found: list[float] = []
         folds: list[bool] = []
         while centres.size:

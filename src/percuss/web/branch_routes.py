@@ -8,19 +8,24 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import branch_answer, orbits_answer
+from percuss.case import branch_answer, diagram_job_of, orbits_answer
 from percuss.case.answers.branch_frames import branch_frames
+from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.watched_diagram import watched_diagram
+from percuss.web.asked_cases import case_asked
+from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
 from percuss.web.lanes import Halt
 from percuss.web.packed_arrays import packed
 from percuss.web.problem_json import refused
-from percuss.web.questions import AlongAsked, BranchMotionAsked, FollowAsked, OrbitsAsked
+from percuss.web.questions import AlongAsked, BranchMotionAsked, DiagramAsked, FollowAsked, OrbitsAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, limits_of, plain_json
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, compiled, gate_of, limits_of, plain_json
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
+    from percuss.explore.diagrams.diagram_job import DiagramJob
 
 __all__ = ["router"]
 
@@ -70,6 +75,32 @@ async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
         return packed(found.header, found.arrays)
 
     return binary(await answer_of(request, asked, work, kernels="motions"))
+
+
+@router.post("/api/diagram", summary="What simulations settle on over a parameter", responses=STREAM)
+async def settled(request: Request, asked: DiagramAsked) -> Response:
+    """Events ``progress`` with the motions found so far, then ``done`` or ``error``; ends when the client leaves."""
+    limits, gate = limits_of(request), gate_of(request)
+    along = f"{along_text(asked.along)}:{asked.values}"
+    work = asked.values * (asked.starts + asked.runs) * asked.impacts * (asked.modes + 1)
+    if work > limits.start_work:
+        message = f"expected values × (starts + runs) × impacts × (modes + 1) to be at most {limits.start_work:.0e}"
+        raise refused(422, f"{message}; here {work:.1e}", "take fewer, or use percuss diagram", "values", asked.values)
+
+    def made(_: Halt) -> tuple[Case, DiagramJob]:
+        case = case_asked(asked, limits.harmonics)
+        sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
+        return case, diagram_job_of(case, along, up_to=None, impacts=asked.impacts, **sizes)
+
+    case, job = await gate.quick.run(request, limits.seconds, made)
+    await compiled(request, "motions")
+
+    def follow_passes(halt: Halt, tell: Tell) -> None:
+        with failures_told(tell, "a diagram"):
+            for look in watched_diagram(job, halt):
+                tell("done" if look.done == 1.0 else "progress", diagram_dict(case, look))
+
+    return await streamed(request, gate.experiments, limits.experiment_seconds, follow_passes)
 
 
 def along_text(asked: AlongAsked) -> str:

@@ -14,6 +14,7 @@ __all__ = [
     "BranchMotionAsked",
     "CaseAsked",
     "CurvesAsked",
+    "DiagramAsked",
     "ExperimentAsked",
     "ExperimentFileAsked",
     "FollowAsked",
@@ -184,6 +185,18 @@ class FollowAsked(CaseAsked):
     orbit: Annotated[str, Field(max_length=2000, description="2/1:3 or 2/1:phases=1.2,4.5")] = "1/1"
     switch: Annotated[int, Field(ge=0, le=16, description="how deep to go on at flips and grazings")] = 0
     modes: Modes = 8
+
+
+class DiagramAsked(CaseAsked):
+    """What simulations settle on at values of a parameter, as ``percuss diagram --json`` has it."""
+
+    along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
+    values: Annotated[int, Field(ge=2, le=400)] = 120
+    starts: Annotated[int, Field(ge=1, le=32, description="random starts at each value")] = 4
+    runs: Annotated[int, Field(ge=0, le=12, description="motions that are taken along the values")] = 3
+    modes: Modes = 8
+    impacts: Annotated[int, Field(ge=1, le=20_000)] = 2000
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
 
 class BranchMotionAsked(CaseAsked):

@@ -11,7 +11,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram import carried_diagram
-from percuss.explore.diagrams.diagram_job import DEFAULT_VALUES, diagram_job
+from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_VALUES, diagram_job
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def diagram_job_of(
     switch: int = 2,
     tries: int = 100,
     starts: int = 8,
-    runs: int = 2,
+    runs: int = DEFAULT_RUNS,
     modes: int | None = None,
     impacts: int | None = None,
     seed: int = 0,
@@ -60,7 +60,21 @@ def diagram_job_of(
     )  # fmt: skip
 
 
-def diagram_answer(case: Case, along: str, *, running: dict[str, Any] | None = None, **asked: Any) -> Diagram:
+def diagram_answer(
+    case: Case,
+    along: str,
+    *,
+    up_to: str | None = "2/2",
+    searched: int = 5,
+    switch: int = 2,
+    tries: int = 100,
+    starts: int = 8,
+    runs: int = DEFAULT_RUNS,
+    modes: int | None = None,
+    impacts: int | None = None,
+    seed: int = 0,
+    **running: Any,
+) -> Diagram:
     """The motions of a case over one parameter; see `percuss.explore.diagram`.
 
     Parameters
@@ -70,11 +84,16 @@ def diagram_answer(case: Case, along: str, *, running: dict[str, Any] | None = N
     along
         A parameter and its range, ``load_factor=0.3:1.2``, or a key of the case in its unit, ``frequency=40 Hz:80 Hz``;
         with the number of values to simulate behind it, ``load_factor=0.3:1.2:200``, if not 120.
+    up_to
+        The greatest label whose orbits are searched for; None for no branches.
+    searched, switch, tries, starts, runs, seed
+        As for `percuss.explore.diagram`.
+    modes
+        N; None for those that the table [simulation] names, or 8.
+    impacts
+        Of a simulation at most, instead of those of the table.
     running
-        ``workers``, ``archive``, ``resume``, ``pool``, ``progress`` as `percuss.explore.carry_out` has them.
-    asked
-        ``up_to``, a label such as ``"4/4"``, or None for no branches; ``searched``, ``switch``, ``tries``, ``starts``,
-        ``runs``, ``modes``, ``seed`` as for `percuss.explore.diagram`, and ``impacts`` of a simulation at most.
+        ``workers``, ``archive``, ``resume``, ``pool``, ``chunk``, ``progress`` as `percuss.explore.carry_out` has them.
 
     Raises
     ------
@@ -91,7 +110,11 @@ def diagram_answer(case: Case, along: str, *, running: dict[str, Any] | None = N
     >>> found.labels[:2], [branch.label for branch in found.branches]
     (('z=1/1', 'chatter/1'), ['z=1/1'])
     """
-    return carried_diagram(diagram_job_of(case, along, **asked), **(running or {}))
+    job = diagram_job_of(
+        case, along, up_to=up_to, searched=searched, switch=switch, tries=tries, starts=starts, runs=runs,
+        modes=modes, impacts=impacts, seed=seed,
+    )  # fmt: skip
+    return carried_diagram(job, **running)
 
 
 def _axis(along: str) -> Axis:

@@ -30,6 +30,7 @@ def diagram_dict(case: Case, found: Diagram) -> dict[str, Any]:
         "left_out": found.left_out,
         "settled": [_settled(one) for one in found.settled],
         "branches": [_branch(line) for line in found.branches],
+        "impossible": [_branch(line) for line in found.impossible],
     }
 
 

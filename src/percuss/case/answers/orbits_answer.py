@@ -23,7 +23,7 @@ from percuss.steady.states import check_pushes
 if TYPE_CHECKING:
     from percuss.explore import Branch
 
-__all__ = ["branch_answer", "orbits_answer", "parsed_label"]
+__all__ = ["branch_answer", "orbits_answer", "parsed_label", "value_of"]
 
 _LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
 _TURN = 2.0 * math.pi
@@ -134,7 +134,7 @@ def branch_answer(
     checked_case(case)
     axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = _value_of(case, family, axis)
+    value = value_of(case, family, axis)
     start = _chosen(case, orbit, _modes(case, modes))
     ends = (float(axis.values[0]), float(axis.values[1]))
     return follow(start, axis.name, ends, family=family, value=value, switch=switch, halt=halt)
@@ -144,7 +144,7 @@ def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def _value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
+def value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
     """The parameter of the case itself, in the unit of the axis."""
     key = family.key(axis.name)
     if not key:

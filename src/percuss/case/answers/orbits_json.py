@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint
+    from percuss.explore import Branch, BranchPoint, PointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
@@ -29,8 +32,8 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     }
 
 
-def branch_dict(branch: Branch) -> dict[str, Any]:
-    """A branch, and all that were switched to from it."""
+def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
+    """A branch, and all that were switched to from it; and curves of their points over two parameters."""
     others = [other for other in branch.family() if other is not branch]
     return {
         "parameter": branch.parameter,
@@ -38,6 +41,32 @@ def branch_dict(branch: Branch) -> dict[str, Any]:
         **_branch(branch),
         "switched": [_branch(other) for other in others],
         "cascade": [row._asdict() for row in branch.cascade],
+        "curves": [_curve(curve) for curve in curves],
+    }
+
+
+def _curve(curve: PointCurve) -> dict[str, Any]:
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {
+                "type": point.kind.value,
+                "values": list(point.values),
+                "phases": point.orbit.phases.tolist(),
+                "speeds": point.orbit.speeds.tolist(),
+                "beyond": point.beyond,
+            }
+            for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "phases": curve.phases.tolist(),
+            "is_orbit": curve.is_orbit.tolist(),
+            "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
+        },
     }
 
 

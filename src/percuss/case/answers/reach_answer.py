@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from percuss.case.answers.json_values import number as plain_number
 from percuss.case.answers.numerals import number
 from percuss.case.case import Case, checked_case
+from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.parameter_list import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.reaching import Reach, ReachEnd, reach
-from percuss.model.checks import several
+from percuss.model.checks import callback, count, instance, several, text
 from percuss.shown import Shown
 from percuss.stability.verdict import DEFAULT_MODES
-from percuss.steady import PeriodicOrbit
+from percuss.steady import Orbit, PeriodicOrbit
 
-if TYPE_CHECKING:
-    from percuss.steady import Orbit
-
-__all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words"]
+__all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words", "varied_parameters"]
 
 _USUAL = ("load.mean", "load.frequency")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
@@ -94,10 +92,10 @@ def reach_answer(
     load factor p₀/p₁ = 0.3977: down to 0.3584, where the period doubles (then z=2/2); up to 0.4307, where the motion \
 ceases to exist (then chatter/1)
     """
-    checked_case(case)
-    rows = {row["name"]: row for row in parameters(case)}
-    wanted = _usual(rows) if names is None else [_known(case, rows, name) for name in several("names", names, "names")]
-    kept = DEFAULT_MODES if modes is None else modes
+    wanted = varied_parameters(case, names)
+    instance("orbit", orbit, Orbit)
+    callback("halt", halt)
+    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
     found = []
     for row in wanted:
@@ -110,6 +108,19 @@ ceases to exist (then chatter/1)
     return tuple(found)
 
 
+def varied_parameters(case: Case, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Name, label, unit and value of parameters of a case; None for those that are told unless others are asked for.
+
+    Raises
+    ------
+    ParameterError
+        For a name that is no number of the case.
+    """
+    checked_case(case)
+    rows = {row["name"]: row for row in parameters(case)}
+    return _usual(rows) if names is None else [_known(case, rows, name) for name in several("names", names, "names")]
+
+
 def _usual(rows: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     """What is told unless it is asked for: what has a slider; of a case in SI its mean load in place of its factor."""
     known = {name: row for name, row in rows.items() if row["value"] is not None}
@@ -120,7 +131,7 @@ def _usual(rows: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
     """The row of a parameter, by its name or its key; those that are no numbers of the case are unknown."""
-    key = CaseFamily(case, {}).key(name) if name not in rows else name
+    key = CaseFamily(case, {}).key(text("names", name)) if name not in rows else name
     if key not in rows or rows[key]["value"] is None:
         raise ParameterError("names", name, f"one of {', '.join(rows)}")
     return rows[key]

@@ -13,6 +13,7 @@ from percuss.case.answers.reach_answer import reach_dict
 from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
 from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
+from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
 from percuss.stability import stability_of
@@ -199,6 +200,7 @@ def steady_answer(
     [False, True]
     """
     checked_case(case)
+    need_free(case.system().body, "this answer; `structure_answer` tells of a structure")
     asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
     system, law = case.system(), case.timed_law()
     found = [_period_answer(system, law, m, modes) for m in asked]

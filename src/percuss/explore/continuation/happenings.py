@@ -15,6 +15,8 @@ from percuss.explore.continuation.indicators import (
     multipliers,
     outside,
     press,
+    stays_off,
+    unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.rises import rise
@@ -63,7 +65,7 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     first = min(found, key=lambda one: one.place) if found else None
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
-    if orbit.violation is None:
+    if stays_off(orbit):
         hidden = rise(segment, last)
         if hidden is None:
             return first
@@ -189,12 +191,12 @@ def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
 def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
     """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
     curve, aside = segment.curve, _ASIDE * segment.length
-    low, high = start + (aside if start else 0.0), stop - aside
+    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
     if low >= high:
         return []
 
     def count(place: float) -> int:
-        return outside(multipliers(curve.motion(segment.at(place).x)))
+        return unstable(curve.motion(segment.at(place).x))
 
     first, second = count(low), count(high)
     if min(first, second) < 0 or abs(second - first) < 2:

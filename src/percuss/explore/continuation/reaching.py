@@ -13,7 +13,7 @@ from percuss.explore.continuation.following import follow
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.model import System
-from percuss.model.checks import instance
+from percuss.model.checks import callback, instance
 from percuss.shown import Shown
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit
@@ -82,7 +82,7 @@ class Reach(Shown):
 def reach(
     orbit: PeriodicOrbit,
     along: str,
-    between: tuple[float, float],
+    between: tuple[float, float] | None = None,
     *,
     family: System | Family | None = None,
     value: float | None = None,
@@ -117,6 +117,7 @@ def reach(
     ('fold', 0.954929659, 'chatter/1')
     """
     instance("orbit", orbit, PeriodicOrbit)
+    callback("halt", halt)
     if not orbit_multipliers(orbit).stable:
         raise ParameterError("orbit", str(orbit), "a stable orbit", "'follow' goes along unstable ones")
     branch = follow(orbit, along, between, family=family, value=value, halt=halt)
@@ -125,7 +126,7 @@ def reach(
 
     def end(way: int) -> ReachEnd:
         point = next(_lost(branch, start, way))
-        then = None if point.kind in _OPEN else _then(systems, along, point, way, between)
+        then = None if point.kind in _OPEN else _then(systems, along, point, way)
         return ReachEnd(point.kind, point.value, point.orbit, point.beyond, then)
 
     return Reach(along, float(branch.values[start]), end(-1), end(1))
@@ -152,11 +153,11 @@ def _lost(branch: Branch, start: int, way: int) -> Iterator[BranchPoint]:
     yield last if way > 0 else first
 
 
-def _then(systems: Family, name: str, point: BranchPoint, way: int, between: tuple[float, float]) -> str | None:
+def _then(systems: Family, name: str, point: BranchPoint, way: int) -> str | None:
     """What a simulation from the motion at a point settles on, with the parameter a little further."""
     from percuss.simulate import Start, run
 
-    size = _BEYOND * (abs(point.value) or between[1] - between[0])
+    size = _BEYOND * (abs(point.value) or 1.0)
     try:
         system = systems.system({name: point.value + way * size})
         return run(system, Start.orbit(point.orbit), modes=point.orbit.modes).label

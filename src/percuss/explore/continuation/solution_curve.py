@@ -23,6 +23,7 @@ from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, parameter_column
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.system_numbers import Numbers
 from percuss.steady.states import check_pushes
 
@@ -31,7 +32,7 @@ __all__ = ["CurvePoint", "Number", "SolutionCurve", "Strayed", "turning", "twice
 _MOST_STEPS, _MOST_ROWS = 12, 6
 _KEPT = 32  # systems and motions
 _CLOSE = 1e-9  # after a step below this there is none: what is left is its square
-_WORDS = {1: "no convergence", 2: "a step too long"}
+_FOUND, _WORDS = 0, {1: "no convergence", 2: "a step too long"}
 _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
 _SEARCH_STEPS = 20
 _DIFFERENCE = 1e-6
@@ -87,12 +88,6 @@ class SolutionCurve:
     def rows(self) -> ParameterRows:
         """The numbers of the systems for compiled functions."""
         return ParameterRows(self.system, self.modes, self.unit)
-
-    @cached_property
-    def _kernel(self) -> Any:
-        from percuss.steady.periodic.kernels import following  # only here is the compiler needed
-
-        return following
 
     def _room(self, numbers: Numbers) -> Any:
         key = numbers.waves, numbers.steps
@@ -181,11 +176,11 @@ class SolutionCurve:
         for _ in range(_MOST_ROWS):
             try:
                 base, numbers, rate = self.rows.near(self.value(x))
-                ended, taken = self._kernel.corrected(
+                ended, taken = orbit_kernels().corrected(
                     numbers.row, rate, base, self.unit, self._room(numbers), 2.0 * math.pi * self.periods,
                     x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), column is not None, derivative, tangent,
                 )  # fmt: skip
-                if ended != self._kernel.FOUND:
+                if ended != _FOUND:
                     raise Strayed(_WORDS[ended])
                 steps = steps or taken
                 if self.rows.fits(base, rate, self.value(x)):
@@ -193,6 +188,15 @@ class SolutionCurve:
             except PercussError as error:
                 raise Strayed(str(error)) from None
         raise Strayed("no convergence")
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        """The derivative of the equations by the unknowns at a point, (p + 1, p + 2), and the equations, (p + 1,)."""
+        value, found = self.value(x), np.empty((x.size - 1, x.size + 1))
+        here, rate = self.rows.at(value), self.rows.near(value)[2]
+        orbit_kernels().derivatives(
+            here.row, rate, value, self.unit, self._room(here), 2.0 * math.pi * self.periods, x, found
+        )
+        return found[:, :-1], found[:, -1]
 
     @staticmethod
     def tangent(matrix: Array, along: Array) -> Array:
@@ -227,15 +231,14 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
     x = np.array(x)
     for _ in range(_SEARCH_STEPS):
         look()
-        orbit = curve.motion(x)
-        matrix = curve.matrix(orbit, curve.column(orbit, curve.value(x)))
+        matrix, off = curve.linearised(x)
         row, here = np.empty(x.size), number(CurvePoint(x, x, 0))
         for i in range(x.size):
             aside = np.array(x)
             aside[i] += _DIFFERENCE
             row[i] = (number(CurvePoint(aside, x, 0)) - here) / _DIFFERENCE
         try:
-            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(orbit.residuals, here))
+            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
         except np.linalg.LinAlgError:
             break
         size = float(np.abs(step).max())

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.errors import Interrupted
 from percuss.explore.attractors.grouping import labels, matched
 from percuss.explore.axis import Axis
-from percuss.explore.diagrams.diagram_job import DEFAULT_UP_TO, DiagramJob, diagram_job
+from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, DiagramJob, diagram_job
 from percuss.explore.diagrams.lines import DiagramBranch, lines_from, with_new
 from percuss.explore.diagrams.passes import UNKNOWN
 from percuss.explore.family import Family
@@ -74,6 +74,8 @@ class Diagram(Shown):
         What simulations settled on, value by value, the most frequent first.
     branches
         All that were traced; each of them once.
+    impossible
+        Roots of the equations beyond the grazings at which branches end: no motions.
     ask
         All that was asked.
     done
@@ -89,6 +91,7 @@ class Diagram(Shown):
     ask: Mapping[str, Any] = field(repr=False)
     done: float = 1.0
     left_out: int = 0
+    impossible: tuple[DiagramBranch, ...] = field(default=(), repr=False)
 
     @classmethod
     def of(cls, job: DiagramJob, columns: Columns) -> Diagram:
@@ -117,7 +120,9 @@ class Diagram(Shown):
             for one in _settled(passes, i, value, scales[i], float(load_scales[i]))
         ]
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
-        return cls(axis, int(ask["modes"]), tuple(settled), tuple(lines), ask, float(known.mean()), left_out)
+        motions = tuple(line for line in lines if line.possible)
+        others = tuple(line for line in lines if not line.possible)
+        return cls(axis, int(ask["modes"]), tuple(settled), motions, ask, float(known.mean()), left_out, others)
 
     @property
     def is_si(self) -> bool:
@@ -189,7 +194,7 @@ def diagram(
     switch: int = 2,
     tries: int = 100,
     starts: int = 8,
-    runs: int = 2,
+    runs: int = DEFAULT_RUNS,
     modes: int = 8,
     stop: Stop | None = None,
     seed: int = 0,
@@ -197,10 +202,11 @@ def diagram(
 ) -> Diagram:
     """The motions of a hammer over one parameter: what simulations settle on, and the branches of all orbits found.
 
-    At each value of the parameter motions are simulated from random starts, and from the state in which the motion at
-    the value before ended, up and down the values: so also what few starts lead to is met. At a few values orbits are
-    searched for, stable and unstable, and every branch that one of them lies on is followed through the whole range,
-    with the branches that begin at its flips and grazings.
+    At each value of the parameter motions are simulated from random starts. Some of those found are taken along, up and
+    down the values, each simulation from the state in which the one before ended: so a motion that few starts lead to
+    is met, too, up to where it is lost. At a few values orbits are searched for, stable and unstable, and every branch
+    that one of them lies on is followed through the whole range, with the branches that begin at its flips and
+    grazings.
 
     Parameters
     ----------
@@ -220,7 +226,7 @@ def diagram(
     starts
         Simulations from a new random start at each value.
     runs
-        Passes that go up the values, and as many that go down.
+        Motions that are taken along: of every three the most frequent ones at one value.
     modes
         N, of the simulations and of the orbits.
     stop
@@ -228,7 +234,8 @@ def diagram(
     seed
         Of the random starts of the simulations.
     running
-        ``workers``, ``archive``, ``resume``, ``pool``, ``progress`` as `percuss.explore.carry_out` has them.
+        ``workers``, ``archive``, ``resume``, ``pool``, ``chunk``, ``progress`` as `percuss.explore.carry_out` has them;
+        its items are the labels, then the passes of simulations.
 
     Returns
     -------
@@ -263,7 +270,7 @@ def carried_diagram(job: DiagramJob, **running: Any) -> Diagram:
     from percuss.explore.jobs.carrying_out import carry_out
 
     try:
-        return Diagram.of(job, carry_out(job, chunk=1, **running))
+        return Diagram.of(job, carry_out(job, **{"chunk": 1, **running}))
     except Interrupted as stop:
         if isinstance(stop.partial, dict):
             stop.partial = Diagram.of(job, stop.partial)

@@ -24,7 +24,7 @@ from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 if TYPE_CHECKING:
     from percuss.simulate import Stop
 
-__all__ = ["DEFAULT_UP_TO", "DEFAULT_VALUES", "DiagramJob", "diagram_job"]
+__all__ = ["DEFAULT_RUNS", "DEFAULT_UP_TO", "DEFAULT_VALUES", "DiagramJob", "diagram_job"]
 
 DEFAULT_VALUES = 120
 """Values of the parameter at which motions are simulated, unless others are asked for."""
@@ -32,6 +32,10 @@ DEFAULT_VALUES = 120
 DEFAULT_UP_TO = (2, 2)
 """The greatest label whose branches are traced, unless another is asked for."""
 
+DEFAULT_RUNS = 6
+"""Motions that are taken along the values, unless another number is asked for."""
+
+_RANKS = 3  # of the motions at one place that are taken along
 _ROOM = 1 << 21  # bytes of the branches of a label
 _MOST_PASSES, _MOST_SEARCHED, _MOST_LABELS = 1000, 200, 256
 _SECONDS_OF_BRANCH = 2.0
@@ -55,7 +59,7 @@ class DiagramJob:
     switch, tries
         As for `percuss.explore.follow` and `percuss.steady.orbits`.
     starts, runs
-        Passes from new starts at each value, and passes that go up the values, and as many that go down.
+        Passes from new starts at each value, and motions that are taken along, up and down the values.
     modes, stop, seed
         Of the simulations; the modes also of the branches.
     """
@@ -80,7 +84,7 @@ class DiagramJob:
     @property
     def passes(self) -> int:
         """How many passes of simulations there are."""
-        return self.starts + 2 * self.runs
+        return self.starts + self.runs
 
     @property
     def size(self) -> int:
@@ -185,10 +189,10 @@ class DiagramJob:
         systems = self.systems
         if number < self.starts:
             return fresh_pass(systems, self.modes, self.stop, self.seed, number, stopped)
-        if (number - self.starts) % 2 == 0:
-            return running_pass(systems, self.modes, self.stop, self.seed, number, stopped)
-        found = running_pass(systems[::-1], self.modes, self.stop, self.seed, number, stopped)
-        return {name: values[::-1] for name, values in found.items()}
+        run = number - self.starts
+        places = -(-self.runs // _RANKS)
+        place, rank = (run // _RANKS + 0.5) / places, run % _RANKS
+        return running_pass(systems, self.modes, self.stop, self.seed, place, rank, stopped)
 
 
 def diagram_job(
@@ -200,7 +204,7 @@ def diagram_job(
     switch: int = 2,
     tries: int = 100,
     starts: int = 8,
-    runs: int = 2,
+    runs: int = DEFAULT_RUNS,
     modes: int = 8,
     stop: Stop | None = None,
     seed: int = 0,

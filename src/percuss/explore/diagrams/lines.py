@@ -85,6 +85,8 @@ class DiagramBranch(Shown):
         What happens on it, its two ends first and last.
     scales
         Metres per second and joules of a speed and an energy of 1; shape (m, 2), None for a system without units.
+    possible
+        Whether these are motions; if not, they are roots of the equations beyond an end of a branch.
     """
 
     impacts: int
@@ -96,6 +98,7 @@ class DiagramBranch(Shown):
     unstable: npt.NDArray[np.int64] = field(repr=False)
     points: tuple[DiagramPoint, ...]
     scales: Array | None = field(default=None, repr=False)
+    possible: bool = True
 
     @property
     def label(self) -> str:
@@ -182,7 +185,7 @@ def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[Dia
 
 def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
     """Whether a branch is another one, or a part of it."""
-    if (other.impacts, other.periods) != (line.impacts, line.periods):
+    if (other.impacts, other.periods, other.possible) != (line.impacts, line.periods, line.possible):
         return False
     rows = {int(share * (line.values.size - 1)) for share in _ROWS}
     return all(_passes(other, float(line.values[row]), line.times[row]) for row in rows)
@@ -227,7 +230,14 @@ def _plain(line: DiagramBranch) -> dict[str, Any]:
         for point in line.points
     ]
     scales = None if line.scales is None else line.scales.tolist()
-    return {"impacts": line.impacts, "periods": line.periods, **arrays, "points": points, "scales": scales}
+    return {
+        "impacts": line.impacts,
+        "periods": line.periods,
+        **arrays,
+        "points": points,
+        "scales": scales,
+        "possible": line.possible,
+    }
 
 
 _PLAIN = ("value", "label", "beyond", "impact", "touch_phase", "energy")
@@ -250,5 +260,5 @@ def _line(row: dict[str, Any]) -> DiagramBranch:
     return DiagramBranch(
         p, row["periods"], np.array(row["values"]), np.array(row["times"]).reshape(-1, p),
         np.array(row["speeds"]).reshape(-1, p), np.array(row["energies"]), np.array(row["unstable"], dtype=np.int64),
-        points, None if row["scales"] is None else np.array(row["scales"]),
+        points, None if row["scales"] is None else np.array(row["scales"]), row["possible"],
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Simulations over the values of a parameter: from new starts at each, or each from where the one before ended."""
+"""Simulations over the values of a parameter: from new starts at each, or one motion taken along up and down."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.explore.attractors.cycles import INVARIANTS, invariants_of
+from percuss.explore.attractors.grouping import matched
 from percuss.explore.attractors.start_distributions import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.jobs.job import Column, Columns
 from percuss.model import System
@@ -24,6 +25,7 @@ UNKNOWN = -1
 """The code of a value at which nothing was simulated."""
 
 _WINDOW = 256
+_LOOKED = 32  # random starts among whose motions one is chosen to be taken along
 _TURN = 2.0 * np.pi
 
 
@@ -74,25 +76,68 @@ def fresh_pass(
 
 
 def running_pass(
-    systems: Sequence[System | None], modes: int, stop: Stop, seed: int, number: int, stopped: Callable[[], bool]
+    systems: Sequence[System | None],
+    modes: int,
+    stop: Stop,
+    seed: int,
+    place: float,
+    rank: int,
+    stopped: Callable[[], bool],
 ) -> Columns:
-    """Each system from the state in which the motion of the one before ended; the first from a random start."""
+    """One motion taken along: from a system upwards and downwards, each from where the motion of the one before ended.
+
+    Parameters
+    ----------
+    systems
+        One for each value; None where there is none, which no motion passes.
+    modes, stop, seed
+        Of the simulations.
+    place, rank
+        At which share of the values it begins, and with which of the motions that random starts settle on there: 0 for
+        the most frequent. Where there are fewer there is nothing to take along.
+    stopped
+        Whether the answer is no longer wanted.
+    """
+    found, first = _empty(len(systems)), min(int(place * len(systems)), len(systems) - 1)
+    here = systems[first]
+    begun = None if here is None else _begun(here, modes, stop, seed, rank)
+    if begun is None:
+        return found
+    settled = None
+    for ways in (range(first, len(systems)), range(first - 1, -1, -1)):
+        start = begun if settled is None else settled
+        for i in ways:
+            system = systems[i]
+            if stopped() or system is None or start is None:
+                break
+            start = _followed(found, i, system, start, modes, stop)
+            settled = start if i == first else settled
+    return found
+
+
+def _begun(system: System, modes: int, stop: Stop, seed: int, rank: int) -> Start | None:
+    """A start that settles on the motion of a rank; None where there are fewer."""
     from percuss.simulate import simulate_many
 
-    found, start = _empty(len(systems)), None
-    for i, system in enumerate(systems):
-        if stopped():
-            break
-        if system is None:
-            start = None
-            continue
-        begun = start if start is not None else next(_starts([system], seed, number))
-        many = simulate_many(system, begun, modes=modes, stop=stop, keep="everything", threads=1)
-        motion = many.trajectories[0]
-        events = motion.events[motion.events.kind == "impact"]
-        _put(found, i, many, 0, events.phase[-_WINDOW:], events.impact_velocity[-_WINDOW:], system)
-        start = _end(motion)
-    return found
+    starts = [start for number in (0, 1) for start in _starts([system] * (_LOOKED // 2), seed, number)]
+    many = simulate_many(system, starts, modes=modes, stop=stop, keep=_WINDOW, threads=1)
+    assert many.last_phase is not None and many.last_velocity is not None
+    rows = _empty(len(starts))
+    for i in range(len(starts)):
+        _put(rows, i, many, i, many.last_phase[i], many.last_velocity[i], system)
+    number = matched(rows, float(np.abs(system.load.coefficients).sum()))
+    return starts[int(np.argmax(number == rank))] if rank <= int(number.max()) else None
+
+
+def _followed(found: Columns, i: int, system: System, start: Start, modes: int, stop: Stop) -> Start | None:
+    """Simulate at value number i; the state in which the motion ends."""
+    from percuss.simulate import simulate_many
+
+    many = simulate_many(system, start, modes=modes, stop=stop, keep="everything", threads=1)
+    motion = many.trajectories[0]
+    events = motion.events[motion.events.kind == "impact"]
+    _put(found, i, many, 0, events.phase[-_WINDOW:], events.impact_velocity[-_WINDOW:], system)
+    return _end(motion)
 
 
 def _starts(systems: Sequence[System], seed: int, number: int) -> Iterator[Start]:

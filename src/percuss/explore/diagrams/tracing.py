@@ -8,6 +8,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.following import follow
+from percuss.explore.diagrams.impossible import beyond_the_ends
 from percuss.explore.diagrams.lines import DiagramBranch, line_of, with_new
 from percuss.explore.family import Family
 from percuss.model import System
@@ -66,13 +67,15 @@ def traced(
                 branch = follow(orbit, name, between, family=family, value=value, switch=switch, halt=stopped)
             except PercussError:  # at an end of what can be followed
                 continue
-            found = with_new(found, [line_of(one, system) for one in branch.family()])
+            every = list(branch.family())
+            beyond = beyond_the_ends(every, family, between, stopped)
+            found = with_new(found, [*(line_of(one, system) for one in every), *beyond])
     return found
 
 
 def _is_on(line: DiagramBranch, value: float, orbit: PeriodicOrbit) -> bool:
     """Whether a branch goes through an orbit: the points beside it say where to look for the one that it has there."""
-    if (line.impacts, line.periods) != (orbit.impacts, orbit.periods):
+    if not line.possible or (line.impacts, line.periods) != (orbit.impacts, orbit.periods):
         return False
     turn = load_turn(orbit.system.load)
     times = np.array(orbit.times)

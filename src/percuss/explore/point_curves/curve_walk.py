@@ -111,6 +111,9 @@ class _Walker:
         except Strayed:
             self._shorter()
             return
+        home = self._home(point) if limit is None else None
+        if home is not None:
+            between = [one for one in between if float((one.point.x - home.x) @ home.tangent) < 0.0]
         for one in between:
             self.walk.points.append(one.point)
             self.walk.is_orbit.append(self.walk.is_orbit[-1])
@@ -118,10 +121,10 @@ class _Walker:
             if self._stops(one.kind):
                 self.ended = True
                 return
-        self._arrive(point)
+        self._arrive(point if home is None else home)
         if limit is not None:
             self.end(limit)
-        elif self._is_home(point):
+        elif home is not None:
             self.end(CurveEvent.CLOSED)
         elif self._shortest(point) < _COALESCED:
             self.end(CurveEvent.COALESCENCE)
@@ -201,19 +204,20 @@ class _Walker:
         else:
             self.end(CurveEvent.LOST)
 
-    def _is_home(self, point: ExtendedPoint) -> bool:
-        """Whether the walk came back to its start, or past it."""
+    def _home(self, point: ExtendedPoint) -> ExtendedPoint | None:
+        """The start of the walk, if a step to a point comes back to it or past it, with the times of now."""
         first, p = self.walk.points[0], self.curve.impacts
-        reach = 2.0 * float(np.linalg.norm(point.x - self.walk.points[-2].x))
+        reach = 2.0 * float(np.linalg.norm(point.x - self.here.x))
         if len(self.walk.points) < 8 or np.abs(first.x[p + 1 : p + 3] - point.x[p + 1 : p + 3]).max() > reach:
-            return False
+            return None
         orbit = self.curve.motion(first.x)
         off = point.x - first.x
         turn = load_turn(orbit.system.load)
         off[:p] = differences(point.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
-        if np.abs(off).max() > reach:
-            return False
-        return 0.0 <= float(off @ first.tangent) <= reach and float(point.tangent @ first.tangent) > 0.0
+        near = np.abs(off).max() <= reach and 0.0 <= float(off @ first.tangent) <= reach
+        if not near or float(point.tangent @ first.tangent) <= 0.0:
+            return None
+        return first._replace(x=point.x - off)
 
     # -- what happens on the way --
 

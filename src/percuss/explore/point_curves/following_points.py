@@ -120,8 +120,10 @@ def follow_point(
 
 def _values(system: System, names: Sequence[str], given: Sequence[float] | None) -> tuple[float, float]:
     if given is not None:
-        first, second = numbers("values", given, "the values of both parameters").tolist()
-        return finite("values", first), finite("values", second)
+        pair = numbers("values", given, "the values of both parameters")
+        if pair.shape != (2,):
+            raise ParameterError("values", given, "the values of both parameters")
+        return finite("values", pair[0]), finite("values", pair[1])
     found = [PARAMETERS[name].get(system) if name in PARAMETERS else None for name in names]
     if found[0] is None or found[1] is None:
         raise ParameterError("values", None, f"the values of {names[0]} and {names[1]} that belong to the point")
@@ -206,7 +208,7 @@ def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> P
     else:
         points, real = [*back.points[:0:-1], *points], [*back.is_orbit[:0:-1], *real]
         happened = [*((one, back) for one in back.happened[::-1]), *happened]
-    p = curve.impacts
+    p, known = curve.impacts, getattr(curve.family, "units", {})
     rows = np.array([point.x for point in points])
     return PointCurve(
         curve.condition.kind,
@@ -218,6 +220,7 @@ def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> P
         times=np.array([curve.motion(x).times for x in rows]),
         is_orbit=np.array(real, dtype=bool),
         angles=_angles(curve, rows),
+        units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
         points=tuple(_point(curve, one, walk) for one, walk in happened),
     )
 

@@ -63,6 +63,8 @@ class PointCurve(Shown):
     angles
         Of the multipliers on the unit circle, in rad: 0 for folds, π for flips; NaN for grazings and corners. Shape
         (m,).
+    units
+        Of both parameters; empty for plain numbers.
     points
         What happens, in order along the curve, its two ends first and last; of a closed one both are where it closes.
     """
@@ -76,12 +78,23 @@ class PointCurve(Shown):
     times: Array = field(repr=False)
     is_orbit: npt.NDArray[np.bool_] = field(repr=False)
     angles: Array = field(repr=False)
+    units: tuple[str, str]
     points: tuple[CurvePoint, ...]
 
     @property
     def label(self) -> str:
         """z=p/n."""
         return f"z={self.impacts}/{self.periods}"
+
+    @property
+    def kind(self) -> str:
+        """The word of what they are."""
+        return str(self.event.value)
+
+    @property
+    def real(self) -> Array:
+        """`values`, NaN where the motion is no orbit; shape (m, 2)."""
+        return np.where(self.is_orbit[:, None], self.values, np.nan)
 
     @property
     def phases(self) -> Array:

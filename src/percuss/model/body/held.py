@@ -16,7 +16,7 @@ from percuss.errors import ParameterError
 from percuss.model.body.body import Body, IntArray, Shape
 from percuss.model.checks import Array
 
-__all__ = ["MOST_GAP", "HeldBody"]
+__all__ = ["MOST_GAP", "HeldBody", "need_free"]
 
 MOST_GAP = 1e12
 """Far beyond any gap: displacements keep some digits of an impact."""
@@ -88,5 +88,17 @@ class HeldBody(Body):
         return False
 
 
+def need_free(body: Body, what: str) -> None:
+    """Refuse a body that is held where the answer is one of bars that move as a whole.
+
+    Raises
+    ------
+    ParameterError
+        With what was asked for.
+    """
+    if not body.is_free:
+        raise _of_bars(what)
+
+
 def _of_bars(what: str) -> ParameterError:
-    return ParameterError("body", "a body that is held", f"a free bar for {what}")
+    return ParameterError("body", "held by a spring or a structure", f"a free bar for {what}")

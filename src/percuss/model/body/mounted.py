@@ -9,15 +9,17 @@ from typing import Any, ClassVar
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.model.body.bar import Bar
 from percuss.model.body.body import Body, Shape
 from percuss.model.body.damping import UNDAMPED, Damping
 from percuss.model.body.held import HeldBody
 from percuss.model.body.modal import GAP, MOST_MODES, _gap
+from percuss.model.body.sized import Piece, SizedBody
 from percuss.model.body.uniform import LEAST_S, MOST_S
 from percuss.model.checks import Array, instance, non_negative, positive
 from percuss.model.parameter import Parameter, of_field
 
-__all__ = ["Mounted"]
+__all__ = ["Mounted", "SizedMounted"]
 
 _STEPS = 80
 _USUAL = 32
@@ -29,8 +31,8 @@ class Mounted(HeldBody):
     """u_tt + d u_t − s² u_xx = 0 with s² u_x(0) = k u(0) + c u_t(0) − p(t), u_x(1) = 0, and the wall at u(1) = g.
 
     Modes cos q_n(1 − x) with q_n tan q_n = k/s² and ω_n = q_n s. The dashpot gives every mode its share
-    δ_n = c φ_n(0)²; that it also joins modes, by c φ_m(0)φ_n(0), is left out, which is exact for a rigid mass and to the
-    first order in c else.
+    δ_n = c φ_n(0)²; that it also joins modes, by c φ_m(0)φ_n(0), is left out, which is exact for a rigid mass, and
+    else to the first order in c.
 
     Parameters
     ----------
@@ -142,3 +144,82 @@ class Mounted(HeldBody):
     def __str__(self) -> str:
         what = "rigid mass" if self.is_rigid else f"s = {self.s:.6g}, {self.damping}"
         return f"{what} on a spring k = {self.stiffness:.6g} with c = {self.dashpot:.6g}, gap {self.gap:.6g}"
+
+
+@dataclass(frozen=True)
+class SizedMounted(SizedBody):
+    """The same in SI; its scales are the mass, and the length of the bar, 1 m without one.
+
+    Parameters
+    ----------
+    spring
+        k in N/m.
+    dashpot
+        c in N·s/m.
+    bar
+        The bar; None for a rigid mass.
+    rigid_mass
+        In kg, where there is no bar.
+    gap
+        g in m.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range.
+    """
+
+    kind: ClassVar[str] = "mounted"
+
+    spring: float
+    dashpot: float = 0.0
+    bar: Bar | None = None
+    rigid_mass: float = 1.0
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, check in (("spring", positive), ("dashpot", non_negative), ("rigid_mass", positive)):
+            object.__setattr__(self, name, check(name, getattr(self, name)))
+        object.__setattr__(self, "gap", _gap(self.gap))
+        if self.bar is not None:
+            instance("bar", self.bar, Bar)
+
+    @property
+    def length(self) -> float:  # type: ignore[override]
+        """Of the bar, in m; 1 m of a rigid mass."""
+        return 1.0 if self.bar is None else self.bar.length
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return self.rigid_mass if self.bar is None else self.bar.mass
+
+    @property
+    def damping(self) -> Damping:  # type: ignore[override]
+        """Of the bar itself."""
+        return UNDAMPED if self.bar is None else self.bar.damping
+
+    @property
+    def transit_time(self) -> float:
+        return 0.0 if self.bar is None else self.bar.transit_time
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        return () if self.bar is None else self.bar.pieces
+
+    def body(self, angular_frequency: float) -> Body:
+        k, c = self.spring / (self.mass * angular_frequency**2), self.dashpot / (self.mass * angular_frequency)
+        gap = self.gap / self.length
+        if self.bar is None:
+            return Mounted(k, c, gap=gap)
+        own = self.bar.body(angular_frequency)
+        return Mounted(k, c, own.s, own.damping, gap)
+
+    def natural_frequencies(self, modes: int) -> Array:
+        found = self.body(1.0).modes(modes)
+        squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
+        return np.asarray(np.sqrt(squares) / (2.0 * np.pi))
+
+    def __str__(self) -> str:
+        what = f"mass of {self.mass:.6g} kg" if self.bar is None else str(self.bar)
+        return f"{what} on a spring of {self.spring:.6g} N/m"

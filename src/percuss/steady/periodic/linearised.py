@@ -6,8 +6,8 @@ With ρ the change of a mode's state at fixed times and δt_i the shift of impac
 
 the saltation (Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7). Every mode
 is eliminated, one 2×2 solve for each shift; that the striking end comes back to the wall over each flight is then
-K(ξ) δt = 0 (of a body that is held: that it comes to the wall at each impact). K(1) is the derivative of the equations for the times, and nothing is divided by the speed of an impact, so
-that all stays finite where one dies.
+K(ξ) δt = 0 (of a body that is held: that it is there at each impact). K(1) is the derivative of the equations for the
+times, and nothing is divided by the speed of an impact, so that all stays finite where one dies.
 """
 
 from __future__ import annotations

@@ -15,11 +15,13 @@ import numpy.typing as npt
 from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.steady.periodic.impact_chain import ImpactChain
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.system_numbers import numbers_of
 
 __all__ = ["COALESCED", "Ended", "Outcome", "newton"]
 
 _STEPS = 60
+_FRESH = -1  # of `settling`: not begun
 _AT_ONCE = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
 COALESCED = 1e-9
 """Share of the period below which a flight has vanished."""
@@ -55,12 +57,10 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
     turn
         After how long the load repeats.
     """
-    from percuss.steady.periodic.kernels.searching import FRESH, search  # only here is the compiler needed
-
     p, system = chain.impacts, numbers_of(chain.system, chain.modes)
     times = np.array(times, dtype=float, ndmin=2)
     rebound, outcome = np.zeros(times.shape[0]), np.zeros(times.shape[0], dtype=np.int64)
-    settling = np.full(times.shape[0], FRESH, dtype=np.int64)
+    settling = np.full(times.shape[0], _FRESH, dtype=np.int64)
     roots = np.empty((0, p)) if known is None else np.ascontiguousarray(known, dtype=float)
     work = p * (p + 4) * (system.modes + 1) + p * roots.size
     rows, steps = max(1, _AT_ONCE // (work * _STEPS)), min(_STEPS, max(1, _AT_ONCE // work))
@@ -68,7 +68,7 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
         some = slice(first, first + rows)
         for done in range(0, _STEPS, steps):
             look()
-            search(
+            orbit_kernels().search(
                 system.row, system.room(p), chain.period, turn, chain.is_neutral, roots, min(steps, _STEPS - done),
                 times[some], rebound[some], settling[some], outcome[some],
             )  # fmt: skip

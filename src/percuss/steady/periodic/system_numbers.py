@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -38,8 +39,9 @@ class Numbers:
         return room_for(self.modes, self.waves, self.steps, impacts)
 
 
+@lru_cache(maxsize=64)
 def numbers_of(system: System, modes: int) -> Numbers:
-    """The numbers of a system.
+    """The numbers of a system; the last ones are kept. Not to be written into.
 
     Raises
     ------
@@ -49,7 +51,9 @@ def numbers_of(system: System, modes: int) -> Numbers:
     refuse_resonance(system)
     load, contact = system.load, system.contact
     known = system.body.modes(modes, load.at)
-    row = [load.mean, system.d, contact.strain_factor, contact.velocity_factor, 0.0]
+    is_free = system.body.is_free
+    row = [load.mean, system.push, system.d, contact.strain_factor, contact.velocity_factor]
+    row += [float(is_free), system.body.gap]
     for values in (known.omega, known.damping, known.gamma):
         row += values.tolist()
     if load.is_piecewise:

@@ -7,6 +7,7 @@ import { along, askedRange, beginning, branchChoices } from "./branches_choices.
 import { eventTable, orbitList } from "./branches_events.js";
 import { motionCard, noMotion, pauseBranch, showMotion, toggleBranch } from "./branches_motion.js";
 import { diagram, spotted } from "./branches_picture.js";
+import { settledDots, settledHeights, settledRow, stopSettled, wantSettled } from "./branches_settled.js";
 import { ASIDE, RISING, branchesOf, placeAt, placeNear, placeOf, rowAt } from "./branches_walk.js";
 import { framed, h, latest, put, settled } from "./dom.js";
 import { plainNumber, withUnit } from "./format.js";
@@ -23,6 +24,7 @@ export const panel = {
     begin: "", // "2/1:3"; empty for the motion of the head
     depth: 1, // how often to go on at flips
     bmodes: 8,
+    settled: 0, // 1: with what simulations settle on
     spot: "", // the place that is looked at: "value,phase of its first impact"
     branchSlow: "",
   },
@@ -52,7 +54,7 @@ function startBranches(section) {
     section,
     h("div", { class: "card" }, parts.choice),
     parts.found,
-    h("div", { class: "grid" }, h("div", { class: "card" }, parts.chart.figure, parts.readout, parts.status), motionCard(carry)),
+    h("div", { class: "grid" }, h("div", { class: "card" }, parts.chart.figure, parts.readout, settledRow(repaint), parts.status), motionCard(carry)),
     parts.events,
   );
   pointer(canvas);
@@ -62,7 +64,7 @@ function startBranches(section) {
     if (switchesItself()) pauseBranch();
   });
   on("info view quick", () => ready() && (branchChoices(parts.choice, search), want(), placed()));
-  on("view", () => view.panel !== "branches" && pauseBranch());
+  on("view", () => view.panel !== "branches" && (pauseBranch(), stopSettled()));
   on("tables quick view theme", repaint);
   document.addEventListener("visibilitychange", () => document.hidden && pauseBranch());
 }
@@ -76,6 +78,7 @@ const moveOnly = () => data.info && data.moved?.length === 1 && data.moved[0] ==
 const want = settled(() => {
   if (!ready() || data.problems.length || !uptodate()) return;
   const axis = along();
+  wantSettled({ axis, modes: view.bmodes, now: since });
   const begin = beginning();
   const now = JSON.stringify([since, axis.name, axis.from, axis.to, view.begin || [view.m, view.orbit], view.depth, view.bmodes]);
   if (now === key) return;
@@ -191,8 +194,15 @@ const repaint = framed(() => {
   const height = view.up === "phase" ? phaseNow() : chosen()?.quick.impact_velocity;
   const design = now === undefined ? null : { x: now, y: height ?? null };
   const range = view.alongr || !branches.length ? askedRange(axis) : reached(now);
-  parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design));
-  if (design) parts.chart.canvas.dataset.design = `${design.x}`;
+  const simulated = { dots: settledDots(view.up), heights: settledHeights(view.up) };
+  parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design, simulated));
+  const { canvas, frame, spec, scale } = parts.chart;
+  if (design) canvas.dataset.design = `${design.x}`;
+  if (frame) {
+    const { left, right, top, bottom } = frame;
+    const pixels = (...list) => list.map((one) => one * scale);
+    canvas.dataset.frame = JSON.stringify({ x: [...pixels(left, right), spec.x.from, spec.x.to], y: [...pixels(top, bottom), spec.y.from, spec.y.to] });
+  }
   over();
 });
 

@@ -32,18 +32,19 @@ export const EVENTS = {
   lost: { words: "lost here", shape: "cross" },
 };
 
-/** What to draw: `along` is {label, from, to}, `design` {x, y} or null. */
-export function diagram(branches, along, up, design) {
+/** What to draw: `along` is {label, from, to}, `design` {x, y} or null, `simulated` what simulations settle on. */
+export function diagram(branches, along, up, design, simulated) {
   const rising = RISING[up];
   const { kinds, ink } = theme();
-  const items = branches.flatMap((branch, i) => linesOf(branch, rising, kinds[i % kinds.length]));
+  const items = [...simulated.dots];
+  items.push(...branches.flatMap((branch, i) => linesOf(branch, rising, kinds[i % kinds.length])));
   items.push(...marks(branches, rising, ink));
   if (design) {
     items.push({ type: "level", at: design.x, axis: "x", colour: ink, dash: [2, 3], width: 1.5, name: "the present design" });
     if (design.y !== null) items.push({ type: "points", x: [design.x], y: [design.y], shape: "diamond", size: 8, colour: ink });
   }
   const heights = branches.flatMap(({ rows }) => rows.flatMap(rising));
-  const [low, high] = span([heights]);
+  const [low, high] = span([heights, simulated.heights]);
   const round = up === "phase" && (!heights.length || high - low > Math.PI);
   const y = round ? { from: 0, to: 2 * Math.PI, ticks: PHASES } : { from: low, to: high };
   return {

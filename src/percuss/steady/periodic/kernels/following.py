@@ -4,8 +4,8 @@ import math
 
 from percuss.compiled import entry, inner
 from percuss.steady.periodic.kernels.forced import prepared
-from percuss.steady.periodic.kernels.layout import CLOSURE, DRAG, FORCE, GIVEN, OFF, REBOUND
-from percuss.steady.periodic.kernels.linearised import bordered
+from percuss.steady.periodic.kernels.layout import CLOSURE, GIVEN, OFF
+from percuss.steady.periodic.kernels.linearised import bordered, turning
 from percuss.steady.periodic.kernels.passage import passed
 from percuss.steady.periodic.kernels.solving import reduced, solved
 
@@ -18,16 +18,14 @@ FOUND, LOST, TOO_LONG = range(3)
 
 @entry
 def derivatives(system, rate, here, unit, room, period, x, derivative):
-    """The equations at a point of the curve, and their derivative by the unknowns, (p + 1, p + 2).
+    """The equations at a point of the curve, and their derivative by the unknowns, into `derivative`, (p + 1, p + 3).
 
-    `rate`: how the numbers of the system change with the parameter, whose value is `here`, in units `unit`; 0 for a
-    unit leaves that column as it is. `derivative` has p + 3 columns, the last of them the equations themselves.
+    `rate`: how the numbers of the system change with the parameter, whose value is `here`, in units `unit`. The last
+    column is the equations themselves.
     """
-    p = room.impacts.shape[1]
-    if unit != 0.0:
-        by_parameter(system, rate, here, unit, room, period, x, derivative)
+    by_parameter(system, rate, here, unit, room, period, x, derivative)
     prepared(system, room)
-    passed(room, x, period, GIVEN, x[p])
+    passed(room, x, period, GIVEN, x[room.impacts.shape[1]])
     by_times(room, derivative)
 
 
@@ -80,7 +78,7 @@ def by_times(room, derivative):
     """The derivative by the times and by the velocity after the first impact, with the equations as the last column."""
     p = room.impacts.shape[1]
     bordered(room, 1.0)
-    turned = room.impacts[FORCE, 0] - room.numbers[DRAG] * room.impacts[REBOUND, 0]
+    turned = turning(room)
     for i in range(p + 1):
         for j in range(p + 1):
             derivative[i, j] = room.matrix[i, j]

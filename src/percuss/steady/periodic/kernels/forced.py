@@ -9,6 +9,7 @@ from percuss.steady.periodic.kernels.layout import (
     DRAG,
     F_RATE,
     FORCE,
+    FREE,
     GAMMA,
     HALF_D,
     HEAD,
@@ -62,7 +63,7 @@ def prepared(system, room):
     for j in range(number):
         k, re, im = system[at + j], system[at + number + j], system[at + 2 * number + j]
         waves[K, j], waves[P_RE, j], waves[P_IM, j] = k, re, im
-        factor = complex(re, im) / complex(system[DRAG], k)
+        factor = system[FREE] * complex(re, im) / complex(system[DRAG], k)
         waves[V_RE, j], waves[V_IM, j] = factor.real, factor.imag
         waves[U_RE, j], waves[U_IM, j] = factor.imag / k, -factor.real / k
         for n in range(modes):
@@ -83,7 +84,7 @@ def rigid_knots(room):
     pieces, gone, v = steps.shape[1], 0.0, 0.0
     for j in range(pieces):
         end = steps[START, j + 1] if j + 1 < pieces else steps[START, 0] + TURN
-        length, pull = end - steps[START, j], steps[VALUE, j] - mean
+        length, pull = end - steps[START, j], room.numbers[FREE] * (steps[VALUE, j] - mean)
         steps[LENGTH, j], steps[PULL, j] = length, pull
         gone += length
         rest = TURN - gone

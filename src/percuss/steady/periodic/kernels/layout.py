@@ -7,9 +7,10 @@ import numpy.typing as npt
 
 __all__ = ["Room", "room_for"]
 
-MEAN, DRAG, ALPHA, BETA, GAP = range(5)
-"""Of a system, first: p_0, d of the bar as a whole, α and β of the contact, where the wall is without a rigid mode."""
-HEAD = 5
+MEAN, PUSH, DRAG, ALPHA, BETA, FREE, GAP = range(7)
+"""Of a system, first: p_0, and what of it pushes the body as a whole; d of that; α and β of the contact; whether the
+body is free (1) or held (0), so that it has no motion as a whole; and the gap of one that is held."""
+HEAD = 7
 """After these follow ω_n, d_n and γ_n, n = 1 … N, then k, Re p_k and Im p_k of K harmonics, or P breaks and values."""
 
 # rows of `modal`: ω_n, d_n, γ_n, d_n/2, |ω_n² − d_n²/4|^½, whether it creeps, ω_n², and p_0/ω_n²
@@ -60,6 +61,9 @@ class Room(NamedTuple):
     rows: npt.NDArray[np.float64]
     now: npt.NDArray[np.float64]
     moved: npt.NDArray[np.float64]
+    free: npt.NDArray[np.float64]
+    spun: npt.NDArray[np.float64]
+    stretch: npt.NDArray[np.float64]
 
 
 def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
@@ -81,4 +85,7 @@ def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
         rows=np.empty((1, size)),
         now=np.empty(length),
         moved=np.empty(length),
+        free=np.empty((8, modes)),
+        spun=np.empty((6, waves)),
+        stretch=np.empty(7),
     )

@@ -4,9 +4,12 @@ from percuss.compiled import inner
 from percuss.steady.periodic.kernels.layout import (
     ALPHA,
     BETA,
+    DRAG,
     FADE,
     FORCE,
+    FREE,
     GAMMA,
+    REBOUND,
     SPEED,
     SQUARE,
     STAY,
@@ -19,7 +22,7 @@ from percuss.steady.periodic.kernels.layout import (
 )
 from percuss.steady.periodic.kernels.passage import cycle_of, returning
 
-__all__ = ["bordered"]
+__all__ = ["bordered", "turning"]
 
 
 @inner
@@ -33,6 +36,11 @@ def bordered(room, xi):
         rate[i] = 0.0
     for n in range(room.modal.shape[1]):
         elastic_rows(room, n, xi)
+    if room.numbers[FREE] == 0.0:
+        for i in range(p):
+            matrix[i, i] += beta * impacts[SPEED, i]
+        matrix[p, p] = -1.0
+        return
     rate[p] = 1.0
     for i in range(p):
         for j in range(p + 1):
@@ -53,6 +61,7 @@ def elastic_rows(room, n, xi):
     matrix, carried, impacts = room.matrix, room.carried, room.impacts
     alpha, beta, p = room.numbers[ALPHA], room.numbers[BETA], impacts.shape[1]
     gamma, square = room.modal[GAMMA, n], room.modal[SQUARE, n]
+    is_free = room.numbers[FREE] != 0.0
     ma, mb, mc, me = cycle_of(carried, n, alpha, beta)
     for j in range(p):
         kick = (alpha - beta) * carried[V, n, j]
@@ -69,7 +78,14 @@ def elastic_rows(room, n, xi):
             a, b, c, e = carried[A, n, i], carried[B, n, i], carried[C, n, i], carried[E, n, i]
             start = u
             u, v = a * u + b * v, c * u + e * v
-            matrix[i, j] += gamma * (u - start)
+            matrix[i, j] += gamma * (u - start if is_free else start)
             u, v = alpha * u, beta * v
             if i + 1 == j:
                 u, v = u + kick, v + kick_rate
+
+
+@inner
+def turning(room):
+    """By how much the mean velocity just after the first impact grows if the impact is later, its state the same."""
+    numbers, impacts = room.numbers, room.impacts
+    return numbers[FREE] * (impacts[FORCE, 0] - numbers[DRAG] * impacts[REBOUND, 0])

@@ -13,10 +13,12 @@ from percuss.steady.periodic.kernels.layout import (
     F_RATE,
     FADE,
     FLIGHT,
+    FREE,
     GAMMA,
+    GAP,
     GIVEN,
-    MEAN,
     OFF,
+    PUSH,
     REBOUND,
     RESONANCE,
     RIGID,
@@ -82,9 +84,12 @@ def passed(room, times, period, kind, rebound):
         elastic(room, n)
     for i in range(p):
         to, flight = (i + 1) % p, impacts[FLIGHT, i]
-        off = impacts[OFF, i] + room.numbers[MEAN] * flight * flight * phi2(d * flight)
+        off = impacts[OFF, i] + room.numbers[PUSH] * flight * flight * phi2(d * flight)
         impacts[OFF, i] = off + (impacts[U_FORCED, to] - impacts[U_FORCED, i])
-    rigid(room, period, kind, rebound)
+    if room.numbers[FREE] != 0.0:
+        rigid(room, period, kind, rebound)
+    else:
+        held(room, kind, rebound)
 
 
 @inner
@@ -134,9 +139,21 @@ def rigid(room, period, kind, first):
 
 
 @inner
+def held(room, kind, given):
+    """What is left of a body that is held: no motion as a whole, and its place at the impacts, not how it changes."""
+    impacts, given = room.impacts, given if kind == GIVEN else 0.0
+    room.whole[CLOSURE] = -given
+    for i in range(impacts.shape[1]):
+        impacts[FADE, i], impacts[STAY, i], impacts[RIGID, i], impacts[REBOUND, i] = 0.0, 0.0, 0.0, given
+        impacts[OFF, i] = -room.numbers[GAP]
+        for n in range(room.modal.shape[1]):
+            impacts[OFF, i] += room.modal[GAMMA, n] * room.carried[U, n, i]
+
+
+@inner
 def carried_through(room, first):
     """The velocities before and after all impacts; returns that after the first one a cycle later."""
-    impacts, p, mean = room.impacts, room.impacts.shape[1], room.numbers[MEAN]
+    impacts, p, mean = room.impacts, room.impacts.shape[1], room.numbers[PUSH]
     impacts[REBOUND, 0] = now = first
     for i in range(p):
         to = (i + 1) % p

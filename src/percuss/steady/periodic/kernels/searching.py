@@ -7,16 +7,14 @@ from percuss.steady.periodic.kernels.forced import prepared
 from percuss.steady.periodic.kernels.layout import (
     BEST,
     CLOSURE,
-    DRAG,
     FLIGHT,
-    FORCE,
     GIVEN,
     OFF,
     REBOUND,
     RETURNING,
     TIME,
 )
-from percuss.steady.periodic.kernels.linearised import bordered
+from percuss.steady.periodic.kernels.linearised import bordered, turning
 from percuss.steady.periodic.kernels.passage import passed
 from percuss.steady.periodic.kernels.solving import reduced, solved
 
@@ -79,7 +77,7 @@ def stepped(room, period, turn, known, times, rebound, row, settling):
         if not abs(work[i, p + 1]) < math.inf:
             return LOST, GIVEN_UP
     share = 1.0 if settling else length_of(room, known, period, turn, size)
-    turned = impacts[FORCE, 0] - room.numbers[DRAG] * impacts[REBOUND, 0]
+    turned = turning(room)
     rebound[row] = impacts[REBOUND, 0] + share * work[p, p + 1] + turned * share * work[0, p + 1]
     for i in range(p):
         times[i] += share * work[i, p + 1]

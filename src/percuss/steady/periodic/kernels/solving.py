@@ -55,6 +55,8 @@ def determinant(matrix, size):
         for j in range(size):
             length += matrix[i, j] * matrix[i, j]
         length = math.sqrt(length)
+        if length == 0.0:
+            return 0.0
         for j in range(size):
             matrix[i, j] /= length
     found = reduced(matrix, size, size)
