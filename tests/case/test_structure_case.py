@@ -1,4 +1,4 @@
-"""Cases of structures that are held: the table [body], its file of modes, and everything that can be wrong with them."""
+"""Cases of structures that are held: the table [body], its file of modes, and all that can be wrong with them."""
 
 import json
 import math
@@ -146,7 +146,8 @@ def test_answers_of_a_structure(folder, capsys):
         assert "gap" in capsys.readouterr().out
     assert main(["steady", "case.toml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["system"]["gap"] == 0.3
-    assert main(["steady", "case.toml", "--plot", "x.png"]) == 2
+    for unfit in (["--plot", "x.png"], ["--reach"], ["--starts", "3"]):
+        assert main(["steady", "case.toml", *unfit]) == 2
     assert main(["follow", "case.toml", "--orbit", "1/1", "--along", "gap=0.2:0.4", "--json"]) == 0
     ends = [point["value"] for point in json.loads(capsys.readouterr().out.split("percuss:")[0])["points"]]
     assert sorted(ends) == [0.2, 0.4]
