@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.first_lines import every, name_of, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
-from percuss.case.answers.reach_answer import ends_in_words
+from percuss.case.answers.reach_in_words import ends_in_words
 from percuss.case.answers.steady_json import rest_note
 from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
