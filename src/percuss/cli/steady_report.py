@@ -177,7 +177,8 @@ def _reach_section(answer: SteadyAnswer) -> Section:
     chosen = answer.chosen
     if not answer.reach or chosen is None:
         return Section(heading, (("reach", "no stable motion to follow"),))
-    rows = [("motion", name_of(answer, chosen))] + [(row.label, ends_in_words(row)) for row in answer.reach]
+    law = "" if answer.law is None else ", by B77's law"
+    rows = [("motion", f"{name_of(answer, chosen)}{law}")] + [(row.label, ends_in_words(row)) for row in answer.reach]
     return Section(heading, tuple(rows))
 
 

@@ -126,7 +126,8 @@ def _usual(rows: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
     known = {name: row for name, row in rows.items() if row["value"] is not None}
     if "load.mean" in known:
         known.pop("load_factor", None)
-    return [row for name, row in known.items() if row["slides"] or name in _USUAL]
+    found = [row for name, row in known.items() if row["slides"] or name in _USUAL]
+    return sorted(found, key=lambda row: not row["name"].startswith("load"))  # the load first
 
 
 def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
@@ -198,7 +199,7 @@ def ends_in_words(row: CaseReach) -> str:
 def _end(end: ReachEnd, unit: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
-        return f"{number(end.value)}{unit} at least"
+        return f"{number(end.value)}{unit} and further"
     return f"{number(end.value)}{unit}, {_WHERE.get(end.kind, end.kind.words)}{then}"
 
 

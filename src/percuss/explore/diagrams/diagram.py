@@ -106,7 +106,7 @@ class Diagram(Shown):
     @classmethod
     def _made(cls, ask: Mapping[str, Any], columns: Columns) -> Diagram:
         along = ask["along"]
-        axis, labelled = Axis(along["name"], along["values"], along["unit"]), len(ask["labels"])
+        axis, labelled = Axis(along["name"], along["values"], along["unit"]), int(ask["traces"])
         known = columns["branch_bytes"] >= 0
         lines: list[DiagramBranch] = []
         for i in np.flatnonzero(known[:labelled]).tolist():
@@ -206,7 +206,7 @@ def diagram(
     down the values, each simulation from the state in which the one before ended: so a motion that few starts lead to
     is met, too, up to where it is lost. At a few values orbits are searched for, stable and unstable, and every branch
     that one of them lies on is followed through the whole range, with the branches that begin at its flips and
-    grazings.
+    grazings. So are the longer cycles that simulations settle on there.
 
     Parameters
     ----------
