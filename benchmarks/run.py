@@ -27,6 +27,7 @@ from blow import blow
 from explore_cells import explore_cells
 from explore_running import explore_running
 from machines import machines
+from orbits import orbits_of_any_kind
 from page import page
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import floquet_multipliers, linear_map, stability_plane
@@ -175,6 +176,7 @@ GROUPS: dict[str, tuple[str, Callable[[], list[Row]]]] = {
     "case": ("One case", one_case),
     "planes": ("Stability planes", planes),
     "multipliers": ("Multipliers", multipliers),
+    "orbits": ("Orbits of any kind", orbits_of_any_kind),
     "simulation": ("Simulation", simulation),
     "bodies": ("Simulation of other bodies and laws of damping", bodies),
     "machines": ("Machines that switch themselves", machines),

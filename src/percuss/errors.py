@@ -149,12 +149,15 @@ class Interrupted(PercussError):
         Items that were done, of how many.
     archive
         Where they are kept; None when they are lost.
+    partial
+        What is known so far, as the computation has its results; None where nothing is.
     """
 
-    def __init__(self, done: int, size: int, archive: str | None, remedy: str = "") -> None:
+    def __init__(self, done: int, size: int, archive: str | None, remedy: str = "", partial: object = None) -> None:
         self.done = done
         self.size = size
         self.archive = archive
+        self.partial = partial
         kept = f"; the finished ones are in {archive}" if archive else ""
         super().__init__(f"interrupted after {done} of {size} items{kept}", remedy)
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
 from percuss.case.answers.first_lines import name_of, summary_of
+from percuss.case.answers.motion_orbit_in_words import orbit_in_words
+from percuss.case.answers.reach_answer import reach_in_words
 from percuss.case.answers.timed_in_words import ENDED, law_in_words, timed_in_words
 from percuss.neutral import neutral
 from percuss.steady.si import CARDS, REPORTED
@@ -68,6 +70,8 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
         _timed(answer),
         _figure(plot.steady(answer), "Phases, load, gap, multipliers"),
     ]
+    if answer.reach is not None:
+        parts += ["<h2>How far parameters may move</h2>", _reach(answer)]
     if answer.starts.followed:
         parts += ["<h2>Random starts</h2>", _starts(answer)]
     if simulation is not None:
@@ -145,6 +149,14 @@ def _orbits(answer: SteadyAnswer) -> str:
     return _table(head, rows)
 
 
+def _reach(answer: SteadyAnswer) -> str:
+    """A sentence of each parameter."""
+    if not answer.reach or answer.chosen is None:
+        return "<p>No stable motion to follow.</p>"
+    items = "".join(f"<li>{_safe(reach_in_words(row))}</li>" for row in answer.reach)
+    return f"<p>Before {_safe(name_of(answer, answer.chosen))}, is lost:</p><ul>{items}</ul>"
+
+
 def _timed(answer: SteadyAnswer) -> str:
     """The motions of a law that knows the duration of the blow; nothing where the case has none."""
     if answer.law is None:
@@ -198,6 +210,8 @@ def _simulated(answer: SimulationAnswer) -> str:
         ("impacts", str(motion.impacts)),
         ("impacts per load period", _text(summary.blow_rate)),
     ]
+    if answer.orbit is not None:
+        rows.insert(1, ("orbit", orbit_in_words(answer.orbit)))
     if summary.si is None:
         rows += [
             ("mean striking speed", _text(summary.impact_velocity)),

@@ -16,7 +16,14 @@ from percuss.errors import PercussError
 
 __all__ = ["ensure_cache"]
 
-_KERNELS = ("blow/kernels", "simulate/kernels", "stability", "steady/self_excited", "explore")
+_KERNELS = (
+    "blow/kernels",
+    "simulate/kernels",
+    "stability",
+    "steady/periodic/kernels",
+    "steady/self_excited",
+    "explore",
+)
 """Rooms with compiled functions."""
 
 

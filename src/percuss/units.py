@@ -67,6 +67,9 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
     "damping": ("N*s/m^2", "kN*s/m^2", '"40 N*s/m^2"', {  # D: force per length of the bar and per velocity
         "N*s/m^2": 1.0, "kN*s/m^2": 1e3, "N/m/(m/s)": 1.0, "Pa*s": 1.0, "kg/(m*s)": 1.0, "kg/m/s": 1.0,
     }),
+    "dashpot": ("N*s/m", "kN*s/m", '"40 N*s/m"', {
+        "N*s/m": 1.0, "kN*s/m": 1e3, "N/(m/s)": 1.0, "kg/s": 1.0, "N*s/mm": 1e3,
+    }),
     "dimensionless": ("1", "%", '0.3 or "30 %"', {"": 1.0, "1": 1.0, "%": 1e-2}),
     "strain": ("m/m", "µm/m", '"250 µm/m" or "2.5e-4 m/m"', {
         "": 1.0, "1": 1.0, "%": 1e-2, "m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "strain": 1.0, "microstrain": 1e-6,
@@ -107,7 +110,7 @@ def si(value: object, dimension: str, name: str) -> float:
     Returns
     -------
     float
-        In m, m², Pa, N, Hz, kg/m³, s, m/s, J, kg, N/m, N·s/m² or 1.
+        In m, m², Pa, N, Hz, kg/m³, s, m/s, J, kg, N/m, N·s/m, N·s/m² or 1.
 
     Raises
     ------

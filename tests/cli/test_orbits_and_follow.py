@@ -51,13 +51,14 @@ def test_the_orbits_of_a_label(hammer: str, capsys: pytest.CaptureFixture[str]) 
     told = capsys.readouterr().out
     assert "2 orbits, 0 elastic modes." in told
     assert "0.390789, 2.321002" in told
-    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "2/1", "--tries", "100", "--json"]) == 0
+    assert "yes (proved)" in told
+    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "3/1", "--tries", "100", "--json"]) == 0
     answers = json.loads(capsys.readouterr().out)
-    assert [answer["label"] for answer in answers] == ["z=1/1", "z=2/1"]
-    assert [len(answer["orbits"]) for answer in answers] == [2, 2]
-    assert answers[0]["complete"]
+    assert [answer["label"] for answer in answers] == ["z=1/1", "z=2/1", "z=3/1"]
+    assert [len(answer["orbits"]) for answer in answers] == [2, 2, 2]
+    assert [answer["complete"] for answer in answers] == [True, True, False]
     assert answers[1]["orbits"][1]["impacts"][0]["phase"] == pytest.approx(0.390789, abs=1e-6)
-    assert sum(answers[1]["dropped"].values()) + 2 == answers[1]["tries"] == 100
+    assert sum(answers[2]["dropped"].values()) + 2 == answers[2]["tries"] == 100
 
 
 def test_an_orbit_followed(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -85,6 +86,30 @@ def test_the_answer_as_json_has_every_branch(hammer: str, capsys: pytest.Capture
     assert len(answer["branch"]["value"]) == len(answer["branch"]["phases"]) == len(answer["branch"]["stable"])
 
 
+def test_points_followed_and_laid_over_a_map(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["follow", hammer, "--orbit", "2/1:2", "--along", "load_factor=0.61:0.8", "--curve", "flip,fold:1"]
+    asked += ["--over", "restitution=0.498:0.502"]
+    picture, table, curves = tmp_path / "curves.svg", tmp_path / "curves.csv", tmp_path / "curves.json"
+    assert main([*asked, "--plot", str(picture), "-o", str(table), "--json"]) == 0
+    told = capsys.readouterr().out
+    answer = json.loads(told)
+    assert [one["type"] for one in answer["curves"]] == ["flip", "fold"]
+    assert answer["curves"][0]["parameters"] == ["load_factor", "restitution"]
+    assert [point["type"] for point in answer["curves"][1]["points"]] == ["limit", "limit"]
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "curve,type,label,point,load_factor,restitution,is_orbit,impact,phase"
+    assert lines[1].startswith("1,flip,z=2/1,1,")
+    curves.write_text(told, encoding="utf-8")
+    sweep = ["sweep", hammer, "--x", "restitution=0.49:0.51:2", "--quantity", "exists", "--overlay", str(curves)]
+    drawn = tmp_path / "map.svg"
+    assert main([*sweep, "--y", "load_factor=0.6:0.7:2", "--plot", str(drawn)]) == 0
+    assert drawn.read_text(encoding="utf-8").count("stroke-dasharray") > 2
+    assert main([*sweep, "--y", "mean=0.6:0.7:2", "--plot", str(drawn)]) == 2
+    assert "curves over restitution and mean" in capsys.readouterr().err
+    assert main([*sweep, "--y", "load_factor=0.6:0.7:2"]) == 2
+
+
 def test_a_key_of_the_case_in_its_unit() -> None:
     case = Case.from_text(IN_SI)
     branch = branch_answer(case, "1/1:2", "frequency=45 Hz:55 Hz")
@@ -104,6 +129,11 @@ def test_a_key_of_the_case_in_its_unit() -> None:
         (["follow", "CASE", "--along", "mean"], "NAME="),
         (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
         (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
+        (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flip"], "--over"),
+        (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flop", "--over", "restitution=0:0.9"], "one of"),
+        (["follow", "CASE", "--along", "mean=0.61:0.63", "--curve", "flip:9", "--over", "restitution=0:0.9"], "flip:9"),
+        (["sweep", "CASE", "--x", "mean=0.6:0.7:2", "--overlay", "curves.json"], "--plot"),
+        (["sweep", "CASE", "--x", "mean=0.6:0.7:2", "--y", "d=0:1:2", "--plot", "a.png", "--overlay", "CASE"], "curve"),
     ],
 )
 def test_what_cannot_be_answered_is_told(

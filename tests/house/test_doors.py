@@ -182,13 +182,24 @@ NO_DOORS: dict[str, str] = {
             "explore.Branch",
             "explore.Branch.at",
             "explore.BranchPoint",
+            "explore.CurvePoint",
+            "explore.PointCurve",
+            "explore.PointCurve.at",
+            "explore.Diagram",
+            "explore.DiagramBranch",
+            "explore.DiagramBranch.times_at",
+            "explore.DiagramPoint",
             "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",
+            "explore.Reach",
+            "explore.ReachEnd",
+            "explore.SettledMotion",
             "explore.Lyapunov",
             "explore.Share",
             "explore.Sweep",
             "case.CaseErrors",
+            "case.CaseReach",
             "case.SampleMachine",
             "case.BestAnswer",
             "case.BlowAnswer",
@@ -229,6 +240,8 @@ NO_DOORS: dict[str, str] = {
             "explore.Archive.write",
             "explore.Basins.from_archive",
             "explore.Basins.of",
+            "explore.Diagram.from_archive",
+            "explore.Diagram.of",
             "explore.Experiment.from_archive",
             "explore.Experiment.of",
             "explore.Sweep.from_archive",
@@ -327,6 +340,11 @@ def table(folder: Path) -> dict[str, Entry]:
     orbit, slow = states.orbits[1], steady.timed_states(SYSTEM, timed)
     one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
     followed = explore.follow(one_impact, "mean", (0.89, 0.91), most=2)
+    jackleg = room_of_cases.load_case("pneumatic-jackleg")
+    to_fold = room_of_cases.branch_answer(jackleg, "1/1:2", "load_factor=0.39:0.45", modes=0)
+    fold = to_fold.at(explore.BranchEvent.FOLD)[0]
+    curve = explore.follow_point(fold, ("restitution", "load_factor"), ((0.149, 0.151), (0.4, 0.45)), most=2)
+    shown = explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, stop=SHORT, workers=1)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
@@ -568,7 +586,9 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.valve_margins, {"motion": steady.self_excited_motion(MACHINE, modes=0)}, {},
         ),
         "steady.orbits": (
-            steady.orbits, {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1}, {},
+            steady.orbits,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
+            {"near": OPTIONAL | {"dict"}},
         ),
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
@@ -839,6 +859,13 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "explore.carry_out": (explore.carry_out, {"job": Two()} | RUNNING, RUNNING_TAKES),
         "explore.estimate": (explore.estimate, {"job": Two()}, {}),
+        "explore.diagram": (
+            explore.diagram,
+            {"what": SYSTEM, "axis": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "stop": SHORT, "seed": 0}
+            | RUNNING,
+            {"up_to": OPTIONAL, "stop": OPTIONAL, "seed": {"400 digits"}} | RUNNING_TAKES,
+        ),
         "explore.experiment": (
             explore.experiment,
             {"system": SYSTEM, "starts": 3, "distribution": "wall", "seed": 0, "modes": 0, "stop": SHORT}
@@ -852,10 +879,27 @@ def table(folder: Path) -> dict[str, Entry]:
              "most": 2, "halt": None},
             {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
+        "explore.follow_point": (
+            explore.follow_point,
+            {"point": fold, "along": ("restitution", "load_factor"), "between": ((0.149, 0.151), (0.4, 0.45)),
+             "family": fold.orbit.system, "values": (0.15, fold.value), "most": 2, "halt": None},
+            {"family": OPTIONAL, "values": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
+        "explore.reach": (
+            explore.reach,
+            {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9,
+             "halt": None},
+            {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
         "explore.lyapunov_exponent": (
             explore.lyapunov_exponent,
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
+        ),
+        "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
+        "explore.orbit_seeds": (
+            explore.orbit_seeds,
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1}, {},
         ),
         "explore.lyapunov_many": (
             explore.lyapunov_many,
@@ -923,13 +967,37 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
             {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
             room_of_cases.branch_answer,
             {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
             {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
+        "case.point_curves_answer": (
+            room_of_cases.point_curves_answer,
+            {"case": jackleg, "branch": to_fold, "which": "fold", "along": "load_factor=0.39:0.45",
+             "over": "restitution=0.149:0.151", "halt": None},
+            {"halt": OPTIONAL | {"class"}},
+        ),
+        "case.diagram_answer": (
+            room_of_cases.diagram_answer,
+            {"case": case, "along": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "impacts": 3, "seed": 0}
+            | RUNNING,
+            {"up_to": OPTIONAL, "modes": OPTIONAL, "impacts": OPTIONAL, "seed": {"400 digits"}} | RUNNING_TAKES,
+        ),
+        "case.diagram_job_of": (
+            room_of_cases.diagram_job_of,
+            {"case": case, "along": "mean=0.85:0.95:2", "up_to": None, "searched": 1, "switch": 0, "tries": 1}
+            | {"starts": 1, "runs": 1, "modes": 0, "impacts": 3, "seed": 0},
+            {"up_to": OPTIONAL, "modes": OPTIONAL, "impacts": OPTIONAL, "seed": {"400 digits"}},
+        ),
+        "case.reach_answer": (
+            room_of_cases.reach_answer,
+            {"case": case, "orbit": states.orbits[1], "names": ["mean"], "modes": 0, "halt": None},
+            {"names": OPTIONAL | PLACES, "modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "case.measured_gauge": (
             room_of_cases.measured_gauge,
@@ -989,6 +1057,10 @@ def table(folder: Path) -> dict[str, Entry]:
         # -- plot --
         "plot.basins": (plot.basins, {"found": basin, "title": ""}, {"title": TEXT}),
         "plot.branch": (plot.branch, {"found": followed, "title": ""}, {"title": TEXT}),
+        "plot.curves": (plot.curves, {"found": [curve], "title": ""}, {"title": TEXT}),
+        "plot.diagram": (
+            plot.diagram, {"found": shown, "title": "", "quantities": ("phase",)}, {"title": TEXT},
+        ),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},

@@ -22,7 +22,7 @@ HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
 
 def check(found) -> None:
     """What holds of every search."""
-    assert found.tries == len(found.orbits) + sum(found.dropped.values())
+    assert found.tries == (0 if found.complete else len(found.orbits) + sum(found.dropped.values()))
     assert all(orbit.admissible and orbit.residual < 1e-11 for orbit in found.orbits)
     assert all(not orbit.admissible or orbit.resonant_modes for orbit in found.rejected)
     assert all(0.0 <= orbit.times[0] < TURN for orbit in found.orbits)
@@ -145,6 +145,36 @@ def test_shifted_times_are_the_same_orbit(shares: list[float], first: int, moved
     assert np.all(np.diff(plain) > 0.0)
     double = np.concatenate([times, times + period])
     assert repeats(double, 2.0 * period, TURN) % 2 == 0
+
+
+def test_starts_that_are_given_come_first_and_are_counted() -> None:
+    """An orbit to which hardly any random start leads is found from a start beside it."""
+    entry = ENTRIES["three_in_two"]
+    p, n = (int(part) for part in entry["label"][2:].split("/"))
+    rows = [times_of(entry) + 1e-3, times_of(entry) - 1e-3]
+    found = orbits(system_of(entry), p, n, modes=entry["system"]["modes"], tries=1, near={"a guess": rows, "none": []})
+    check(found)
+    assert found.sources["a guess"] == (2, 1)
+    assert found.sources["none"] == (0, 0)
+    assert list(found.sources) == ["a guess", "none", "random times"]
+    assert any(np.allclose(orbit.times, times_of(entry), rtol=0.0, atol=1e-11) for orbit in found.orbits)
+
+
+@pytest.mark.parametrize(
+    "near",
+    [
+        {"a guess": [[0.0, 1.0]]},
+        {"a guess": [0.0, 1.0, 2.0]},
+        {"a guess": [[0.0, 2.0, 1.0]]},
+        {"a guess": [[0.0, 1.0, TURN]]},
+        {"a guess": [[0.0, 1.0, math.nan]]},
+        {"a guess": "here"},
+        {"random times": [[0.0, 1.0, 2.0]]},
+    ],
+)
+def test_starts_that_are_none_are_refused(near) -> None:
+    with pytest.raises(ParameterError, match="near"):
+        orbits(HAMMER, 3, modes=0, tries=1, near=near)
 
 
 def test_what_cannot_be_searched_is_refused() -> None:

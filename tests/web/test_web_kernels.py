@@ -34,7 +34,7 @@ class Compiler:
 
     def __init__(self) -> None:
         self.told: dict[str, threading.Event] = {
-            part: threading.Event() for part in ("multipliers", "motions", "blows", "machines")
+            part: threading.Event() for part in ("multipliers", "motions", "blows", "machines", "orbits")
         }
         self.broken: set[str] = set()
 
@@ -85,6 +85,7 @@ def test_the_closed_form_does_not_wait(compiler: Compiler) -> None:
             assert (await motion).status_code == 200
             compiler.told["blows"].set()
             compiler.told["machines"].set()
+            compiler.told["orbits"].set()
             await settled(client)
             return early, (await client.post("/api/quick", json=MACHINE)).json()
 
@@ -114,7 +115,7 @@ def test_nonsense_is_refused_at_once(compiler: Compiler, path: str, asked: dict[
 
 
 def test_without_kernels_the_closed_form_goes_on(compiler: Compiler) -> None:
-    compiler.broken = {"multipliers", "motions", "blows", "machines"}
+    compiler.broken = {"multipliers", "motions", "blows", "machines", "orbits"}
     for event in compiler.told.values():
         event.set()
 

@@ -12,15 +12,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+    from percuss.case.answers.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.machine_motion import MachineMotion, machine_motion
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
+    from percuss.case.answers.point_curves_answer import point_curves_answer
+    from percuss.case.answers.reach_answer import CaseReach, reach_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.structure_answer import StructureAnswer, structure_answer
     from percuss.case.answers.sweep_jobs import sweep_job_of
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
@@ -36,6 +40,7 @@ __all__ = [
     "Case",
     "CaseErrors",
     "CaseFamily",
+    "CaseReach",
     "MachineAnswer",
     "MachineMotion",
     "MeasuredGauge",
@@ -47,21 +52,27 @@ __all__ = [
     "SimulationAnswer",
     "Span",
     "SteadyAnswer",
+    "StructureAnswer",
     "WavesAnswer",
     "basins_job_of",
     "best_answer",
     "blow_answer",
     "branch_answer",
+    "diagram_answer",
+    "diagram_job_of",
     "experiment_job_of",
     "load_case",
     "machine_answer",
     "machine_motion",
     "measured_gauge",
     "orbits_answer",
+    "point_curves_answer",
+    "reach_answer",
     "recorded_answer",
     "resumed_answer",
     "simulation_answer",
     "steady_answer",
+    "structure_answer",
     "sweep_job_of",
     "waves_answer",
 ]
@@ -73,6 +84,7 @@ _HOME = {
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
+    "CaseReach": "answers.reach_answer",
     "SampleMachine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
     "MachineMotion": "answers.machine_motion",
@@ -84,21 +96,27 @@ _HOME = {
     "SimulationAnswer": "answers.simulation_answer",
     "Span": "answers.best_answer",
     "SteadyAnswer": "answers.steady_answer",
+    "StructureAnswer": "answers.structure_answer",
     "WavesAnswer": "answers.waves_answer",
     "basins_job_of": "answers.exploration_jobs",
     "best_answer": "answers.best_answer",
     "blow_answer": "answers.blow_answer",
     "branch_answer": "answers.orbits_answer",
+    "diagram_answer": "answers.diagram_answer",
+    "diagram_job_of": "answers.diagram_answer",
     "experiment_job_of": "answers.exploration_jobs",
     "load_case": "catalogue.sample_cases",
     "machine_answer": "answers.machine_answer",
     "machine_motion": "answers.machine_motion",
     "measured_gauge": "answers.measured_gauge",
     "orbits_answer": "answers.orbits_answer",
+    "point_curves_answer": "answers.point_curves_answer",
+    "reach_answer": "answers.reach_answer",
     "recorded_answer": "answers.recorded_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",
     "steady_answer": "answers.steady_answer",
+    "structure_answer": "answers.structure_answer",
     "sweep_job_of": "answers.sweep_jobs",
     "waves_answer": "answers.waves_answer",
 }

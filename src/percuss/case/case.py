@@ -25,7 +25,7 @@ from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation,
 from percuss.case.file_format.valve_building import room_of
 from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
 from percuss.case.file_format.writing import toml_text
-from percuss.errors import ParameterError
+from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
@@ -149,7 +149,7 @@ class Case:
 
     @cached_property
     def _parts(self) -> Parts:
-        return Parts(self.tables, self.file)
+        return Parts(self.tables, self.file, self.folder)
 
     @cached_property
     def _recording(self) -> ReadHistory | None:
@@ -244,6 +244,8 @@ class Case:
     def blow_question(self) -> BlowQuestion:
         """The blow that the tables [tool], [rock] and [blow] describe, as `percuss.blow.strike` is asked."""
         question = self._parts.blow
+        if self.tables.body is not None:
+            raise CaseError(self.file, "body", None, "a structure that is held: no blow of it is resolved by waves")
         assert question is not None  # the parts have raised otherwise
         return question
 
@@ -255,6 +257,8 @@ class Case:
         CaseError
             When the blow on the tool gives no such law, or the case describes one blow only.
         """
+        if self.tables.body is not None:
+            return None
         return self._parts.timed(self.tables, self.system())
 
     @property

@@ -20,6 +20,7 @@ COMMANDS = {
     "simulate": "how a hammer moves from a start, impact by impact",
     "orbits": "motions with several impacts in a cycle, stable and unstable",
     "follow": "such a motion followed through a parameter: folds, flips, ends",
+    "diagram": "all motions over one parameter: simulated, followed, stable and unstable",
     "blow": "one blow by waves: what tool and rock get, forces, stresses, what comes back",
     "sweep": "quantities over a parameter or a plane: maps",
     "experiment": "random starts, and the share of them that ends in each motion",

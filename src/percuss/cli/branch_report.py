@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted
@@ -9,7 +10,7 @@ from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 from percuss.stability import orbit_multipliers
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch
+    from percuss.explore import Branch, PointCurve
     from percuss.steady import PeriodicOrbit
 
 __all__ = ["branch_report", "orbit_row"]
@@ -33,8 +34,8 @@ def _few(values: list[float]) -> str:
     return told + (", …" if len(values) > _MOST else "")
 
 
-def branch_report(title: str, branch: Branch) -> Report:
-    """What happens on a branch and on those that were switched to from it."""
+def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
+    """What happens on a branch and on those that were switched to from it, and on curves of its points."""
     every = list(branch.family())
     sections: list[Section | Grid] = [_branch(one) for one in every]
     if len(branch.cascade) > 1:
@@ -42,6 +43,7 @@ def branch_report(title: str, branch: Branch) -> Report:
             (row.label, f"{row.value:.12g}", "" if row.ratio is None else f"{row.ratio:.4f}") for row in branch.cascade
         )
         sections.append(Grid("Cascade", ("label", branch.parameter, "ratio"), rows))
+    sections += [_curve(one) for one in curves]
     low, high = float(branch.values.min()), float(branch.values.max())
     summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}; branches: {len(every)}."
     return Report(title, summary, PLAIN, tuple(sections))
@@ -50,3 +52,11 @@ def branch_report(title: str, branch: Branch) -> Report:
 def _branch(branch: Branch) -> Section:
     rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
     return Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows)
+
+
+def _curve(curve: PointCurve) -> Section:
+    head = f"{curve.event.value} of {curve.label} over {' and '.join(curve.parameters)}"
+    rows = tuple(
+        (point.kind.value, f"{point.values[0]:.12g}, {point.values[1]:.12g}: {point.beyond}") for point in curve.points
+    )
+    return Section(f"{head}, {counted(len(curve.values), 'point')}", rows)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, tell_made
 from percuss.cli.long_commands import watching
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
+
+if TYPE_CHECKING:
+    from percuss.explore import PointCurve
 
 __all__ = ["run"]
 
@@ -19,13 +23,15 @@ _DESCRIPTION = """\
 An orbit followed through a parameter, both ways from the value of the case, round folds, until something ends it: the
 bar touches the wall between two impacts, an impact dies, the range ends. Folds, flips, pairs of multipliers on the unit
 circle and corners at steps of the load are located to 1e-10, and of each it is said what lies beyond. The orbit is a
-number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time. After Ctrl-C the answer
-is what has been followed so far."""
+number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time. With --curve points of
+the branch are followed themselves, through its parameter and the one of --over: the curves in their plane at which
+motions or their stability begin and end. After Ctrl-C the answer is what has been followed so far."""
 
 _EXAMPLES = """\
   percuss follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.3:1.2
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png
-  percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv"""
+  percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv
+  percuss follow case.toml --orbit 2/1:2 --along mean=0.3:1.2 --curve flip,fold --over restitution=0:0.9 --json"""
 
 
 def _parser() -> Parser:
@@ -36,10 +42,13 @@ def _parser() -> Parser:
     add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2")
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
+    add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
+        "the second fold, several with commas between them, or all")  # fmt: skip
+    add("--over", metavar="RANGE", help="the second parameter and its range: restitution=0:0.9")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--json", action="store_true", help="print the branches as JSON")
     add("--plot", metavar="FILE", help=f"draw the branches: {', '.join(PICTURES)}")
-    add("-o", "--output", metavar="FILE", help="write the branches as a table, .csv")
+    add("-o", "--output", metavar="FILE", help="write the branches, or the curves, as a table, .csv")
     return parser
 
 
@@ -53,28 +62,37 @@ def run(arguments: Sequence[str]) -> int:
         check_picture(parser, options.plot)
     if options.output is not None:
         check_csv(parser, options.output, options.case)
+    if (options.curve is None) != (options.over is None):
+        parser.error("arguments --curve and --over: points are followed through two parameters: give both")
     case = named_case(options.case)
+    curves: tuple[PointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
         branch = branch_answer(
             case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
         )
+        if options.curve is not None:
+            from percuss.case import point_curves_answer
+
+            curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
     if options.output is not None:
         from percuss.case.answers.branch_table import branch_table
+        from percuss.case.answers.point_curves_table import point_curves_table
         from percuss.whole_file import write_whole
 
-        write_whole(options.output, branch_table(branch))
+        write_whole(options.output, point_curves_table(curves) if curves else branch_table(branch))
     if options.plot is not None:
         from percuss import plot
 
-        plot.save(plot.branch(branch, case.title), options.plot)
+        figure = plot.curves(curves, case.title) if curves else plot.branch(branch, case.title)
+        plot.save(figure, options.plot)
     if options.json:
         from percuss.case.answers.orbits_json import branch_dict
 
-        print(json.dumps(branch_dict(branch), allow_nan=False))
+        print(json.dumps(branch_dict(branch, curves), allow_nan=False))
     else:
         from percuss.cli.branch_report import branch_report
         from percuss.cli.report_printing import show
 
-        show(branch_report(case.title, branch))
+        show(branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
     return 0

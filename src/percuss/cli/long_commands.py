@@ -109,7 +109,8 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
         try:
             yield running
         except Interrupted as stop:
-            raise Interrupted(stop.done, stop.size, stop.archive, _to_go_on(stop, options.output is not None)) from None
+            again = _to_go_on(stop, options.output is not None)
+            raise Interrupted(stop.done, stop.size, stop.archive, again, stop.partial) from None
         finally:
             if "pool" in running:
                 running["pool"].close()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.steady_report import system_section
@@ -81,6 +82,8 @@ def label_in_words(motion: Trajectory) -> str:
     if name in ("chatter", "rest") and numbers:
         how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
         return f"The hammer settles on a cycle {_of_periods(int(numbers))}: it {how}, until the load pulls it off"
+    if name == "rest" and not motion.system.body.is_free:
+        return "The wall stops the contact, and the structure goes on in ways that are not simulated"
     if name == "rest":
         return "The hammer comes to rest on the wall and stays there"
     if name == "departed":
@@ -127,6 +130,8 @@ def _motion_section(answer: SimulationAnswer) -> Section:
         ("ended", f"{_OUTCOMES[motion.outcome]} ({motion.outcome})"),
         ("label", f"{motion.label}, {_tolerance(motion)}"),
     ]
+    if answer.orbit is not None:
+        rows.append(("orbit", orbit_in_words(answer.orbit)))
     rows += [("warning", warning) for warning in answer.warnings]
     return Section("Motion", tuple(rows))
 

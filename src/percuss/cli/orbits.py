@@ -15,13 +15,17 @@ if TYPE_CHECKING:
     from percuss.cli.report_parts import Report
     from percuss.steady import FoundOrbits
 
-__all__ = ["run"]
+__all__ = ["run", "typed_label"]
+
+_MOST = 8
+"""Modes that a line names."""
 
 _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
-a guess. Of one impact in a cycle they are all there are; of more, those that a search finds from random times, with an
-estimate of the share of starts that lead to others. Each is proved to stay off the wall between its impacts. All
-numbers are dimensionless: phases of the load in rad, speeds in the scales of the case."""
+a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
+search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
+others. Each is proved to stay off the wall between its impacts. All numbers are dimensionless: phases of the load in
+rad, speeds in the scales of the case."""
 
 _EXAMPLES = """\
   percuss orbits pneumatic-jackleg --label 2/1
@@ -33,16 +37,25 @@ def _parser() -> Parser:
     parser = Parser("orbits", _DESCRIPTION, _EXAMPLES)
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
-    add("--label", metavar="P/N", type=_label, default="1/1", help="impacts and load periods of a cycle (default 1/1)")
-    add("--up-to", metavar="P/N", type=_label, help="also all labels with more impacts or periods, up to these")
+    add(
+        "--label",
+        metavar="P/N",
+        type=typed_label,
+        default="1/1",
+        help="impacts and load periods of a cycle (default 1/1)",
+    )
+    add("--up-to", metavar="P/N", type=typed_label, help="also all labels with more impacts or periods, up to these")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
+    add("--motions", metavar="N", type=whole, default=64, help="motions simulated to start from where they nearly come "
+        "back (default 64; 0 for none)")  # fmt: skip
     add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
     add("--json", action="store_true", help="print the orbits as JSON")
     return parser
 
 
-def _label(text: str) -> str:
+def typed_label(text: str) -> str:
+    """P/N as it was typed, looked at."""
     from percuss.case.answers.orbits_answer import parsed_label
     from percuss.errors import ParameterError
 
@@ -67,8 +80,13 @@ def run(arguments: Sequence[str]) -> int:
     if last[0] < first[0] or last[1] < first[1]:
         parser.error(f"argument --up-to: '{options.up_to}': at least the impacts and periods of --label")
     labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
+    if last[0] > 1:
+        from percuss.cli.simulation_progress import orbits_ready
+
+        orbits_ready()
     found = [
-        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed) for label in labels
+        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed, motions=options.motions)
+        for label in labels
     ]
     if options.json:
         answers = [orbits_dict(one) for one in found]
@@ -92,8 +110,17 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
         if rows:
             sections.append(Grid(one.label, columns, rows))
         share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
-        lines = [("all there are", "yes")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines += [
+            (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")
+            for name, tally in one.sources.items()
+        ]
         lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
+        if one.resonant_modes:
+            told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
+                ", …" if len(one.resonant_modes) > _MOST else ""
+            )
+            lines.append(("free amplitude", f"of elastic modes {told}, which come back after a cycle by themselves"))
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     total = sum(len(one.orbits) for one in found)
     return Report(

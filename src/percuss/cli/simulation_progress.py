@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from percuss.blow.machine import MachineProgress
     from percuss.simulate import Progress
 
-__all__ = ["Watch", "law_ready", "machine_ready", "watched", "waves_ready"]
+__all__ = ["Watch", "law_ready", "machine_ready", "orbits_ready", "watched", "waves_ready"]
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -85,6 +85,19 @@ def machine_ready() -> None:
 
     valve = Valve({"return": -1.0, "power": 1.0}, (Port("return", on="impact"),))
     run_machine(Machine(UniformBar(1.0), valve, Kept(0.0)), modes=0, stop=Stop(impacts=0))
+
+
+def orbits_ready() -> None:
+    """Load the kernels of orbits with several impacts, and tell a person when that means compiling them."""
+    from percuss.model import Load, System
+    from percuss.steady import orbit_near
+
+    def ready() -> None:
+        system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+        orbit = orbit_near(system, [0.39, 2.32], modes=0)
+        assert orbit is not None and orbit.admissible
+
+    _warm(sys.stderr is not None and sys.stderr.isatty(), ready)
 
 
 def waves_ready() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import gc
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,12 +16,15 @@ from percuss.cli.simulate_arguments import up_to
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
-    from percuss.case import Case, SteadyAnswer
+    from percuss.case import Case, SteadyAnswer, StructureAnswer
     from percuss.case.answers.ends import Ends
 
 __all__ = ["run"]
 
 MAX_STARTS = 1000
+
+PATIENCE = 5.0
+"""Seconds after which Ctrl-C no longer waits while a motion is followed: a long proof asks more seldom."""
 
 _DESCRIPTION = """\
 Every steady motion with one impact per m load periods: whether it is possible, whether it is stable and by what
@@ -30,6 +34,8 @@ _EXAMPLES = """\
   percuss steady hydraulic-drifter
   percuss steady case.toml --periods 1..3 --plot case.png
   percuss steady hydraulic-drifter --report drifter.html
+  percuss steady heavy-drifter --reach
+  percuss steady mini-breaker --reach-of load.mean,load.frequency --report drifter.html
   percuss steady case.toml --json > answer.json"""
 
 
@@ -57,6 +63,17 @@ def _parser() -> Parser:
         help=f"random starts to follow, up to {MAX_STARTS}; 0 for none, which is quicker (default: 24 once the "
         "simulator is compiled on this computer, none with --json)",
     )
+    parser.add_argument(
+        "--reach",
+        action="store_true",
+        help="also how far the load and other parameters may move before the motion is lost, and what comes then",
+    )
+    parser.add_argument(
+        "--reach-of",
+        metavar="NAMES",
+        type=_names,
+        help="the same of these parameters of 'percuss sweep', separated by commas",
+    )
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
     parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
     parser.add_argument("--report", metavar="FILE", help="write figures and pictures into one HTML file")
@@ -71,9 +88,14 @@ def run(arguments: Sequence[str]) -> int:
         check_picture(parser, options.plot)
     if options.report is not None:
         _check_report(parser, options.report)
+    case = named_case(options.case)
+    if case.tables.body is not None:
+        return _of_structure(parser, case, options)
     starts = 0 if options.json and options.starts is None else options.starts
     with _undisturbed():
-        case, answer = _answer(options.case, options.periods, options.modes, starts)
+        case, answer = _answer(case, options.periods, options.modes, starts)
+    if options.reach or options.reach_of is not None:
+        answer = _with_reach(parser, options, case, answer)
     text = _json(answer) if options.json else ""
     if options.plot is not None:
         from percuss import plot
@@ -95,6 +117,24 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _with_reach(parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer) -> SteadyAnswer:
+    """The answer with how far parameters may move; after Ctrl-C of as many as are known."""
+    from percuss.case.answers.reach_answer import reach_answer, varied_parameters
+    from percuss.cli.long_commands import watching
+
+    varied_parameters(case, options.reach_of)  # which refuses what is unknown
+    chosen = answer.chosen
+    if chosen is None or not (chosen.orbit.admissible and chosen.stability.stable):
+        return replace(answer, reach=())
+    with watching(parser, patience=PATIENCE) as watch:
+        found = reach_answer(case, chosen.orbit, options.reach_of, modes=options.modes, halt=watch.asked)
+    return replace(answer, reach=found)
+
+
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """No look for cycles meanwhile: what is imported and loaded is much, and all of it stays."""
@@ -114,10 +154,26 @@ def _check_report(parser: Parser, path: str) -> None:
     need("matplotlib", "plot")
 
 
-def _answer(name: str, asked: tuple[int, ...], kept: int | None, starts: int | None) -> tuple[Case, SteadyAnswer]:
+def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> int:
+    """The answer for a structure that is held."""
+    for name in ("plot", "report"):
+        if getattr(options, name) is not None:
+            parser.error(f"argument --{name}: not for a structure that is held; 'percuss follow' draws its motions")
+    from percuss.case import structure_answer
+    from percuss.cli.report_printing import show
+    from percuss.cli.structure_report import structure_report
+
+    answer = structure_answer(case, options.periods, options.modes)
+    if options.json:
+        print(_json(answer))
+    else:
+        show(structure_report(answer))
+    return 0
+
+
+def _answer(case: Case, asked: tuple[int, ...], kept: int | None, starts: int | None) -> tuple[Case, SteadyAnswer]:
     from percuss.case import steady_answer
 
-    case = named_case(name)
     try:
         answer = steady_answer(case, asked, kept)
         return case, replace(answer, starts=_ends(case, kept, starts))
@@ -147,7 +203,7 @@ def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
     return ends_of(case, starts, kept)
 
 
-def _json(answer: SteadyAnswer) -> str:
+def _json(answer: SteadyAnswer | StructureAnswer) -> str:
     import json
 
     return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)

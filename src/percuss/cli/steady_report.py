@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.first_lines import every, summary_of
+from percuss.case.answers.first_lines import every, name_of, summary_of
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
+from percuss.case.answers.reach_answer import ends_in_words
 from percuss.case.answers.steady_json import rest_note
 from percuss.case.answers.timed_in_words import law_in_words
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.cli.structure_report import structure_rows
 from percuss.cli.timed_section import alone_sections, existence_row
 from percuss.steady.reason import Reason
 
@@ -35,6 +37,8 @@ def steady_report(answer: SteadyAnswer) -> Report:
         for i, found in enumerate(period.orbits):
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
         sections += alone_sections(period)
+    if answer.reach is not None:
+        sections.append(_reach_section(answer))
     sections.append(_rest_section(answer))
     sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
@@ -48,6 +52,9 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
     """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
     rows: list[tuple[str, str]] = [("case", name)]
     bar, history = system.bar, system.load.report
+    if not system.body.is_free:
+        rows += [*structure_rows(system), ("load", _load_text(system)), *(("note", note) for note in notes)]
+        return Section("Structure", tuple(rows))
     if bar is not None:
         first = float(bar.natural_frequencies(1)[0])
         rows.append(
@@ -162,6 +169,17 @@ def _less_damping(system: System, d: float) -> str:
         return f"{text}: d = {number(d)} (now {number(system.d)})"
     drag = system.bar.rigid_drag
     return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
+
+
+def _reach_section(answer: SteadyAnswer) -> Section:
+    """How far parameters may move before the motion is lost."""
+    heading = "How far parameters may move"
+    chosen = answer.chosen
+    if not answer.reach or chosen is None:
+        return Section(heading, (("reach", "no stable motion to follow"),))
+    law = "" if answer.law is None else ", by B77's law"
+    rows = [("motion", f"{name_of(answer, chosen)}{law}")] + [(row.label, ends_in_words(row)) for row in answer.reach]
+    return Section(heading, tuple(rows))
 
 
 def _rest_section(answer: SteadyAnswer) -> Section:

@@ -8,15 +8,18 @@ import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
 from percuss.cli.long_commands import add_carrying, carried, watching
 from percuss.cli.parser import MAX_MODES, Parser, modes, periods
 from percuss.cli.simulate_arguments import whole
+from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
     from percuss.case import Case
+    from percuss.case.answers.point_curves_table import LaidCurve
     from percuss.explore import Boundaries, Sweep
     from percuss.explore.ranges import Range
     from percuss.explore.sweep_job import SweepJob
@@ -54,6 +57,11 @@ def _parser() -> Parser:
         action="store_true",
         help="also solve for the curves at which motions or their stability end, over --x and --y",
     )
+    add(
+        "--overlay",
+        metavar="FILE",
+        help="draw curves over the same two parameters into --plot: an answer of 'percuss follow … --curve … --json'",
+    )
     add("--json", action="store_true", help="print the map as JSON")
     add("--csv", metavar="FILE", help="write the map as a table, a line for each cell, to open in other programs")
     add("--plot", metavar="FILE", help=f"draw the map: {', '.join(PICTURES)}")
@@ -63,18 +71,20 @@ def _parser() -> Parser:
 
 def _vocabulary() -> str:
     """The parameters and the quantities that there are."""
+    from percuss.explore.load_parameters import LOAD_PARAMETERS
     from percuss.explore.machine_quantities import MACHINE_QUANTITIES
     from percuss.explore.parameters import PARAMETERS, PERIODS
     from percuss.explore.quantities import QUANTITIES
 
     numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
+    loads = ", ".join(f"{word}K ({about})" for word, about in LOAD_PARAMETERS.items())
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     struck = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
     switching = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group == "machine"]
     steady = [name for name in QUANTITIES if name not in (*followed, *struck)]
     paragraphs = (
         "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "
-        f"factor on the load; dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
+        f"factor on the load; dimensionless: {numbers}; {loads}; {PERIODS}, the load periods per impact.",
         f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}; of one "
         f"blow by waves, as 'percuss blow' has it: {', '.join(struck)}.",
         "of a piston that switches its own valve, parameters: pressure, states.NAME, chamber.force, chamber.stiffness, "
@@ -104,6 +114,9 @@ def run(arguments: Sequence[str]) -> int:
         parser.error("argument --periods: one number; to compare several, make m an axis: --y m=1,2,3")
     if options.curves and options.y is None:
         parser.error("argument --curves: boundaries lie in a plane: give --y too")
+    if options.overlay is not None and (options.plot is None or options.y is None):
+        parser.error("argument --overlay: curves are drawn into the picture of a plane: give --y and --plot too")
+    laid = _laid(options.overlay)
     case = named_case(options.case)
     job = _job(case, options)
     if options.curves and case.is_machine:
@@ -123,7 +136,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.plot is not None:
         from percuss import plot
 
-        plot.save(plot.sweep(found, case.title, curves.curves if curves else ()), options.plot)
+        drawn: list[Any] = [*(curves.curves if curves else ()), *laid]
+        plot.save(plot.sweep(found, case.title, drawn), options.plot)
     if options.json:
         from percuss.case.answers.exploration_json import sweep_dict
 
@@ -135,6 +149,19 @@ def run(arguments: Sequence[str]) -> int:
         show(sweep_report(case.title, found, curves, _ranges(job, found), case.notes))
     tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)
     return 0
+
+
+def _laid(path: str | None) -> tuple[LaidCurve, ...]:
+    """The curves of a file."""
+    if path is None:
+        return ()
+    from percuss.case.answers.point_curves_table import laid_curves
+
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise ParameterError("overlay", path, "a file that can be read", str(error)) from None
+    return laid_curves(path, content)
 
 
 def _job(case: Case, options: argparse.Namespace) -> SweepJob:

@@ -1,7 +1,9 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
 `sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
-goes along a branch of orbits round folds and past flips to its ends, `experiment` and `basins` count where starts end.
+goes along a branch of orbits round folds and past flips to its ends, `follow_point` follows such a point through a
+plane of two parameters, `diagram` shows all branches and what simulations settle on over one parameter, `experiment`
+and `basins` count where starts end.
 What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
 imported when first used.
 """
@@ -20,11 +22,20 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
     from percuss.explore.continuation.following import follow as follow
     from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
+    from percuss.explore.continuation.reaching import Reach as Reach
+    from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
+    from percuss.explore.continuation.reaching import reach as reach
+    from percuss.explore.diagrams.diagram import Diagram as Diagram
+    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
+    from percuss.explore.diagrams.diagram import diagram as diagram
+    from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
+    from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -39,8 +50,13 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
     from percuss.explore.machine_quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
     from percuss.explore.machine_quantities import STALLS as STALLS
+    from percuss.explore.motion_orbits import orbit_of as orbit_of
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import vary as vary
+    from percuss.explore.point_curves.following_points import follow_point as follow_point
+    from percuss.explore.point_curves.kinds import CurveEvent as CurveEvent
+    from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
+    from percuss.explore.point_curves.point_curve import PointCurve as PointCurve
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
@@ -59,6 +75,11 @@ _HOME = {
     "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
+    "CurveEvent": "point_curves.kinds",
+    "CurvePoint": "point_curves.point_curve",
+    "Diagram": "diagrams.diagram",
+    "DiagramBranch": "diagrams.lines",
+    "DiagramPoint": "diagrams.lines",
     "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",
@@ -68,21 +89,30 @@ _HOME = {
     "MACHINE_QUANTITIES": "machine_quantities",
     "MachineFamily": "family",
     "PARAMETERS": "parameters",
+    "PointCurve": "point_curves.point_curve",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
+    "Reach": "continuation.reaching",
+    "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
+    "SettledMotion": "diagrams.diagram",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
     "basins": "attractors.basin",
     "boundaries": "boundary_curves.boundary",
     "carry_out": "jobs.carrying_out",
+    "diagram": "diagrams.diagram",
     "estimate": "jobs.carrying_out",
     "experiment": "attractors.experiments",
     "follow": "continuation.following",
+    "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_of": "motion_orbits",
+    "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
+    "reach": "continuation.reaching",
     "sweep": "sweeps",
     "vary": "parameters",
     "vary_machine": "valve_parameters",

@@ -20,6 +20,7 @@ from percuss.steady.reason import VERDICTS
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
     from percuss.stability import Stability
+    from percuss.stability.reduced import Reduced
 
 __all__ = ["Asked", "cell_columns", "failure", "label_text"]
 
@@ -127,6 +128,8 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     if "orbits" in out:
         out["orbits"][i] = 0
     orbits = steady_states(system, periods, modes=asked.cut).orbits
+    if not system.body.is_free:  # for each blow there is one that strikes backwards
+        orbits = tuple(orbit for orbit in orbits if orbit.impact_velocity > 0.0)
     if "exists" in out:
         out["exists"][i] = bool(orbits)
     if "orbits" in out:
@@ -137,17 +140,19 @@ def _orbits(out: Columns, i: int, system: System, periods: int, asked: Asked, ex
     if not orbits or not any(name in _OF_THE_BEST for name in asked.names):
         return
     verdicts: list[Stability] = []
+    reduced: list[Reduced] = []
+    exact = exact or not system.body.is_free  # of which there is no other criterion
     if exact:
         verdicts = [stability_of(orbit, modes=asked.modes) for orbit in orbits]
-        reduced = [verdict.reduced for verdict in verdicts]
+        reduced = [verdict.reduced for verdict in verdicts] if system.body.is_free else []
     else:
         reduced = [reduced_criterion(orbit) for orbit in orbits]
     reduced_margins = [1.0 - max(max(r.moduli), max(r.other_side.moduli) if r.other_side else 0.0) for r in reduced]
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
-    found: dict[str, Any] = {
-        "reduced_stable": any(margin > NEUTRAL for margin in reduced_margins),
-        "reduced_margin": max(reduced_margins),
-    }
+    found: dict[str, Any] = {}
+    if reduced:
+        found["reduced_stable"] = any(margin > NEUTRAL for margin in reduced_margins)
+        found["reduced_margin"] = max(reduced_margins)
     if exact:
         found["stable"] = any(v.stable for v in verdicts)
         found["margin"] = verdicts[best].margin

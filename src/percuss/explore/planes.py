@@ -35,7 +35,8 @@ def fits_plane(family: Family, axes: Sequence[str], quantities: Sequence[str]) -
     if not set(axes) <= set(AXES) or not set(quantities) <= _NAMES:
         return False
     try:
-        return not family.system({}).load.is_constant
+        system = family.system({})
+        return system.body.is_free and not system.load.is_constant
     except PercussError:
         return False
 

@@ -119,6 +119,8 @@ class System(Shown):
             raise ParameterError("load", str(load), "a dimensionless load", "use System.from_si for a load in newtons")
         instance("body", body, Body).place(load.at)
         instance("contact", contact, Contact).check(body)
+        if not (body.is_free or contact.keeps_strain):
+            raise ParameterError("contact", contact.kind, "the law that keeps the strain for a body that is held")
         if bar is not None:
             instance("bar", bar, SizedBody)
         if (bar is None) != (frequency is None):
@@ -156,7 +158,12 @@ class System(Shown):
     @property
     def d(self) -> float:
         """Damping of the rigid motion, dimensionless: B77's D/(MΩ), 0 unless the damping is external."""
-        return self.body.damping.rigid
+        return self.body.rigid_drag
+
+    @property
+    def push(self) -> float:
+        """The mean force on the body as a whole: p_0 of the load, and 0 where the body is held."""
+        return self.load.mean if self.body.is_free else 0.0
 
     @property
     def restitution(self) -> float:

@@ -10,16 +10,18 @@ if TYPE_CHECKING:
     from percuss.plot.blow_picture import blow
     from percuss.plot.branch_picture import branch
     from percuss.plot.canvas import save
+    from percuss.plot.diagram_picture import diagram
     from percuss.plot.machine_motion_picture import machine_motion
     from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
+    from percuss.plot.point_curves_picture import curves
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
 __all__ = [
-    "basins", "best", "blow", "branch", "experiment", "machine", "machine_motion", "save", "steady", "sweep",
-    "trajectory",
+    "basins", "best", "blow", "branch", "curves", "diagram", "experiment", "machine", "machine_motion", "save",
+    "steady", "sweep", "trajectory",
 ]  # fmt: skip
 
 
@@ -28,6 +30,8 @@ _HOME = {
     "best": "best_picture",
     "blow": "blow_picture",
     "branch": "branch_picture",
+    "curves": "point_curves_picture",
+    "diagram": "diagram_picture",
     "experiment": "starts_picture",
     "machine": "machine_picture",
     "machine_motion": "machine_motion_picture",

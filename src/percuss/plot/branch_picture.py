@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from percuss.explore import Branch
 
-__all__ = ["branch"]
+__all__ = ["EVENT_MARKS", "branch"]
 
-_MARKS = {
+EVENT_MARKS = {
     "fold": "s", "flip": "D", "neimark_sacker": "o", "grazing_touch": "v", "grazing_impact_dies": "^", "corner": "P",
     "nonsmooth_fold": "X", "sticking": "*",
 }  # fmt: skip
@@ -90,7 +90,7 @@ def _lines(ax: Axes, one: Branch, rows: np.ndarray, colour: str, label: str) -> 
 
 def _marked(upper: Axes, lower: Axes, one: Branch, marks: dict[str, object]) -> None:
     for point in one.points:
-        mark = _MARKS.get(point.kind.value)
+        mark = EVENT_MARKS.get(point.kind.value)
         if mark is None:
             continue
         label = "_" if mark in marks else point.kind.value.replace("_", " ")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
+from percuss.plot.titled_motion import TitledMotion, titled_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,15 +31,6 @@ _MARKS = {
     "rest": ("v", COLOURS[4], "rest", 6.0),
     "release": ("D", COLOURS[2], "release", 4.0),
 }
-
-
-class _Titled(Protocol):
-    """An answer: a motion with the title of its case."""
-
-    @property
-    def motion(self) -> MachineTrajectory: ...
-    @property
-    def title(self) -> str: ...
 
 
 class _Shown:
@@ -78,7 +69,7 @@ def _window(motion: MachineTrajectory) -> tuple[float, float, str]:
     return float(times[-MOST_EVENTS]), end, "the last flights"
 
 
-def machine_motion(motion: MachineTrajectory | _Titled) -> Figure:
+def machine_motion(motion: MachineTrajectory | TitledMotion[MachineTrajectory]) -> Figure:
     """Draw a simulated motion of a machine, or the answer that holds one.
 
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
@@ -98,26 +89,19 @@ def machine_motion(motion: MachineTrajectory | _Titled) -> Figure:
     >>> len(picture(machine_motion(case)).axes)
     4
     """
-    title, motion = _parts(motion)
+    from percuss.simulate import MachineTrajectory
+
+    title, moved = titled_motion(motion, MachineTrajectory)
     figure = new_figure(11.0, 7.0)
     with style():
         grid = figure.add_gridspec(2, 3)
-        shown = _Shown(motion)
+        shown = _Shown(moved)
         _position(figure.add_subplot(grid[0, :2]), shown)
         _speeds(figure.add_subplot(grid[0, 2]), shown)
         _force(figure.add_subplot(grid[1, :2]), shown)
         _portrait(figure.add_subplot(grid[1, 2]), shown)
-        titled(figure, f"{title} — {motion.label}" if title else motion.label)
+        titled(figure, f"{title} — {moved.label}" if title else moved.label)
     return figure
-
-
-def _parts(shown: MachineTrajectory | _Titled) -> tuple[str, MachineTrajectory]:
-    from percuss.simulate import MachineTrajectory
-
-    if isinstance(shown, MachineTrajectory):
-        return "", shown
-    having("motion", shown, ("title", "motion"), "a MachineTrajectory, or the answer that holds one")
-    return shown.title, shown.motion
 
 
 def _shade(axes: Any, shown: _Shown) -> None:

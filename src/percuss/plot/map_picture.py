@@ -10,7 +10,7 @@ from percuss.errors import ParameterError
 from percuss.model.checks import having, several, text
 from percuss.plot.canvas import new_figure, style, titled
 from percuss.plot.map_line import line
-from percuss.plot.map_plane import boundaries, plane
+from percuss.plot.map_plane import CURVES, boundaries, on_plane, plane
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def sweep(found: Map, title: str = "", curves: Sequence[Curve] = ()) -> Figure:
     title
         Above all panels.
     curves
-        Boundaries over a plane, as `percuss.explore.boundaries` gives them, drawn into every panel.
+        Boundaries over a plane, as `percuss.explore.boundaries` gives them, or curves of `percuss.explore.follow_point`
+        over the same two parameters, drawn into every panel.
 
     Raises
     ------
@@ -82,9 +83,7 @@ def sweep(found: Map, title: str = "", curves: Sequence[Curve] = ()) -> Figure:
     """
     having("found", found, ("axes", "quantities", "columns", "words"), "a map, as percuss.explore.sweep gives it")
     text("title", title)
-    curves = several("curves", curves, "boundaries, as percuss.explore.boundaries gives them")
-    for curve in curves:
-        having("curves", curve, ("kind", "x", "y"), "boundaries, as percuss.explore.boundaries gives them")
+    curves = [on_plane(curve, found.axes) for curve in several("curves", curves, CURVES)]
     if len(found.axes) > 2:
         names = ", ".join(axis.name for axis in found.axes)
         raise ParameterError("axes", names, "one or two parameters for a picture", "export the map, or fix a parameter")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from percuss import palette
+from percuss.errors import ParameterError
+from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, ramp
 from percuss.plot.map_axes import answered_cells, cell_edges, is_signed, lay_out, round_ticks
 from percuss.plot.map_families import families, is_motions
@@ -19,16 +21,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.plot.map_axes import Curve, Map
+    from percuss.plot.map_axes import Axis, Curve, Map
 
-__all__ = ["boundaries", "plane"]
+__all__ = ["CURVES", "boundaries", "on_plane", "plane"]
+
+CURVES = "curves, as percuss.explore.boundaries and percuss.explore.follow_point give them"
 
 SHADES = palette.AREAS
 _NO = palette.VERDICTS["none"].light
 _STABLE = ("stable", "reduced_stable")
 _OTHERS = "#9A9A9A"
-_LINES = {"fold": "-", "flip": "--", "neimark-sacker": ":", "grazing": "-."}
-_KINDS = {"neimark-sacker": "Neimark–Sacker"}
+_LINES: dict[str, Any] = {
+    "fold": "-", "flip": "--", "neimark-sacker": ":", "grazing": "-.", "grazing_touch": "-.",
+    "grazing_impact_dies": (0, (5, 1, 1, 1, 1, 1)), "corner": (0, (8, 2)), "neimark_sacker": ":",
+}  # fmt: skip
+_KINDS = {
+    "neimark-sacker": "Neimark–Sacker", "neimark_sacker": "Neimark–Sacker", "grazing_touch": "touch",
+    "grazing_impact_dies": "impact dies",
+}  # fmt: skip
 
 
 def plane(figure: Figure, ax: Axes, found: Map, name: str) -> dict[str, Any]:
@@ -136,6 +146,34 @@ def _mesh(ax: Axes, x: Any, y: Any, values: Any, **options: Any) -> Any:
     return ax.pcolormesh(x, y, values.T, shading="flat", rasterized=True, **options)
 
 
+class _Laid(NamedTuple):
+    kind: str
+    x: np.ndarray[Any, np.dtype[np.float64]]
+    y: np.ndarray[Any, np.dtype[np.float64]]
+
+
+def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve:
+    """A curve as it lies in the plane of two axes; one that says its parameters whatever their order.
+
+    Raises
+    ------
+    ParameterError
+        For a curve over other parameters, or in other units.
+    """
+    if not hasattr(curve, "parameters"):
+        having("curves", curve, ("kind", "x", "y"), CURVES)
+        laid: Curve = curve
+        return laid
+    having("curves", curve, ("kind", "units", "real"), CURVES)
+    known = dict(zip(zip(curve.parameters, curve.units, strict=True), curve.real.T, strict=True))
+    try:
+        x, y = (known[axis.name, axis.unit] for axis in axes)
+    except (KeyError, ValueError):
+        told = " and ".join(f"{axis.name} [{axis.unit}]" if axis.unit else axis.name for axis in axes)
+        raise ParameterError("curves", ", ".join(curve.parameters), f"curves over {told}") from None
+    return _Laid(curve.kind, x, y)
+
+
 def boundaries(ax: Axes, curves: Sequence[Curve]) -> dict[str, Any]:
     """Curves with a white rim; the lines of their kinds."""
     from matplotlib.lines import Line2D
@@ -144,8 +182,8 @@ def boundaries(ax: Axes, curves: Sequence[Curve]) -> dict[str, Any]:
     key: dict[str, Any] = {}
     for curve in curves:
         line = _LINES.get(curve.kind, "-")
-        ax.plot(curve.x, curve.y, line, color="white", lw=2.6)
-        ax.plot(curve.x, curve.y, line, color=INK, lw=1.1)
+        ax.plot(curve.x, curve.y, ls=line, color="white", lw=2.6)
+        ax.plot(curve.x, curve.y, ls=line, color=INK, lw=1.1)
         key[_KINDS.get(curve.kind, curve.kind)] = Line2D([], [], color=INK, lw=1.1, ls=line)
     ax.set_xlim(limits[0])
     ax.set_ylim(limits[1])

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss import palette
-from percuss.model.checks import having
 from percuss.plot.axes import Units, stress_of, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
+from percuss.plot.titled_motion import TitledMotion, titled_motion
 from percuss.plot.window import Window, window_of
 
 if TYPE_CHECKING:
@@ -39,16 +39,7 @@ _RAISED = {"chatter": 7.0, "rest": 14.0, "release": 14.0}
 """Points above the wall: a chatter ends where rest begins, and neither is to hide the impacts before it."""
 
 
-class _Titled(Protocol):
-    """An answer: a motion with the title of its case."""
-
-    @property
-    def motion(self) -> Trajectory: ...
-    @property
-    def title(self) -> str: ...
-
-
-def trajectory(motion: Trajectory | _Titled) -> Figure:
+def trajectory(motion: Trajectory | TitledMotion[Trajectory]) -> Figure:
     """Draw a simulated motion, or the answer that holds one.
 
     Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole
@@ -68,29 +59,22 @@ def trajectory(motion: Trajectory | _Titled) -> Figure:
     >>> len(trajectory(run(system, Start.rigid(time=0.3), modes=8)).axes) >= 5
     True
     """
-    title, motion = _parts(motion)
-    figure = new_figure(11.0, 7.0)
-    units = units_of(motion.system)
-    with style():
-        grid = figure.add_gridspec(2, 3)
-        window = window_of(motion)
-        _gap(figure.add_subplot(grid[0, :2]), window, units)
-        _speeds(figure.add_subplot(grid[0, 2]), motion, units)
-        _map(figure.add_subplot(grid[1, 0]), motion, units)
-        _portrait(figure.add_subplot(grid[1, 1]), window, units)
-        _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
-        name = f"{title} — {motion.label}" if title else motion.label
-        titled(figure, name)
-    return figure
-
-
-def _parts(shown: Trajectory | _Titled) -> tuple[str, Trajectory]:
     from percuss.simulate import Trajectory
 
-    if isinstance(shown, Trajectory):
-        return "", shown
-    having("motion", shown, ("title", "motion"), "a Trajectory, or the answer that holds one")
-    return shown.title, shown.motion
+    title, moved = titled_motion(motion, Trajectory)
+    figure = new_figure(11.0, 7.0)
+    units = units_of(moved.system)
+    with style():
+        grid = figure.add_gridspec(2, 3)
+        window = window_of(moved)
+        _gap(figure.add_subplot(grid[0, :2]), window, units)
+        _speeds(figure.add_subplot(grid[0, 2]), moved, units)
+        _map(figure.add_subplot(grid[1, 0]), moved, units)
+        _portrait(figure.add_subplot(grid[1, 1]), window, units)
+        _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
+        name = f"{title} — {moved.label}" if title else moved.label
+        titled(figure, name)
+    return figure
 
 
 def _clock(motion: Trajectory, units: Units, span: float) -> tuple[float, str]:

@@ -92,6 +92,8 @@ def _within(spectrum: Spectrum, anchor: Anchor, tau: Array) -> Modes:
     q = q + (spectrum.response.T @ waves).real + mean * spectrum.statics[:, None]
     rate = rate + ((1j * k[:, None] * spectrum.response).T @ waves).real
 
+    if not spectrum.system.body.is_free:
+        mean = 0.0
     first, second = drift(d, tau)
     drifting = anchor.rigid_rate - float(((1j * k * turned) @ spectrum.rigid).real)
     steps = turned[:, None] * _turn_less_one(np.outer(k, tau))

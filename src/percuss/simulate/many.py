@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.checks import callback, count, instance, several
 from percuss.notebook import watched
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
+from percuss.simulate.held import shifted, state_of
 from percuss.simulate.kernels.calls import MEMBER, Rules
 from percuss.simulate.kernels.codes import BY_WORK, TURN, WINDOW
 from percuss.simulate.kernels.layout import PAST, Desk, Motion, Table
@@ -100,6 +101,13 @@ def simulate_many(
     return job.result()
 
 
+def _kept(systems: System | Sequence[System], modes: int) -> int:
+    """How many of so many modes all of the systems have."""
+    listed = [systems] if isinstance(systems, System) else systems
+    bodies = [system.body for system in listed if isinstance(system, System)]
+    return min((body.chosen(modes) for body in bodies if isinstance(body, HeldBody)), default=modes)
+
+
 def cores() -> int:
     """Cores that this process may use."""
     try:
@@ -121,7 +129,7 @@ class _Job:
         discard: int | None,
         work: int | None,
     ) -> None:
-        self.modes = count("modes", modes, least=0, most=MAX_MODES)
+        self.modes = _kept(systems, count("modes", modes, least=0, most=MAX_MODES))
         self.stop, self.whole = stop, keep == "everything"
         self.last = 0 if isinstance(keep, str) else count("keep", keep, least=0, most=10**7)
         if isinstance(keep, str) and keep not in ("statistics", "everything"):
@@ -221,8 +229,12 @@ class _Job:
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         load, window = system.load, slice(first, last)
         pieces = load.piece(self.phases[window]) if load.is_piecewise else np.zeros(last - first)
+        u, v = self.displacement[window], self.velocity[window]
+        if isinstance(system.body, HeldBody):
+            u, v = state_of(system.body, system.load.at, self.modes, u, v, self.gaps[window])
+            u = shifted(system, self.modes, u)
         starts = begins(
-            self.displacement[window], self.velocity[window], self.gaps[window], self.phases[window],
+            u, v, self.gaps[window], self.phases[window],
             self.periods[window], pieces.astype(np.int64),
         )  # fmt: skip
         rules = Rules(

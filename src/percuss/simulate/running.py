@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
 from percuss.simulate.engine import Progress, follow
@@ -62,7 +62,8 @@ def run(
     start = Start.rigid() if start is None else instance("start", start, Start)
     stop = Stop() if stop is None else instance("stop", stop, Stop)
     callback("progress", progress)
-    spectrum, table = prepared(system, count("modes", modes, least=0, most=MAX_MODES))
+    wanted, body = count("modes", modes, least=0, most=MAX_MODES), system.body
+    spectrum, table = prepared(system, body.chosen(wanted) if isinstance(body, HeldBody) else wanted)
     snapshot = begin(spectrum, table, start)
     now, count_ = snapshot.now[0], snapshot.count[0]
     anchor = Anchor(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array
+from percuss.simulate.held import shifted
 from percuss.simulate.kernels.calls import EVENT, Log, Starts
 from percuss.simulate.kernels.codes import TURN, TURN_LOW, WINDOW
 from percuss.simulate.kernels.layout import COUNT, NOW, PAST, SUMS, Desk, Motion, Table
@@ -131,6 +132,15 @@ def begin(spectrum: Spectrum, table: Table, start: Start) -> Snapshot:
     period, phase = clock(start.time)
     load = spectrum.system.load
     piece = int(load.piece(phase)) if load.is_piecewise else 0
-    starts = begins(u[None], v[None], np.array([gap]), np.array([phase]), np.array([period]), np.array([piece]))
+    if not spectrum.system.body.is_free and gap == 0.0 and not u[1:].any() and not v.any():
+        gap = -np.finfo(float).tiny  # else the kernels would take it for a bar at rest on the wall
+    starts = begins(
+        shifted(spectrum.system, spectrum.modes, u[None]),
+        v[None],
+        np.array([gap]),
+        np.array([phase]),
+        np.array([period]),
+        np.array([piece]),
+    )
     place(to_change(table), state.motion, desk_for(table), starts)
     return state

@@ -115,6 +115,8 @@ class Spectrum(DampedModes):
     @cached_property
     def rigid(self) -> ComplexArray:
         """Complex amplitude of u_0 under harmonic k; shape (K,)."""
+        if not self.system.body.is_free:
+            return np.zeros(self.k.shape, dtype=complex)
         return np.asarray(self.pk / (1j * self.k * self.system.d - self.k**2))
 
     @cached_property

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.body import UniformBar
 from percuss.model.checks import Array, count, finite, having, instance
 from percuss.simulate.drawn import DEFAULT_RANDOM_MODES, drawn
+from percuss.simulate.held import state_of
 from percuss.simulate.profile import Profile, modal_parts, number_tuple, sampled, values_at
 from percuss.simulate.spectrum import units
 
@@ -105,6 +106,8 @@ class Start:
     def rigid(cls, position: float = -1.0, velocity: float = 0.0, time: float = 0.0) -> Start:
         """An undeformed bar at `position` ≤ 0, all of it with one velocity.
 
+        A body that is held is bent by a force at its contact until this is at `position`, and moves in that shape.
+
         Parameters
         ----------
         position, velocity
@@ -195,6 +198,8 @@ class Start:
         body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
         elastic = body.modes(modes, place)
         unit = units(elastic)
+        if isinstance(body, HeldBody) and self.source is None:
+            return self._of_structure(body, place, modes, unit, u, v)
         if self.profile is not None:
             u, v = (modal_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
@@ -210,6 +215,19 @@ class Start:
         gap = _on_wall(gap, float(np.abs(u).max()))
         u[0] = gap - float(unit @ u[1:])
         return u, v, gap
+
+    def _of_structure(
+        self, body: HeldBody, at: int, modes: int, unit: Array, u: Array, v: Array
+    ) -> tuple[Array, Array, float]:
+        """`state` of a body that is held, of which u_0 is −g whatever is given."""
+        if self.profile is not None:
+            raise ParameterError("displacement", "along a bar", "a start of modes for a body that is held")
+        given = len(self.displacement) > 1 or self.gap is None
+        gap = self.gap if self.gap is not None else float(unit @ u[1:]) - body.gap
+        gap = _on_wall(gap, float(np.abs(u).max()) + abs(body.gap))
+        rows = (u[None], v[None]) if given else (u[None, :1], v[None, :1])
+        u_rows, v_rows = state_of(body, at, modes, *rows, np.array([gap]))
+        return u_rows[0], v_rows[0], gap
 
     def __repr__(self) -> str:
         if self.profile is not None:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from percuss.model import Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
+from percuss.simulate.held import held_table
 from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
 from percuss.simulate.kernels.layout import BAR, Harmonics, Modes, Table
 from percuss.simulate.kernels.load import release_phases
@@ -49,6 +50,8 @@ def table_of(system: System, modes: int) -> Table:
     bar = _copied(shared.bar)
     bar["restitution"], bar["strain"] = -system.contact.velocity_factor, system.contact.strain_factor
     bar["mean"], bar["pushing"] = load.mean, _longest_push(load)
+    if not system.body.is_free:
+        return held_table(shared._replace(bar=bar), system)
     if load.is_piecewise:
         steps = np.array(load.values)
         bar["force"] = float(np.abs(load.values).max())
@@ -120,7 +123,7 @@ class ElasticModes(Protocol):
 def bar_of(body: Body, modes: ElasticModes) -> np.void:
     """The numbers of a bar that do not depend on its load; all others are 0."""
     bar: np.void = np.zeros(1, BAR)[0]
-    bar["damping"], bar["whole"], bar["ripple"] = body.damping.rigid, 1.0, 1e-3
+    bar["damping"], bar["whole"], bar["ripple"] = body.rigid_drag, 1.0, 1e-3
     if modes.omega.size:
         bar["wave"] = (1.0 + 0.5 / modes.omega.size) * body.transit_time
         bar["ripple"] = 0.5 * np.pi / modes.omega[-1]

@@ -34,7 +34,7 @@ MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields
 
 @dataclass(frozen=True)
 class LinearMap:
-    """M = DΦ − g (hᵀΦ)/W in modes n = 0 … N; every array of shape (N + 1,).
+    """M = DΦ − g (hᵀΦ)/W in modes n = 0 … N, of a body that is held 1 … N; every array of as many.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class LinearMap:
         """
         u, v, determinant = self._adjugate(multiplier, self.g, self.g_velocity)
         tiny = 1e-300 + np.finfo(float).tiny
-        counted = np.append(1.0, 0.5 * np.abs(self.gamma[1:]))
+        counted = np.where(self.omega == 0.0, 1.0, 0.5 * np.abs(self.gamma))
         weight = counted * (np.abs(v) ** 2 + np.maximum(self.omega, 1.0) ** 2 * np.abs(u) ** 2)
         weight /= np.abs(determinant) ** 2 + tiny
         return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
@@ -198,16 +198,18 @@ def map_at_impact(system: System, period: float, force: float, displacement: Arr
     contact, d = system.contact, system.d
     alpha, beta = contact.strain_factor, contact.velocity_factor
     modes, step = flights(system.body, system.load.at, period, displacement.size)
-    omega = np.append(0.0, modes.omega)
-    gamma = np.append(1.0, modes.gamma)
+    first = 0 if system.body.is_free else 1  # a body that is held has no rigid motion
+    velocity = velocity[first:]
+    omega = np.append(0.0, modes.omega)[first:]
+    gamma = np.append(1.0, modes.gamma)[first:]
     decay = np.exp(-np.append(d, modes.damping) * period)
-    pull = contact.impulse * force - (alpha - beta) * omega**2 * np.append(0.0, displacement)
+    pull = contact.impulse * force - (alpha - beta) * omega**2 * np.append(0.0, displacement)[first:]
     return LinearMap(
-        a=np.append(1.0, step.a),
-        b=np.append(period * float(phi1(d * period)), step.b),
-        c=np.append(0.0, step.c),
-        e=np.append(decay[0], step.e),
-        decay=decay,
+        a=np.append(1.0, step.a)[first:],
+        b=np.append(period * float(phi1(d * period)), step.b)[first:],
+        c=np.append(0.0, step.c)[first:],
+        e=np.append(decay[0], step.e)[first:],
+        decay=decay[first:],
         omega=omega,
         gamma=gamma,
         g=(alpha - beta) * velocity,
@@ -231,6 +233,6 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     gamma = system.body.modes(modes, system.load.at).gamma
     # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
     bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
-    rigid = (system.load.mean * orbit.period + system.d * bent) / system.contact.impulse
+    rigid = (system.push * orbit.period + system.d * bent) / system.contact.impulse
     force = float(system.load.value(orbit.phase, side))
     return map_at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))

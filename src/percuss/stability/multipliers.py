@@ -17,7 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from percuss.errors import ConvergenceError
-from percuss.model.checks import Array, ComplexArray, count
+from percuss.model import HeldBody, System
+from percuss.model.checks import Array, ComplexArray, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.linear_map import MAX_MODES, LinearMap, linear_map
@@ -48,7 +49,7 @@ class Multipliers(Shown):
     modes
         N: modes 0 … N were kept.
     values
-        All 2N + 2 multipliers, largest modulus first; complex, dimensionless.
+        All 2N + 2 multipliers, of a body that is held 2N, largest modulus first; complex, dimensionless.
     dominant_mode
         The mode with the greatest share of energy in the eigenvector of the first multiplier; 0 is the rigid motion.
     """
@@ -59,6 +60,11 @@ class Multipliers(Shown):
     _orbit: Orbit = field(repr=False, compare=False)
     _map: LinearMap = field(repr=False, compare=False)
     _side: Side = field(repr=False, compare=False)
+
+    @property
+    def system(self) -> System:
+        """What the orbit is one of."""
+        return self._orbit.system
 
     @property
     def moduli(self) -> Array:
@@ -72,7 +78,10 @@ class Multipliers(Shown):
 
     @cached_property
     def rigid(self) -> tuple[int, int]:
-        """Places in `values` of the two that belong to the rigid motion: those in which it takes part most."""
+        """Places in `values` of the two that belong to the rigid motion: those in which it takes part most.
+
+        Of a body that is held those of its first mode.
+        """
         if self.modes <= _DENSE_CHECK:
             return _rigid_pair(self._map, self.values)
         return _matched(self._orbit, self._side, self._map, self.values)
@@ -81,7 +90,8 @@ class Multipliers(Shown):
     def ringing_mode(self) -> int:
         """The mode that dominates the slowest of all others, 1 … N; 0 without elastic modes."""
         slowest = _slowest(self.rigid, self.values.size)
-        return 0 if slowest is None else 1 + int(np.argmax(self._map.shares(complex(self.values[slowest]))[1:]))
+        number = 1 if self.system.body.is_free else 2
+        return 0 if slowest is None else number + int(np.argmax(self._map.shares(complex(self.values[slowest]))[1:]))
 
     @property
     def rhythm(self) -> float:
@@ -117,11 +127,14 @@ def floquet_multipliers(orbit: Orbit, modes: int = 32, *, side: Side = "right") 
         When the roots fail the check by the trace of the map.
     """
     n = count("modes", modes, least=0, most=MAX_MODES)
+    body = instance("orbit", orbit, Orbit).system.body
+    n = body.chosen(n) if isinstance(body, HeldBody) else n
     matrix = linear_map(orbit, n, side)
     values = np.linalg.eigvals(matrix.dense()).astype(complex) if n <= _DENSE else _secular(matrix)
     values = values[np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))]
     shares = matrix.shares(complex(values[0]))
-    return Multipliers(n, values, int(np.argmax(shares)), orbit, matrix, side)
+    first = 0 if body.is_free else 1
+    return Multipliers(n, values, first + int(np.argmax(shares)), orbit, matrix, side)
 
 
 def _rigid_pair(matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:

@@ -39,7 +39,7 @@ class OrbitMultipliers(Shown):
     orbit
         The orbit.
     values
-        All 2N + 2 multipliers, largest modulus first; complex, dimensionless.
+        All 2N + 2 multipliers, of a body that is held 2N, largest modulus first; complex, dimensionless.
     """
 
     orbit: PeriodicOrbit = field(repr=False)
@@ -104,7 +104,8 @@ def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
     Returns
     -------
     numpy.ndarray
-        Shape (2N + 2, 2N + 2); the states are ordered u_0, u_0', u_1, u_1', …, at fixed times.
+        Shape (2N + 2, 2N + 2); the states are ordered u_0, u_0', u_1, u_1', …, at fixed times. Those of a body that is
+        held begin with u_1.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
         raise ParameterError("modes", orbit.modes, f"an orbit with at most {MOST_MODES} modes")
     if not np.all(orbit.speeds != 0.0):
         raise ParameterError("orbit", str(orbit), "impacts with a speed", "see `linearised`, which stays finite there")
-    size = orbit.modes + 1
+    size = orbit.modes + (1 if orbit.system.body.is_free else 0)
     whole = np.eye(2 * size)
     u, v = whole[0::2].copy(), whole[1::2].copy()
     impacts = _impacts(orbit, side)
@@ -157,7 +158,9 @@ def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -
     """
     _checked(orbit, side)
     whole = complex(np.linalg.det(orbit.bordered(xi, side)))
-    return whole * complex(np.prod(orbit.modal_determinants(xi))) / float(np.prod(-orbit.speeds))
+    is_free = orbit.system.body.is_free
+    scale = float(np.prod(-orbit.speeds)) if is_free else -float(np.prod(orbit.speeds))  # −1 stands below K(ξ) there
+    return whole * complex(np.prod(orbit.modal_determinants(xi))) / scale
 
 
 def _checked(orbit: PeriodicOrbit, side: Side) -> None:
@@ -169,12 +172,14 @@ def _impacts(orbit: PeriodicOrbit, side: Side) -> list[tuple[Array, Array, float
     """Of each impact the vector s, in displacements and velocities, the speed, and γ; arrays of shape (N + 1,)."""
     system, contact = orbit.system, orbit.system.contact
     alpha, beta = contact.strain_factor, contact.velocity_factor
-    gamma = np.append(1.0, system.body.modes(orbit.modes, system.load.at).gamma)
+    first, known = int(not system.body.is_free), system.body.modes(orbit.modes, system.load.at)
+    gamma = np.append(1.0, known.gamma)[first:]
     forces = system.load.value(orbit.times, side)
 
     def one(state: ModalState, rigid: float, force: float, speed: float) -> tuple[Array, Array, float, Array]:
         pull = (alpha - beta) * np.append(0.0, state.omega**2 * state.displacement)
-        return (alpha - beta) * np.append(rigid, state.velocity), pull - contact.impulse * force, speed, gamma
+        kick, kick_rate = (alpha - beta) * np.append(rigid, state.velocity), pull - contact.impulse * force
+        return kick[first:], kick_rate[first:], speed, gamma
 
     rows = zip(orbit.states, orbit.rigid_velocities, forces, orbit.speeds, strict=True)
     return [one(state, float(rigid), float(force), float(speed)) for state, rigid, force, speed in rows]
@@ -187,4 +192,6 @@ def _flown(orbit: PeriodicOrbit, flight: float, u: Array, v: Array) -> tuple[Arr
     step = propagator(known.omega, known.damping, flight)
     a, b = np.append(1.0, step.a)[:, None], np.append(flight * float(phi1(d * flight)), step.b)[:, None]
     c, e = np.append(0.0, step.c)[:, None], np.append(np.exp(-d * flight), step.e)[:, None]
+    if not system.body.is_free:
+        a, b, c, e = a[1:], b[1:], c[1:], e[1:]
     return a * u + b * v, c * u + e * v

@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
 from percuss.model.contact import Result
 from percuss.shown import Shown
@@ -106,7 +107,7 @@ def reduced_criterion(orbit: Orbit) -> Reduced:
     ----------
     U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (29)–(32).
     """
-    instance("orbit", orbit, Orbit)
+    need_free(instance("orbit", orbit, Orbit).system.body, "B77's reduced criterion")
     load = orbit.system.load
     *left, right = (float(load.value(orbit.phase, side)) for side in load.sides)
     other = _with_force(orbit, left[0], None) if left and left[0] != right else None

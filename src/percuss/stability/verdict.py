@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from percuss.model.body import need_free
 from percuss.model.checks import instance
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
@@ -33,8 +34,10 @@ class Stability(Shown):
     margin
         1 minus the largest modulus: positive when stable. Per impact, dimensionless. The lesser of `margin_rhythm` and
         `margin_ringing`.
-    reduced, multipliers, waveform
-        The three criteria, from B77's to the exact one to the designer's.
+    criteria
+        `reduced` and `waveform`, B77's criterion and the designer's; None of a body that is held.
+    multipliers
+        The exact ones.
     disagreement
         Where B77's criterion says otherwise, in words; else None.
     """
@@ -43,10 +46,25 @@ class Stability(Shown):
     kind: Reason
     reason: str
     margin: float
-    reduced: Reduced
+    criteria: tuple[Reduced, Waveform] | None = field(repr=False)
     multipliers: Multipliers
-    waveform: Waveform
     disagreement: str | None = None
+
+    @property
+    def reduced(self) -> Reduced:
+        """B77's criterion; ParameterError of a body that is held."""
+        if self.criteria is None:
+            need_free(self.multipliers.system.body, "B77's reduced criterion")
+        assert self.criteria is not None
+        return self.criteria[0]
+
+    @property
+    def waveform(self) -> Waveform:
+        """The criterion of the waveform; ParameterError of a body that is held."""
+        if self.criteria is None:
+            need_free(self.multipliers.system.body, "the criterion of the waveform")
+        assert self.criteria is not None
+        return self.criteria[1]
 
     @property
     def margin_rhythm(self) -> float:
@@ -89,6 +107,8 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """
     instance("orbit", orbit, Orbit)
     n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
+    if not orbit.system.body.is_free:
+        return _of_structure(orbit, n)
     reduced = reduced_criterion(orbit)
     multipliers = floquet_multipliers(orbit, n)
     if reduced.other_side is not None:  # the load jumps at the impact: the worse side decides
@@ -104,7 +124,30 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
         )
     kind = _kind(orbit, multipliers, reduced, stable)
     reason = _in_words(kind, orbit, multipliers, reduced)
-    return Stability(stable, kind, reason, margin, reduced, multipliers, waveform_criterion(orbit), disagreement)
+    criteria = reduced, waveform_criterion(orbit)
+    return Stability(stable, kind, reason, margin, criteria, multipliers, disagreement)
+
+
+def _of_structure(orbit: Orbit, modes: int) -> Stability:
+    """The verdict on a motion of a body that is held: by its multipliers alone."""
+    sides = [floquet_multipliers(orbit, modes, side=side) for side in orbit.system.load.sides]
+    multipliers = max(sides, key=lambda found: found.largest)
+    first, margin = complex(multipliers.values[0]), 1.0 - multipliers.largest
+    modulus, mode = multipliers.largest, multipliers.dominant_mode
+    if orbit.fold:
+        kind, reason = Reason.FOLD, "fold: two motions meet here, the multiplier is 1"
+    elif margin > NEUTRAL:
+        kind = Reason.STABLE
+        reason = f"stable: mode {mode} dies out slowest, by a factor of {modulus:.4f} per impact"
+    elif margin >= -NEUTRAL:
+        kind, reason = Reason.NEUTRAL, f"neutral: mode {mode} neither grows nor dies out (largest modulus 1)"
+    elif abs(first.imag) > TURNING * modulus:
+        kind, reason = Reason.SPIRAL, f"unstable, a spiral: mode {mode} grows by a factor of {modulus:.4f} per impact"
+    elif first.real > 0.0:
+        kind, reason = Reason.FOLD, f"unstable, beyond the fold: multiplier {first.real:.3f}"
+    else:
+        kind, reason = Reason.FLIP, f"flip (period doubling): multiplier {first.real:.3f}"
+    return Stability(kind is Reason.STABLE, kind, reason, margin, None, multipliers)
 
 
 def _kind(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bool) -> Reason:

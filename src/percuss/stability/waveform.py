@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from percuss.model.body import need_free
 from percuss.model.checks import instance
 from percuss.model.contact import Contact, Result
 from percuss.shown import Shown
@@ -78,7 +79,7 @@ def waveform_criterion(orbit: Orbit) -> Waveform:
     ParameterError
         For a contact law that it does not hold for.
     """
-    instance("orbit", orbit, Orbit)
+    need_free(instance("orbit", orbit, Orbit).system.body, "the criterion of the waveform")
     load, contact = orbit.system.load, orbit.system.contact
     lower, upper = waveform_bounds(contact)
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]

@@ -205,7 +205,8 @@ def start_acceleration(motion: Flown) -> float:
     """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
     force = float(motion.system.load.value(motion.phase))
     modes, state = motion.system.body.modes(motion.modes, motion.system.load.at), motion.state
-    return force + float(modes.gamma @ (force - state.omega**2 * state.rebound))
+    rigid = force if motion.system.body.is_free else 0.0
+    return rigid + float(modes.gamma @ (force - state.omega**2 * state.rebound))
 
 
 def _next_break(motion: Flown) -> float:
@@ -217,10 +218,10 @@ def _next_break(motion: Flown) -> float:
 
 
 def _bounds(motion: Flown, modes: int) -> _Bounds:
-    d, load = motion.system.d, motion.system.load
+    d, push = motion.system.d, motion.system.push
     speed, force = motion.response.rigid_bounds()
-    fastest = speed + load.mean * motion.period + abs(motion.rigid_rebound) + speed
-    rigid = force + load.mean + d * fastest
+    fastest = speed + push * motion.period + abs(motion.rigid_rebound) + speed
+    rigid = force + push + d * fastest
     known = motion.system.body.modes(modes, motion.system.load.at)
     omega, damping = known.omega, known.damping
     swing = np.abs(known.gamma) * ringing(motion, motion.state.amplitude[:modes]) * (omega**2 + damping * omega)

@@ -101,8 +101,10 @@ def harmonic_exchange(motion: Balanced, waves: Waves) -> tuple[float, float]:
 
 
 def _rigid_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
-    d, p0, period = motion.system.d, motion.system.load.mean, motion.period
+    d, p0, period = motion.system.d, motion.system.push, motion.period
     k, p, v = waves.k, waves.p, waves.rigid_velocity
+    if not motion.system.body.is_free:
+        return 0.0, 0.0
     turn = np.exp(1j * k * motion.phase)
     v_phi = float((v * turn).real.sum())
     start = motion.system.contact.velocity_factor * motion.rigid_velocity - v_phi

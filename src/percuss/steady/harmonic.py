@@ -52,7 +52,8 @@ class HarmonicResponse:
         self.system = system
         self.k = system.load.harmonics.astype(float)
         self.p: ComplexArray = system.load.coefficients[system.load.harmonics]
-        self.rigid_factor: ComplexArray = self.p / (system.d + 1j * self.k)
+        free = 1.0 if system.body.is_free else 0.0  # else there is no rigid motion
+        self.rigid_factor: ComplexArray = free * self.p / (system.d + 1j * self.k)
         self._end: dict[int | None, tuple[ComplexArray, ComplexArray]] = {}
         refuse_resonance(system)
 
@@ -77,6 +78,8 @@ class HarmonicResponse:
 
     def rigid_bounds(self) -> tuple[float, float]:
         """Bounds of |v_f| and of the alternating force."""
+        if not self.system.body.is_free:
+            return 0.0, 0.0
         return float(np.abs(self.rigid_factor).sum()), float(np.abs(self.p).sum())
 
     def force(self, theta: Array) -> Array:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import System
+from percuss.model.body import need_free
 from percuss.model.checks import Array, non_negative, numbers, positive
 from percuss.model.contact import impedance_ratio, restitutions
 
@@ -54,6 +55,7 @@ def level_at(mean: npt.ArrayLike, d: float, ratio: npt.ArrayLike, period: float)
 
 def level_of(system: System, period: float) -> float:
     """c of a system with impacts every T = `period`."""
+    need_free(system.body, "the level of B77 (14)")
     return float(level_at(system.load.mean, system.d, system.contact.impedance_ratio, period))
 
 

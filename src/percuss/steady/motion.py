@@ -105,7 +105,7 @@ class Motion(Shown):
         """Mean velocity of the bar just before the impact: w_0 = p_0 T/(1 + R) whatever the damping (B77)."""
         system = self.system
         dragged = system.d * self.rebasing if system.d > 0.0 else 0.0  # over the period the bar moves as far
-        return (system.load.mean * self.period - dragged) / system.contact.impulse
+        return (system.push * self.period - dragged) / system.contact.impulse
 
     @property
     def rigid_rebound(self) -> float:
@@ -143,6 +143,8 @@ class Motion(Shown):
     def rigid_stroke(self) -> float:
         """Range of the mean motion over the impact period: the scale of all relative errors."""
         t, pushed, faded = _looks(self.system.d, self.periods)
+        if not self.system.body.is_free:  # the range of the contact itself
+            return float(np.ptp(self.end_motion(t, self.modes)[0])) or 1.0
         contact, mean = self.system.contact, self.system.load.mean
         start = contact.velocity_factor * (mean * self.period / contact.impulse) - self._rigid_start[1]
         moved = self.response.rigid_displacement(self.phase + t) + mean * pushed + start * faded
@@ -202,7 +204,7 @@ class Motion(Shown):
 
     def _drift(self, t: Array) -> tuple[Array, Array]:
         """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
-        d, mean = self.system.d, self.system.load.mean
+        d, mean = self.system.d, self.system.push
         start = self.rigid_rebound - self._rigid_start[1]
         fade = t * phi1(d * t)
         return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)

@@ -37,7 +37,7 @@ class PiecewiseResponse:
         self.starts = np.asarray(system.load.breaks)
         self.values = np.asarray(system.load.values)
         self.lengths = np.diff(np.append(self.starts, self.starts[0] + TURN))
-        self.pull = self.values - system.load.mean
+        self.pull = (self.values - system.load.mean) * (1.0 if system.body.is_free else 0.0)
         self._knots = (np.empty((self.starts.size, 0)), np.empty((self.starts.size, 0)))
         self._rigid_knots()
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ResonanceError
-from percuss.model import Load, System
+from percuss.model import HeldBody, Load, System
 from percuss.model.checks import Array
 from percuss.model.load import MAX_HARMONICS
 
@@ -28,6 +28,8 @@ def refuse_resonance(system: System) -> None:
     body, load = system.body, system.load
     if system.d > 0.0 or load.is_constant:
         return
+    if isinstance(body, HeldBody):
+        return _refuse_held(body, load)
     if load.is_piecewise:
         k, exact = _of_steps(body.modes(_MODES).omega)
     else:
@@ -37,6 +39,17 @@ def refuse_resonance(system: System) -> None:
         driven = not load.is_piecewise or _contains(load, float(k[i]))
         if driven and body.modes(int(n[i])).damping[-1] == 0.0:
             raise ResonanceError(int(k[i]), int(n[i]))
+
+
+def _refuse_held(body: HeldBody, load: Load) -> None:
+    """The same for a structure: of steps all harmonics up to its highest frequency are looked at."""
+    omega = body.frequencies(body.most_modes)
+    free = np.flatnonzero(body.dampings(body.most_modes) == 0.0)
+    k = np.rint(omega[free]).astype(np.int64) if load.is_piecewise else load.harmonics
+    for n in free:
+        for i in _met(k, np.full(k.shape, omega[n]), np.full(k.shape, _EXACT)):
+            if k[i] >= 1 and (not load.is_piecewise or _contains(load, float(k[i]))):
+                raise ResonanceError(int(k[i]), int(n) + 1)
 
 
 def held_resonance(load: Load, fundamental: float) -> bool:

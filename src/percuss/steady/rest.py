@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.model import System
+from percuss.model.body import need_free
 from percuss.model.checks import ComplexArray, instance
 from percuss.shown import Shown
 from percuss.steady.near_resonance import step_harmonics
@@ -82,6 +83,7 @@ def rest_on_wall(system: System) -> Rest:
     Rest: not possible, least contact force -1.91723 (quasi-static 0.3)
     """
     load = instance("system", system, System).load
+    need_free(system.body, "rest on the wall")
     if load.is_piecewise:
         return _under_steps(system)
     k = load.harmonics.astype(float)

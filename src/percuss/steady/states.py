@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import LoadError
-from percuss.model import System
+from percuss.errors import LoadError, ParameterError
+from percuss.model import HeldBody, System
 from percuss.model.checks import Array, count, instance, numbers, positive
 from percuss.shown import Shown
 from percuss.steady.full_rebound import grows
+from percuss.steady.gap_condition import FREE_AMPLITUDE, gap_condition
 from percuss.steady.level import level_factor, ratio_at
 from percuss.steady.orbit import Orbit
 from percuss.steady.phase_condition import phase_condition
@@ -51,9 +52,10 @@ class SteadyStates(Shown):
     system, periods
         The system, and m.
     level
-        c, the right-hand side of B77 (14); where the contact law changes the strain, less what the mean load adds.
+        c, the right-hand side of B77 (14); where the contact law changes the strain, less what the mean load adds. Of a
+        body that is held the gap g.
     level_max
-        max v_f: motions exist while level ≤ level_max.
+        max v_f: motions exist while level ≤ level_max. Of a body that is held the greatest of `contact_place`.
     orbits
         Every root of B77 (14) in order of phase, physically possible or not, but for those that `note` tells of.
     nearest
@@ -84,8 +86,31 @@ class SteadyStates(Shown):
 
         Where the contact law changes the strain, what that adds is in it.
         """
+        if isinstance(self.system.body, HeldBody):
+            raise ParameterError(
+                "body",
+                self.system.body.kind,
+                "a free body",
+                "a body that is held has no rigid motion: see `contact_place`",
+            )
         condition = phase_condition(self.system, self.periods, self.modes)
         return condition.arcs.response.rigid_velocity(numbers("phase", phase))
+
+    def contact_place(self, phase: npt.ArrayLike) -> Array:
+        """Where the contact of a body that is held would be at impacts at the given load phases (rad): at the roots g.
+
+        The displacement just before the impact, shape of `phase`.
+
+        Raises
+        ------
+        ParameterError
+            For a body that is free, whose place follows from nothing.
+        """
+        body, phases = self.system.body, numbers("phase", phase)
+        condition = gap_condition(self.system, self.periods, self.modes or 0) if isinstance(body, HeldBody) else None
+        if condition is None:
+            raise ParameterError("body", body.kind, "a body that is held, without internal resonance")
+        return condition.value(phases)
 
     def __str__(self) -> str:
         head = f"z=1/{self.periods}: level {self.level:.6g}, max {self.level_max:.6g}, {len(self.orbits)} orbits"
@@ -140,6 +165,8 @@ def steady_states(
     n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     wanted = positive("tolerance", tolerance)
     check_pushes(system)
+    if isinstance(system.body, HeldBody):
+        return _of_structure(system, m, system.body.chosen(n), wanted)
     condition = phase_condition(system, m, n)
     phases, folds = condition.roots()
     kept = np.ones(phases.shape, dtype=bool)
@@ -153,6 +180,19 @@ def steady_states(
     nearest = None if phases.size else _nearest(system, 2.0 * math.pi * m, highest)
     note = "; ".join(text for text in (_grow_note(phases[~kept]), _continuum_note(orbits)) if text)
     return SteadyStates(system, m, condition.level, highest, orbits, nearest, note, n)
+
+
+def _of_structure(system: System, periods: int, modes: int, tolerance: float) -> SteadyStates:
+    """The steady motions of a body that is held: the phases at which the contact reaches the wall."""
+    condition = gap_condition(system, periods, modes)
+    if condition is None:
+        return SteadyStates(system, periods, system.body.gap, math.nan, (), None, FREE_AMPLITUDE, modes)
+    phases, folds = condition.roots()
+    orbits = tuple(
+        Orbit(system, periods, float(phase), bool(fold), modes, tolerance)
+        for phase, fold in zip(phases, folds, strict=True)
+    )
+    return SteadyStates(system, periods, system.body.gap, condition.highest, orbits, None, "", modes)
 
 
 def _continuum_note(orbits: tuple[Orbit, ...]) -> str:
@@ -183,7 +223,7 @@ def check_pushes(system: System) -> None:
             "the load is constant: there is no load period, hence no steady motion to find",
             "give it an alternating part, or simulate the bouncing bar instead",
         )
-    if system.load.mean <= 0.0:
+    if system.body.is_free and system.load.mean <= 0.0:
         raise LoadError(
             f"the load does not push: its mean is p_0 = {system.load.mean:.6g}, and must be greater than 0",
             "reverse the sign of the force (positive is toward the wall) or add a feed force",

@@ -96,7 +96,8 @@ def truncation(motion: Untruncated) -> Truncation:
     """Choose the number of modes that the tolerance asks for, or take the number requested."""
     if motion.requested_modes is not None:
         n = motion.requested_modes
-        return Truncation(motion, n, n, n, motion.modal_state(n))
+        lost = None if motion.system.body.is_free else 0.0  # a structure has no other modes
+        return Truncation(motion, n, n, n, motion.modal_state(n), lost)
     scale = motion.rigid_stroke
     if not motion.system.contact.keeps_strain:  # what its release sets ringing falls off like 1/n²
         return Truncation(motion, RELEASED_MODES, RELEASED_MODES, RELEASED_MODES, motion.modal_state(RELEASED_MODES))

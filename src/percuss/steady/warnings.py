@@ -20,6 +20,8 @@ _MOST = 5
 
 def drag_warnings(motion: Motion) -> tuple[str, ...]:
     """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
+    if motion.system.d == 0.0:
+        return ()
     share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
     if share <= _STRONG_DRAG:
         return ()

@@ -18,6 +18,7 @@ from percuss._version import __version__
 from percuss.errors import PercussError
 from percuss.web import (
     blow_routes,
+    branch_routes,
     case_routes,
     experiment_routes,
     machine_routes,
@@ -40,6 +41,7 @@ _log = logging.getLogger("percuss.web")
 _ROUTES = (
     case_routes,
     steady_routes,
+    branch_routes,
     motion_routes,
     blow_routes,
     machine_routes,

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import asyncio
-import json
-import logging
 import tempfile
-from collections.abc import AsyncIterator, Awaitable, Callable
-from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fastapi import APIRouter
 from starlette.requests import Request
-from starlette.responses import Response, StreamingResponse
+from starlette.responses import Response
 
 from percuss.case import experiment_job_of
 from percuss.case.answers.exploration_json import experiment_dict
 from percuss.case.answers.watched_experiment import watched_experiment
-from percuss.errors import PercussError
 from percuss.web.asked_cases import Memory, case_asked, case_key
-from percuss.web.problem_json import problem, problems_of, refused
+from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
+from percuss.web.problem_json import refused
 from percuss.web.questions import ExperimentAsked, ExperimentFileAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import PROBLEMS, attachment, compiled, gate_of, limits_of
+from percuss.web.shared_by_routes import attachment, compiled, gate_of, limits_of
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
-    from starlette.types import Receive, Scope, Send
-
     from percuss.case import Case
     from percuss.explore import Experiment
     from percuss.explore.attractors.experiments import ExperimentJob
@@ -45,20 +38,6 @@ _experiments: Memory[Experiment] = Memory(
 )
 """The last ones, as far as they have come: of one that was cancelled the starts that had been followed."""
 
-_PING = 1.0
-"""Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
-
-_LOOK = 0.1
-"""Seconds between two looks at whether the client is still there, and the server not ending."""
-
-_log = logging.getLogger("percuss.web")
-
-STREAM: dict[int | str, dict[str, Any]] = {
-    200: {"description": "server-sent events", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
-    **PROBLEMS,
-}
-
-
 FILE = {**BINARY, 200: bytes_of("a file", "application/x-netcdf", "text/csv")}
 
 
@@ -68,23 +47,11 @@ async def experiment(request: Request, asked: ExperimentAsked) -> Response:
     limits, gate = limits_of(request), gate_of(request)
     case, job = await gate.quick.run(request, limits.seconds, lambda _: _job(asked, limits))
     await compiled(request, "motions")
-    place = gate.experiments.place(limits.experiment_seconds)
-    halt = await place.__aenter__()  # a refusal must come before the stream begins
-    events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
-    loop = asyncio.get_running_loop()
 
-    def tell(kind: str, what: Any) -> None:
-        if not halt():
-            loop.call_soon_threadsafe(events.put_nowait, (kind, what))
+    def work(halt: Halt, tell: Tell) -> None:
+        _follow(case, job, asked, halt, tell)
 
-    running = gate.experiments.submit(lambda: _follow(case, job, asked, halt, tell))
-
-    async def end() -> None:
-        halt.stop()
-        gate.experiments.hold(running)
-        await place.__aexit__(None, None, None)
-
-    return _Stream(_told(request, events, running, halt), end)
+    return await streamed(request, gate.experiments, limits.experiment_seconds, work)
 
 
 @router.post("/api/experiment/file", summary="An experiment as a file", response_class=Response, responses=FILE)
@@ -141,72 +108,17 @@ def _first(found: Experiment, most: int) -> Experiment:
 
 
 def _follow(
-    case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, tell: Any, most: int | None = None
+    case: Case, job: ExperimentJob, asked: ExperimentAsked, halt: Halt, tell: Tell, most: int | None = None
 ) -> Experiment | None:
     """Follow the starts, or the first of them, telling how far it is; the experiment, or None when it was stopped."""
-    try:
+    with failures_told(tell, "an experiment"):
         for look in watched_experiment(job, halt, most):
             _experiments.put(_key(asked), look.found)  # it may be stopped before the next look
             tell("progress", look.to_json_dict())
             if look.is_done:
                 tell("done", experiment_dict(case, look.found))
                 return look.found
-    except (PercussError, ArithmeticError, MemoryError) as error:
-        tell("error", {"problems": problems_of(error)})
-        if not isinstance(error, PercussError):
-            _log.exception("an experiment failed")
-    except Exception as error:
-        _log.exception("an experiment failed")
-        tell("error", {"problems": problems_of(error)})
     return None
-
-
-class _Stream(StreamingResponse):
-    """Events, and what must be done when they have ended, even when the client left before the first."""
-
-    def __init__(self, events: AsyncIterator[bytes], end: Callable[[], Awaitable[None]]) -> None:
-        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
-        super().__init__(events, media_type="text/event-stream", headers=headers)
-        self._end = end
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        try:
-            await super().__call__(scope, receive, send)
-        finally:
-            await self._end()
-
-
-async def _told(
-    request: Request, events: asyncio.Queue[tuple[str, Any]], running: Future[Any], halt: Halt
-) -> AsyncIterator[bytes]:
-    """The events as text, until the last one or until the client leaves."""
-    yield b": begun\n\n"
-    silent = 0.0
-    while True:
-        try:
-            kind, what = await asyncio.wait_for(events.get(), _LOOK)
-        except TimeoutError:
-            silent += _LOOK
-            if await request.is_disconnected():
-                return
-            if halt():
-                late = problem("", None, "it took too long" if halt.late else "the server is stopping", "take fewer")
-                yield _event("error", {"problems": [late]})
-                return
-            if running.done() and events.empty():
-                return
-            if silent >= _PING:
-                silent = 0.0
-                yield b": still here\n\n"
-            continue
-        silent = 0.0
-        yield _event(kind, what)
-        if kind in ("done", "error"):
-            return
-
-
-def _event(kind: str, what: Any) -> bytes:
-    return f"event: {kind}\ndata: {json.dumps(what, allow_nan=False)}\n\n".encode()
 
 
 def _file(found: Experiment, kind: str) -> bytes:

@@ -14,9 +14,9 @@ from typing import Literal
 
 __all__ = ["Kernels", "Part", "load"]
 
-Part = Literal["multipliers", "motions", "blows", "machines"]
-"""Those of the planes of exact multipliers, those of the simulator and what is made with it, those of blows, and those
-of machines that switch themselves: their maps and their motions."""
+Part = Literal["multipliers", "motions", "blows", "machines", "orbits"]
+"""Those of the planes of exact multipliers, those of the simulator and what is made with it, those of blows, those of
+machines that switch themselves: their maps and their motions, and those of orbits and their branches."""
 
 _PATIENCE = 5.0
 """Seconds that loading the kernels from numba's cache does not take."""
@@ -50,9 +50,10 @@ class Kernels:
                 settle("multipliers", _loaded("multipliers"))
                 settle("motions", _loaded("motions"))
                 settle("blows", _loaded("blows"))
-                good = _loaded("machines")
+                settle("machines", _loaded("machines"))
+                good = _loaded("orbits")
             gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
-            settle("machines", good)
+            settle("orbits", good)
 
         # a daemon: the end of the server does not wait for a compiler
         threading.Thread(target=work, name="percuss-kernels", daemon=True).start()
@@ -123,11 +124,23 @@ def _use_machines() -> None:
     sweep_job_of(case, [Axis.linear("load.scale", 0.9, 1.1, 2)], ["stall"], modes=0).compute(0, 2, lambda: False)
 
 
+def _use_orbits() -> None:
+    from percuss import Load, System
+    from percuss.explore import follow
+    from percuss.steady import orbit_near
+
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    orbit = orbit_near(system, [0.39, 2.32], modes=1)
+    if orbit is not None:
+        follow(orbit, "mean", (0.61, 0.63), most=2)
+
+
 _USES: dict[Part, Callable[[], None]] = {
     "multipliers": _use_multipliers,
     "motions": _use_motions,
     "blows": _use_blows,
     "machines": _use_machines,
+    "orbits": _use_orbits,
 }
 
 

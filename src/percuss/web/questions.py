@@ -7,17 +7,22 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 __all__ = [
+    "AlongAsked",
     "AxisAsked",
     "BlowAsked",
     "BoundariesAsked",
+    "BranchMotionAsked",
     "CaseAsked",
     "CurvesAsked",
+    "DiagramAsked",
     "ExperimentAsked",
     "ExperimentFileAsked",
+    "FollowAsked",
     "MachineAsked",
     "MachineStartAsked",
     "MapAsked",
     "MotionAsked",
+    "OrbitsAsked",
     "PlaceAsked",
     "QuickAsked",
     "RangeAsked",
@@ -38,6 +43,7 @@ Values = Annotated[
 ]
 
 _RESTITUTION: dict[str, Any] = {"name": "restitution", "from": 0.0, "to": 0.9, "count": 5}
+_RESTITUTION_RANGE: dict[str, Any] = {"name": "restitution", "from": 0.095, "to": 0.12}
 _LOAD_FACTOR: dict[str, Any] = {"name": "load_factor", "from": 0.05, "to": 1.2}
 
 
@@ -107,6 +113,12 @@ class RangeAsked(_Asked):
     to: float
 
 
+class AlongAsked(RangeAsked):
+    """The same in the unit of the case."""
+
+    unit: Annotated[str, Field(max_length=32)] = ""
+
+
 class MapAsked(CaseAsked):
     """Quantities over a plane of two parameters."""
 
@@ -155,6 +167,51 @@ class MotionAsked(CaseAsked):
     window: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
         None, description="only this part of the fields, in rad after `begin`"
     )
+
+
+class OrbitsAsked(CaseAsked):
+    """What ``percuss orbits --json`` answers, of one label."""
+
+    label: Annotated[str, Field(max_length=16, examples=["1/1"])]
+    modes: Modes = 8
+    tries: Annotated[int, Field(ge=1, le=2000)] = 400
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+
+
+class FollowAsked(CaseAsked):
+    """What ``percuss follow --json`` answers."""
+
+    along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
+    orbit: Annotated[str, Field(max_length=2000, description="2/1:3 or 2/1:phases=1.2,4.5")] = "1/1"
+    switch: Annotated[int, Field(ge=0, le=16, description="how deep to go on at flips and grazings")] = 0
+    modes: Modes = 8
+
+
+class DiagramAsked(CaseAsked):
+    """What simulations settle on at values of a parameter, as ``percuss diagram --json`` has it."""
+
+    along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
+    values: Annotated[int, Field(ge=2, le=400)] = 120
+    starts: Annotated[int, Field(ge=1, le=32, description="random starts at each value")] = 4
+    runs: Annotated[int, Field(ge=0, le=12, description="motions that are taken along the values")] = 3
+    modes: Modes = 8
+    impacts: Annotated[int, Field(ge=1, le=20_000)] = 2000
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+
+
+class BranchMotionAsked(CaseAsked):
+    """Fields of an orbit over time: that near the times of impacts, at a value of a parameter, as a branch has them."""
+
+    name: Name
+    unit: Annotated[str, Field(max_length=32)] = ""
+    value: float
+    times: Annotated[list[float], Field(min_length=1, max_length=64)]
+    periods: Annotated[int, Field(ge=1, le=256, description="load periods of a cycle")] = 1
+    modes: Modes = 8
+    cycles: Annotated[int, Field(ge=1, le=64)] = 1
+    frames: Annotated[int, Field(ge=2, le=2000)] = 240
+    places: Annotated[int, Field(ge=2, le=129)] = 33
+    end_points: Annotated[int, Field(ge=2, le=20_000)] = 2000
 
 
 class BlowAsked(CaseAsked):

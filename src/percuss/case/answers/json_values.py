@@ -34,9 +34,11 @@ def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) ->
 
 def system_dict(system: System) -> dict[str, Any]:
     """The system in plain values."""
+    free = system.body.is_free
     return {
-        "s": number(system.s),
-        "d": number(system.d),
+        "s": number(system.s) if free else None,
+        "d": number(system.d) if free else None,
+        **({} if free else {"gap": number(system.body.gap)}),
         "restitution": number(system.restitution),
         "coefficients": [[number(p.real), number(p.imag)] for p in system.load.coefficients.tolist()],
         "load_factor": number(system.load.load_factor),
@@ -53,7 +55,7 @@ def body_dict(system: System) -> dict[str, Any]:
     found: dict[str, Any] = {
         "kind": system.body.kind,
         "frequencies": numbers(modes.omega),
-        "gamma": numbers(_without_rounding(modes, system)),
+        "gamma": numbers(_without_rounding(modes, system) if system.body.is_free else modes.gamma),
         "damping": numbers(modes.damping),
     }
     if system.frequency is not None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.framed_stretch import stretch_of
+from percuss.case.answers.framed_stretch import Stretch, stretch_of
 from percuss.case.answers.json_values import number, plain
 from percuss.errors import ParameterError
 from percuss.model.checks import Array
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.simulate import Trajectory
 
-__all__ = ["Frames", "motion_frames", "orbit_frames"]
+__all__ = ["Frames", "motion_frames", "orbit_frames", "stretch_frames"]
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -144,11 +144,28 @@ def motion_frames(
     frames, places, points, window
         As for `orbit_frames`; the window counts from the beginning of the stretch.
     """
+    period = None if motion.cycle is None else motion.cycle.periods * _TURN
+    about: dict[str, Any] = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
+    about["summary"] = plain(asdict(motion.summary))
     stretch = stretch_of(motion, settled, cycles)
+    return stretch_frames(stretch, about, period, frames=frames, places=places, points=points, window=window)
+
+
+def stretch_frames(
+    stretch: Stretch,
+    about: dict[str, Any],
+    period: float | None,
+    *,
+    frames: int = 240,
+    places: int = 33,
+    points: int = 2000,
+    window: Sequence[float] | None = None,
+) -> Frames:
+    """A stretch of a simulated motion that repeats after `period`, or never; `about` is said in the header besides."""
+    motion, events = stretch.motion, stretch.motion.events
     x = np.linspace(0.0, 1.0, places)
     t = np.linspace(*_part(window, stretch.length), frames)
     moments = stretch.moments(t)
-    events = motion.events
     end_t, gap, velocity = stretch.end_point(points)
     struck = np.flatnonzero(events.code == IMPACT)
     kept = np.arange(max(struck.size - _MOST_POINCARE, 0), struck.size)
@@ -165,10 +182,9 @@ def motion_frames(
         "poincare_velocity": events.impact_velocity[at],
         "poincare_settled": kept >= motion.summary.first,
     }
-    kinds = events.kind
     rows = [
         (
-            str(kinds[i]),
+            str(events.kind[i]),
             time,
             float(events.phase[i]),
             float(events.impact_velocity[i]),
@@ -177,11 +193,8 @@ def motion_frames(
         )
         for i, time in stretch.events()[-_MOST_BLOWS:]
     ]
-    period = None if motion.cycle is None else motion.cycle.periods * _TURN
     header = _header(motion.system, motion.modes, stretch.begin, stretch.begin + stretch.length, period)
-    about = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
-    summary = plain(asdict(motion.summary))
-    return Frames({**about, **header, "summary": summary, "blows": _blows(motion.system, rows)}, arrays)
+    return Frames({**about, **header, "blows": _blows(motion.system, rows)}, arrays)
 
 
 def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:

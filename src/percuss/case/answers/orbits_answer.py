@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.orbit_phases import orbit_at_phases
 from percuss.case.case import Case, checked_case
 from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import json_tables
@@ -14,18 +14,19 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import ParameterError
-from percuss.explore import Axis, follow
+from percuss.explore import Axis, follow, orbit_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.model.checks import count, text
-from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits
+from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
     from percuss.explore import Branch
 
-__all__ = ["branch_answer", "orbits_answer", "parsed_label"]
+__all__ = ["branch_answer", "orbits_answer", "parsed_label", "value_of"]
 
 _LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
-_TURN = 2.0 * math.pi
 _CHOICE = "P/N:NUMBER or P/N:phases=1.2,4.5"
 
 
@@ -45,10 +46,13 @@ def parsed_label(label: str) -> tuple[int, int]:
     found = _LABEL.fullmatch(text("label", label, "P/N: impacts and load periods of a cycle"))
     if found is None:
         raise ParameterError("label", label, "P/N: impacts and load periods of a cycle", "for example 2/1")
-    return int(found[1]), int(found[2])
+    impacts = count("impacts", int(found[1]), most=MOST_IMPACTS)
+    return impacts, count("periods", int(found[2]), most=MOST_PERIODS)
 
 
-def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0) -> FoundOrbits:
+def orbits_answer(
+    case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0, motions: int = 64
+) -> FoundOrbits:
     """The orbits z=p/n of a case; see `percuss.steady.orbits`.
 
     Parameters
@@ -61,6 +65,8 @@ def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: in
         N, in the forced motion, too; None for the case's, or 32.
     tries, seed
         As for `percuss.steady.orbits`.
+    motions
+        How many are simulated to start from their close returns; 0 for none.
 
     Raises
     ------
@@ -75,7 +81,16 @@ def orbits_answer(case: Case, label: str, *, modes: int | None = None, tries: in
     """
     checked_case(case)
     impacts, periods = parsed_label(label)
-    return orbits(case.system(), impacts, periods, modes=_modes(case, modes), tries=tries, seed=seed)
+    system, kept, drawn = case.system(), _modes(case, modes), count("motions", motions, least=0, most=10**5)
+    if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
+        found = orbits(system, impacts, periods, modes=kept, tries=1)
+        if found.complete:
+            return found
+    near = {}
+    if drawn and impacts > 1:
+        check_pushes(system)
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed)
+    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near)
 
 
 def branch_answer(
@@ -120,7 +135,7 @@ def branch_answer(
     checked_case(case)
     axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = _value_of(case, family, axis)
+    value = value_of(case, family, axis)
     start = _chosen(case, orbit, _modes(case, modes))
     ends = (float(axis.values[0]), float(axis.values[1]))
     return follow(start, axis.name, ends, family=family, value=value, switch=switch, halt=halt)
@@ -130,7 +145,7 @@ def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def _value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
+def value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
     """The parameter of the case itself, in the unit of the axis."""
     key = family.key(axis.name)
     if not key:
@@ -164,17 +179,11 @@ def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
 
 
 def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
-    """The orbit near phases, each of them taken as later than the one before."""
+    """The orbit near phases, which are listed in order of time."""
     try:
         given = [float(phase) for phase in phases.split(",")]
     except ValueError:
         raise ParameterError("orbit", orbit, _CHOICE) from None
     if len(given) != label[0]:
         raise ParameterError("orbit", orbit, f"{label[0]} phases, one of each impact")
-    times = given[:1]
-    for phase in given[1:]:
-        times.append(times[-1] + (phase - times[-1]) % _TURN)
-    found = orbit_near(case.system(), times, label[1], modes=modes)
-    if found is None:
-        raise ParameterError("orbit", orbit, "phases near those of an orbit")
-    return found
+    return orbit_at_phases(case.system(), orbit, given, label, modes)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint
+    from percuss.explore import Branch, BranchPoint, PointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
-__all__ = ["branch_dict", "orbits_dict"]
+__all__ = ["branch_dict", "orbit_dict", "orbits_dict"]
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
@@ -20,16 +23,18 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     return {
         "label": found.label,
         "modes": found.modes,
-        "orbits": [_orbit(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
         "complete": found.complete,
         "unseen": found.unseen,
         "tries": found.tries,
+        "sources": {name: tally._asdict() for name, tally in found.sources.items()},
+        "resonant_modes": list(found.resonant_modes),
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
 
 
-def branch_dict(branch: Branch) -> dict[str, Any]:
-    """A branch, and all that were switched to from it."""
+def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
+    """A branch, and all that were switched to from it; and curves of their points over two parameters."""
     others = [other for other in branch.family() if other is not branch]
     return {
         "parameter": branch.parameter,
@@ -37,6 +42,32 @@ def branch_dict(branch: Branch) -> dict[str, Any]:
         **_branch(branch),
         "switched": [_branch(other) for other in others],
         "cascade": [row._asdict() for row in branch.cascade],
+        "curves": [_curve(curve) for curve in curves],
+    }
+
+
+def _curve(curve: PointCurve) -> dict[str, Any]:
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {
+                "type": point.kind.value,
+                "values": list(point.values),
+                "phases": point.orbit.phases.tolist(),
+                "speeds": point.orbit.speeds.tolist(),
+                "beyond": point.beyond,
+            }
+            for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "phases": curve.phases.tolist(),
+            "is_orbit": curve.is_orbit.tolist(),
+            "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
+        },
     }
 
 
@@ -47,6 +78,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         "branch": {
             "value": branch.values.tolist(),
             "phases": branch.phases.tolist(),
+            "times": branch.times.tolist(),
             "speeds": branch.speeds.tolist(),
             "stable": branch.stable.tolist(),
         },
@@ -57,14 +89,14 @@ def _point(point: BranchPoint) -> dict[str, Any]:
     return {
         "type": point.kind.value,
         "value": point.value,
-        "orbit": _orbit(point.orbit, point.multipliers),
+        "orbit": orbit_dict(point.orbit, point.multipliers),
         "beyond": point.beyond,
         "impact": point.impact,
         "touch_phase": point.touch_phase,
     }
 
 
-def _orbit(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
+def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
     """An orbit; its multipliers are null where they grow without bound."""
     impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
     values = None if multipliers is None else multipliers.tolist()

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
 from percuss.case.answers.ends import Ends, ends_of, not_followed
 from percuss.case.answers.json_values import contact_dict, heading_dict, plain
+from percuss.case.answers.reach_answer import reach_dict
 from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
 from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
+from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
 from percuss.stability import stability_of
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states
 
 if TYPE_CHECKING:
+    from percuss.case.answers.reach_answer import CaseReach
     from percuss.case.case import Case
     from percuss.model import System, Timed
     from percuss.recordings.history import HistoryReport
@@ -105,6 +108,8 @@ class SteadyAnswer(Shown):
         Where random starts end.
     law
         The law of a blow that takes time, where the case names one; None for B77's impact.
+    reach
+        How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
     """
 
     name: str
@@ -115,6 +120,7 @@ class SteadyAnswer(Shown):
     rest: Rest
     starts: Ends = field(default_factory=lambda: not_followed("none were asked for"))
     law: Timed | None = None
+    reach: tuple[CaseReach, ...] | None = None
 
     @property
     def history(self) -> HistoryReport | None:
@@ -150,6 +156,7 @@ class SteadyAnswer(Shown):
             "periods": [period.to_json_dict() for period in self.periods],
             "rest": rest_dict(self.rest, self.system.contact),
             "starts": plain(self.starts.to_json_dict(self.system)),
+            "reach": None if self.reach is None else reach_dict(self.reach),
         }
 
     def _blow(self) -> dict[str, Any]:
@@ -193,6 +200,7 @@ def steady_answer(
     [False, True]
     """
     checked_case(case)
+    need_free(case.system().body, "this answer; `structure_answer` tells of a structure")
     asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
     system, law = case.system(), case.timed_law()
     found = [_period_answer(system, law, m, modes) for m in asked]

@@ -14,7 +14,7 @@ from percuss.model.body.damping import share_of_critical
 from percuss.model.checks import non_negative
 from percuss.units import si
 
-__all__ = ["body_table", "plain_body", "sized_body"]
+__all__ = ["body_table", "plain_body", "plain_damping", "sized_body"]
 
 DEFAULT_RATIO = 1e-3
 """The share of critical damping of a bar in SI of which nothing is known: steel, with a joint or two."""
@@ -89,7 +89,8 @@ def plain_body(table: SystemTable) -> Body:
     ParameterError
         By the key of the table.
     """
-    damping = _plain_damping(table)
+    damping = plain_damping(table)
+    assert table.s is not None
     if table.impedances is None and table.transit_times is None:
         return UniformBar(table.s, damping)
     for name in ("impedances", "transit_times"):
@@ -98,7 +99,8 @@ def plain_body(table: SystemTable) -> Body:
     return SteppedBar(table.s, table.impedances or (), table.transit_times or (), damping)
 
 
-def _plain_damping(table: SystemTable) -> Damping:
+def plain_damping(table: SystemTable) -> Damping:
+    """The law of damping that the table [system] names, or its d."""
     d = None if table.d is None else non_negative("d", table.d)
     if table.damping is None:
         return External(d or 0.0)

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from percuss.case.file_format.body_building import plain_body, sized_body
 from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
 from percuss.case.file_format.contact_from_blow import restitution_of, timed_law
+from percuss.case.file_format.held_building import check_beside, held_body, sized_structure
 from percuss.case.file_format.load_building import load_of
 from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
 from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
@@ -48,7 +49,7 @@ class Parts:
         With the problems of all tables together.
     """
 
-    def __init__(self, tables: PhysicalCase | PlainCase, file: str) -> None:
+    def __init__(self, tables: PhysicalCase | PlainCase, file: str, folder: Path = Path(".")) -> None:
         self.bar: SizedBody | None = None
         self.body: Body | None = None
         self.contact: Contact | None = None
@@ -58,7 +59,9 @@ class Parts:
         self.blow: BlowQuestion | None = None
         self._problems: list[CaseError] = []
         self._file = file
-        if isinstance(tables, PhysicalCase):
+        if tables.body is not None:
+            self._structure(tables, folder)
+        elif isinstance(tables, PhysicalCase):
             if tables.bar.length is None and tables.bar.sections is None:
                 remedy = 'give it with its unit, for example length = "341 mm", or give sections'
                 self._problems.append(CaseError(file, "bar.length", None, "missing", remedy))
@@ -67,6 +70,9 @@ class Parts:
             if tables.contact is not None:
                 make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
                 self.contact = self._try("contact", tables.contact, make)
+        elif tables.system.s is None:
+            remedy = "add it, or a table [body] for a structure that is held"
+            self._problems.append(CaseError(file, "system.s", None, "missing", remedy))
         elif not _says_its_damping(tables.system):
             remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
             self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
@@ -87,10 +93,27 @@ class Parts:
         if self._problems:
             raise_all(self._problems)
 
+    def _structure(self, tables: PhysicalCase | PlainCase, folder: Path) -> None:
+        """The structure of the table [body], and its contact, which keeps the strain."""
+        unfit = check_beside(tables)
+        if unfit is not None:
+            name, key, accepted = unfit
+            held = getattr(getattr(tables, name), key) if key else None
+            self._problems.append(CaseError(self._file, f"{name}.{key}" if key else name, held, f"expected {accepted}"))
+            return
+        if isinstance(tables, PhysicalCase):
+            self.bar = self._try("body", tables.body, lambda table: sized_structure(table, tables, folder))
+            if tables.contact is not None:
+                make = partial(contact_of, bar=self.bar, tool=False)
+                self.contact = self._try("contact", tables.contact, make)
+        else:
+            self.body = self._try("body", tables.body, lambda table: held_body(table, tables, folder))
+            self.contact = self._try("system", tables.system, partial(plain_contact, tool=False))
+
     def _look_at_blow(self, tables: PhysicalCase | PlainCase) -> None:
         """What the bar strikes, and the blow that is asked for."""
         striker = self.bar or self.body
-        if striker is None:
+        if striker is None or tables.body is not None:
             return
         if isinstance(striker, SizedBody):
             assert isinstance(tables, PhysicalCase)

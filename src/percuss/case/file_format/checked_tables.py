@@ -23,7 +23,7 @@ def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
         When they are no case; with every problem of the file.
     """
     form = _form(data, file)
-    missing, found = missing_tables(form, data), None
+    missing, found = _missing(form, data), None
     try:
         tables = form.model_validate(data)
         if not missing:
@@ -33,6 +33,13 @@ def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     load = data.get("load")
     kind = load.get("kind") if isinstance(load, dict) else None
     raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
+
+
+def _missing(form: type[PhysicalCase] | type[PlainCase], data: dict[str, Any]) -> list[str]:
+    """The tables that the file lacks: [bar] where nothing else tells of what strikes."""
+    near = any(did_you_mean(key, ["bar"]) for key in data if key not in form.model_fields)
+    bar = form is PhysicalCase and not {"bar", "body"} & data.keys() and not near
+    return [*(["bar"] if bar else []), *missing_tables(form, data)]
 
 
 def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:

@@ -58,7 +58,10 @@ def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_
     False
     """
     given = _given(tables)
-    load = given.get("load")
+    load, body = given.get("load"), given.get("body")
+    if isinstance(body, dict) and "file" in body:
+        remedy = "give its columns: omega, damping, contact and drive"
+        raise CaseError(file, "body.file", body["file"], "a case cannot name a table of modes here", remedy)
     if isinstance(load, dict):
         if load.get("kind") == "history":
             remedy = "give the case and its recording together, or the load that the recording gives"
@@ -79,7 +82,7 @@ def _given(table: Mapping[str, Any], deep: int = 2) -> dict[str, Any]:
 def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     """The tables, checked; what is wrong is looked into only when something is, which takes longer than to be right."""
     form = PlainCase if "system" in given else PhysicalCase
-    if not missing_tables(form, given):
+    if not missing_tables(form, given) and ("bar" in given or "body" in given or form is PlainCase):
         with suppress(ValidationError):
             return form.model_validate(given)
     return checked_tables(given, file)

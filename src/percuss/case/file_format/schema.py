@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field
 
+from percuss.case.file_format.body_table import BodyTable
 from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
 from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
 from percuss.case.file_format.section_tables import SectionTable, SectionTables
@@ -53,6 +54,7 @@ from percuss.case.file_format.valve_tables import (
 __all__ = [
     "BarTable",
     "BlowTable",
+    "BodyTable",
     "ChamberTable",
     "ContactTable",
     "CushionTable",
@@ -131,8 +133,8 @@ class ContactTable(Table):
 
 
 class SystemTable(Table):
-    s: float
-    r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0."""
+    s: float | None = None
+    r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0. When left out: the case needs a table `[body]`."""
     d: float | None = None
     r"""External damping $D/(M\Omega)$, which brakes the bar as a whole, too. Allowed: 0 or greater. When left out:
     `damping` is needed, or `impedances`, beside which it is 0."""
@@ -219,7 +221,8 @@ class PhysicalCase(Table):
 
     title: str | None = None
     """Free text."""
-    bar: BarTable
+    bar: BarTable = Field(default_factory=BarTable)
+    body: BodyTable | None = None
     load: Annotated[PhysicalLoad, Field(discriminator="kind")] | None = None
     contact: ContactTable | None = None
     tool: ToolTable | None = None
@@ -234,6 +237,7 @@ class PlainCase(Table):
 
     title: str | None = None
     system: SystemTable
+    body: BodyTable | None = None
     load: Annotated[PlainLoad, Field(discriminator="kind")] | None = None
     tool: PlainTool | None = None
     blow: PlainBlow | None = None
@@ -247,6 +251,7 @@ _LOADS: dict[type[Table], dict[str, type[Table]]] = {
 }
 _TABLES: dict[str, type[Table]] = {
     "bar": BarTable,
+    "body": BodyTable,
     "contact": ContactTable,
     "system": SystemTable,
     "rock": RockTable,
@@ -259,6 +264,8 @@ _TABLES: dict[str, type[Table]] = {
 def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
     """The tables that a file lacks though it describes no blow, for which [load] and [contact] may be absent."""
     missing: list[str] = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
+    if missing == ["load"] and "body" in data:
+        return missing
     if missing and any(name in data or did_you_mean(name, data) for name in ("tool", "rock", "blow")):
         return []
     return missing

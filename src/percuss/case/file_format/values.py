@@ -28,7 +28,9 @@ __all__ = [
     "Frequency",
     "Length",
     "Mass",
+    "NumberOrDashpot",
     "NumberOrLength",
+    "NumberOrStiffness",
     "NumberOrTime",
     "NumberOrVelocity",
     "Numbers",
@@ -201,6 +203,8 @@ Numbers = Annotated[tuple[float, ...], BeforeValidator(_numbers)]
 DampingValue = Annotated[float | str | tuple[float, ...], BeforeValidator(_damping_value)]
 NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
 NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
+NumberOrStiffness = Annotated[float | str, BeforeValidator(_number_or("stiffness"))]
+NumberOrDashpot = Annotated[float | str, BeforeValidator(_number_or("dashpot"))]
 NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]
 Restitution = Annotated[float | str, BeforeValidator(_restitution)]
 Velocities = Annotated[str | tuple[str, ...], BeforeValidator(_one_or_several(_quantity("velocity")))]

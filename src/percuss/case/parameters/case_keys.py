@@ -31,10 +31,11 @@ __all__ = [
 
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
-_TABLES = ("system", "bar", "contact", "load")
+_TABLES = ("system", "bar", "body", "contact", "load")
 _STRUCK = ("tool", "rock", "blow")
 _NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
 _NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times", "law", "advance", "end", "load_at"}
+_NO_NUMBERS |= {"omega", "contact", "drive"}
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,10 @@ KEYS: dict[str, Key] = {
     "bar.drag": Key("drag", "force per velocity and per metre of bar", "damping", _DAMPINGS, slides=True),
     "bar.damping": Key("damping", "", "damping", _DAMPINGS, slides=True),
     "bar.damping_ratio": Key("damping ratio", "of the elastic modes", "damping", _DAMPINGS, slides=True),
+    "body.gap": Key("gap", "from the contact to the wall without any force", "gap"),
+    "body.spring": Key("stiffness of the spring", sets="stiffness"),
+    "body.dashpot": Key("dashpot", "its force per velocity", "dashpot"),
+    "body.mass": Key("mass"),
     "contact.restitution": Key("restitution R", sets="restitution", instead_of=("contact.receiving_area",)),
     "contact.receiving_area": Key("area of the struck rod", "", "restitution", ("contact.restitution",)),
     "load.mean": Key("mean load", sets="mean"),
@@ -126,6 +131,7 @@ def varied_keys(case: Case) -> list[str]:
     if isinstance(table, ValveForce | ValveLoad):
         none |= {*fields["load"], "room"}
     tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
+    tables = [name for name in tables if name not in _unvaried(case)]
     keys = [f"{table}.{name}" for table in tables for name in fields.get(table, ()) if name not in none]
     none = {"blow.load"} | (
         {"blow.velocity"} if isinstance(getattr(case.tables.blow, "velocity", None), tuple) else set()
@@ -136,6 +142,14 @@ def varied_keys(case: Case) -> list[str]:
     if isinstance(table, ValveForce | ValveLoad):
         in_lists += valve_keys(table)
     return [*(key for key in keys if key not in none), *in_lists, *([] if table is None else [LOAD_SCALE])]
+
+
+def _unvaried(case: Case) -> set[str]:
+    """Tables that hold no number of this case."""
+    body = case.tables.body
+    if body is None:
+        return {"body"}
+    return {"bar"} if body.kind == "modes" or "bar" not in case.tables.model_fields_set else set()
 
 
 _OF_UNIFORM_BARS = {"bar.length", "bar.area", "bar.diameter"}

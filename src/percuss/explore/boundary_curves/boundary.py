@@ -24,6 +24,7 @@ from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting
 from percuss.model import System
+from percuss.model.body import need_free
 from percuss.model.checks import Array, callback, count, finite, numbers, several
 from percuss.model.contact import Result
 from percuss.stability.verdict import DEFAULT_MODES
@@ -109,6 +110,7 @@ def boundaries(
     (array([0.31830989, 0.59114693, 1.27323954]), array([0.26851464, 0.470072  , 0.75684712]))
     """
     family = family_of(system)
+    _refuse_structures(family)
     callback("halt", halt)
     callback("progress", progress)
     if samples is not None:
@@ -247,3 +249,12 @@ def _speed(line: Line, crossing: Crossing) -> float:
     if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:
         motion = replace(motion, requested_modes=None)
     return motion.impact_velocity
+
+
+def _refuse_structures(family: Family) -> None:
+    """ParameterError where the bodies are held, whose motions B77 (14) does not tell of."""
+    try:
+        body = family.system({}).body
+    except PercussError:  # there is no system without values of x and y
+        return
+    need_free(body, "boundary curves; `follow` finds those of structures")

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Passed", "beside", "is_later", "landed", "step_ahead", "step_row", "step_time", "steps_passed"]
+__all__ = ["Passed", "beside", "is_later", "landed", "step_ahead", "step_of", "step_row", "step_time", "steps_passed"]
 
 Passed: TypeAlias = npt.NDArray[np.int64]
 """How many steps of the load there are before each impact."""
@@ -34,7 +35,12 @@ def steps_passed(orbit: PeriodicOrbit) -> Passed:
 
 def step_time(orbit: PeriodicOrbit, number: int) -> float:
     """When the step of the load with a number is, counted from time 0 on."""
-    breaks = orbit.system.load.breaks
+    return step_of(orbit.system, number)
+
+
+def step_of(system: System, number: int) -> float:
+    """The same of a system."""
+    breaks = system.load.breaks
     turns, which = divmod(number, len(breaks))
     return float(breaks[which]) + 2.0 * math.pi * turns
 

@@ -8,13 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.explore.continuation.corners import Passed, step_time, steps_passed
+from percuss.explore.continuation.corners import Passed, landed, step_time, steps_passed
 from percuss.explore.continuation.indicators import (
     greatest_top,
     indicator,
     multipliers,
     outside,
     press,
+    stays_off,
+    unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.rises import rise
@@ -30,7 +32,7 @@ from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Happening", "crossings", "end_of"]
+__all__ = ["Happening", "crossings", "end_of", "to_corner"]
 
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
@@ -61,14 +63,22 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     """
     found = [*_deaths(segment), *_corners(segment, passed), *([] if fresh else _halvings(segment))]
     first = min(found, key=lambda one: one.place) if found else None
+    segment = to_corner(segment, first)
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
-    if orbit.violation is None:
+    if stays_off(orbit):
         hidden = rise(segment, last)
         if hidden is None:
             return first
         last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
     return _contact(segment, orbit, last) or first
+
+
+def to_corner(segment: Segment, first: Happening | None) -> Segment:
+    """The part of a segment up to a corner: what is beyond it says nothing about the way there."""
+    if first is None or first.kind is not BranchEvent.CORNER:
+        return segment
+    return Segment(segment.curve, segment.start, first.point)
 
 
 def _happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
@@ -130,7 +140,10 @@ def _corners(segment: Segment, passed: Passed) -> list[Happening]:
             return float(point.x[i]) - step_time(curve.motion(point.x), number)
 
         before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
-        found.append(_happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i))
+        near = _happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
+        point = landed(curve, near.point, i, passed)
+        place = float(segment.start.tangent @ (point.x - segment.start.x))
+        found.append(near._replace(point=point, place=place))
     return found
 
 
@@ -154,19 +167,19 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
     return min(found, key=lambda one: one.place) if found else None
 
 
-def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
-    """Folds, flips and pairs on the unit circle up to a place of a segment, in order.
+def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[Happening]:
+    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
 
     Parameters
     ----------
     segment
         The step.
-    last
-        The place at which it ends.
+    first, last
+        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
     """
-    stop, curve = segment.at(last), segment.curve
+    start, stop, curve = segment.at(first), segment.at(last), segment.curve
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -175,12 +188,12 @@ def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    if not fresh and segment.start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(segment.start) * fold(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, 0.0, last)))
-    if flip(segment.start) * flip(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, 0.0, last)))
+    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
+        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
+    if flip(start) * flip(stop) < 0.0:
+        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
     if curve.modes:
-        places = sorted([0.0, *(one.place for one in found), last])
+        places = sorted([first, *(one.place for one in found), last])
         found += [one for low, high in pairwise(places) for one in _pairs(segment, low, high)]
     return sorted(found, key=lambda one: one.place)
 
@@ -188,12 +201,12 @@ def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
 def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
     """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
     curve, aside = segment.curve, _ASIDE * segment.length
-    low, high = start + (aside if start else 0.0), stop - aside
+    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
     if low >= high:
         return []
 
     def count(place: float) -> int:
-        return outside(multipliers(curve.motion(segment.at(place).x)))
+        return unstable(curve.motion(segment.at(place).x))
 
     first, second = count(low), count(high)
     if min(first, second) < 0 or abs(second - first) < 2:

@@ -47,9 +47,10 @@ def doubled(curve: SolutionCurve, point: CurvePoint) -> Partner | None:
 def is_joined(curve: SolutionCurve) -> bool:
     """Whether an impact without speed changes nothing, so that branches with one impact more or less meet.
 
-    Of a rigid bar; an elastic one has its whole velocity field changed, even when the striking end has no speed.
+    Where one mode alone moves, as of a rigid bar; others have their whole velocity field changed, even when the
+    striking end has no speed.
     """
-    return curve.modes == 0
+    return curve.moving_modes == 1
 
 
 def grazing_partner(curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, which: int) -> Partner | None:

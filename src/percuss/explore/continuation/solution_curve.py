@@ -11,24 +11,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeAlias
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from percuss.errors import PercussError
+from percuss.explore.continuation.parameter_rows import ParameterRows
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, parameter_column
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
+from percuss.steady.periodic.system_numbers import Numbers
 from percuss.steady.states import check_pushes
 
 __all__ = ["CurvePoint", "Number", "SolutionCurve", "Strayed", "turning", "twice", "where_it_vanishes"]
 
-_MOST_STEPS = 12
+_MOST_STEPS, _MOST_ROWS = 12, 6
 _KEPT = 32  # systems and motions
 _CLOSE = 1e-9  # after a step below this there is none: what is left is its square
-_COLUMN = 1e-5  # after a step below this the column of the parameter stays
+_FOUND, _WORDS = 0, {1: "no convergence", 2: "a step too long"}
 _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
 _SEARCH_STEPS = 20
 _DIFFERENCE = 1e-6
@@ -72,10 +76,30 @@ class SolutionCurve:
     unit: float
     _systems: dict[float, System] = field(default_factory=dict, repr=False, compare=False)
     _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
+    _rooms: dict[tuple[int, ...], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def other(self, impacts: int, periods: int) -> SolutionCurve:
         """The orbits of another label, of the same systems."""
-        return SolutionCurve(self.family, self.name, impacts, periods, self.modes, self.unit)
+        made = SolutionCurve(self.family, self.name, impacts, periods, self.modes, self.unit, self._systems)
+        made.__dict__["rows"] = self.rows
+        return made
+
+    @cached_property
+    def rows(self) -> ParameterRows:
+        """The numbers of the systems for compiled functions."""
+        return ParameterRows(self.system, self.modes, self.unit)
+
+    def _room(self, numbers: Numbers) -> Any:
+        key = numbers.waves, numbers.steps
+        if key not in self._rooms:
+            self._rooms[key] = numbers.room(self.impacts)
+        return self._rooms[key]
+
+    @property
+    def moving_modes(self) -> int:
+        """How many modes move, the rigid motion among them."""
+        any_value = next(iter(self._systems.values()), None)
+        return self.modes + (0 if any_value is not None and not any_value.body.is_free else 1)
 
     def system(self, value: float) -> System:
         """The system at a value of the parameter; PercussError where there is none."""
@@ -145,23 +169,34 @@ class SolutionCurve:
             When Newton's method does not get there.
         """
         look()
-        x, last, own = np.array(start), np.inf, column
-        for step in range(1, _MOST_STEPS + 1):
+        x, p, way = np.array(start), self.impacts, normal if along is None else along
+        derivative, tangent, steps = np.empty((p + 1, p + 3)), np.empty(p + 2), 0
+        if column is not None:
+            derivative[:, p + 1] = column * self.unit
+        for _ in range(_MOST_ROWS):
             try:
-                orbit = self.motion(x)
-                if own is None or (column is None and last > _COLUMN):
-                    own = self.column(orbit, self.value(x))
-                matrix = self.matrix(orbit, own)
-                moved = np.linalg.solve(np.vstack([matrix, normal]), -np.append(orbit.residuals, 0.0))
-            except (PercussError, np.linalg.LinAlgError) as error:
+                base, numbers, rate = self.rows.near(self.value(x))
+                ended, taken = orbit_kernels().corrected(
+                    numbers.row, rate, base, self.unit, self._room(numbers), 2.0 * math.pi * self.periods,
+                    x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), column is not None, derivative, tangent,
+                )  # fmt: skip
+                if ended != _FOUND:
+                    raise Strayed(_WORDS[ended])
+                steps = steps or taken
+                if self.rows.fits(base, rate, self.value(x)):
+                    return CurvePoint(x, tangent, steps)
+            except PercussError as error:
                 raise Strayed(str(error)) from None
-            last = float(np.abs(moved).max())
-            if not last <= _LONGEST:
-                raise Strayed("a step too long")
-            x = x + moved
-            if last <= _CLOSE:
-                return CurvePoint(x, self.tangent(matrix, normal if along is None else along), step)
         raise Strayed("no convergence")
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        """The derivative of the equations by the unknowns at a point, (p + 1, p + 2), and the equations, (p + 1,)."""
+        value, found = self.value(x), np.empty((x.size - 1, x.size + 1))
+        here, rate = self.rows.at(value), self.rows.near(value)[2]
+        orbit_kernels().derivatives(
+            here.row, rate, value, self.unit, self._room(here), 2.0 * math.pi * self.periods, x, found
+        )
+        return found[:, :-1], found[:, -1]
 
     @staticmethod
     def tangent(matrix: Array, along: Array) -> Array:
@@ -180,6 +215,8 @@ class SolutionCurve:
 
 def turning(orbit: PeriodicOrbit) -> float:
     """By how much the mean velocity just after the first impact grows if the impact is later, its state the same."""
+    if not orbit.system.body.is_free:
+        return 0.0
     first = orbit.system.load.value(np.array(orbit.times[:1]))
     return float(first[0] - orbit.system.d * orbit.rigid_rebounds[0])
 
@@ -194,15 +231,14 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
     x = np.array(x)
     for _ in range(_SEARCH_STEPS):
         look()
-        orbit = curve.motion(x)
-        matrix = curve.matrix(orbit, curve.column(orbit, curve.value(x)))
+        matrix, off = curve.linearised(x)
         row, here = np.empty(x.size), number(CurvePoint(x, x, 0))
         for i in range(x.size):
             aside = np.array(x)
             aside[i] += _DIFFERENCE
             row[i] = (number(CurvePoint(aside, x, 0)) - here) / _DIFFERENCE
         try:
-            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(orbit.residuals, here))
+            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
         except np.linalg.LinAlgError:
             break
         size = float(np.abs(step).max())

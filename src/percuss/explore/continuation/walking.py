@@ -10,8 +10,9 @@ import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
 from percuss.explore.continuation.corners import beside, is_later, landed, step_ahead, step_row, steps_passed
-from percuss.explore.continuation.happenings import Happening, crossings, end_of
-from percuss.explore.continuation.indicators import multipliers, outside
+from percuss.explore.continuation.dips import may_vanish_twice
+from percuss.explore.continuation.happenings import Happening, crossings, end_of, to_corner
+from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
@@ -22,12 +23,15 @@ from percuss.steady.periodic.sameness import differences, load_turn
 __all__ = ["Walk", "walked"]
 
 _FIRST, _LONGEST, _SHORTEST = 0.02, 0.1, 1e-9  # steps, of each impact in rad
+_REFINED = 1e-5  # step below which none is taken again to see what its ends do not show
 _TURN = math.cos(math.radians(25.0))  # of the tangent in a step
 _ASIDE = 0.5  # of a step, by which its end may be beside the tangent
 _FLIGHT = 0.5  # share of a flight by which it may change in a step
 _QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
 _NEAR_LIMIT = 10.0  # steps within which a limit explains why the walk does not go on
+_INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
 _ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
@@ -100,10 +104,10 @@ class _Walker:
         self.size = _FIRST * math.sqrt(curve.impacts)
         self.passed = steps_passed(curve.motion(start.x))
         self.walk = Walk([start], [self._outside(start)])
-        self.ended = False
+        self.ended, self.cornered = False, False
 
     def _outside(self, point: CurvePoint) -> int:
-        return outside(multipliers(self.curve.motion(point.x)))
+        return unstable(self.curve.motion(point.x))
 
     def end(self, kind: BranchEvent) -> None:
         """End the walk here."""
@@ -118,19 +122,30 @@ class _Walker:
             try:
                 target = ahead()
                 segment = Segment(self.curve, self.here, target.point)
+                if not self.fresh and self.size > _REFINED and may_vanish_twice(segment):
+                    raise Strayed("more may happen in the step than its ends show")
                 happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
-                last = segment.length if happening is None else happening.place
-                between = crossings(segment, last, self.fresh)
+                part = to_corner(segment, happening)
+                between = crossings(part, *self._smooth(part, happening), self.fresh)
             except Strayed:
                 continue
             self._went(segment, between, happening, target.limit)
             return
         self._shorter()
 
+    def _smooth(self, segment: Segment, happening: Happening | None) -> tuple[float, float]:
+        """The part of a step between corners."""
+        last = segment.length if happening is None else happening.place
+        corner = happening is not None and happening.kind is BranchEvent.CORNER
+        return _INSIDE * last if self.cornered else 0.0, last * (1.0 - _INSIDE) if corner else last
+
     def _went(
         self, segment: Segment, between: list[Happening], happening: Happening | None, limit: BranchEvent | None
     ) -> None:
         """Keep a step with what happened in it."""
+        home = self._home(segment) if happening is None and limit is None else None
+        if home is not None:
+            between = [one for one in between if float((one.point.x - home.x) @ home.tangent) < 0.0]
         for one in between:
             self._pass(one.point)
         self.walk.happened += between
@@ -138,10 +153,10 @@ class _Walker:
         if happening is not None:
             self._at(happening)
             return
-        self._arrive(segment.stop)
+        self._arrive(segment.stop if home is None else home)
         if limit is not None:
             self.end(limit)
-        elif self._is_home(segment):
+        elif home is not None:
             self.end(BranchEvent.CLOSED)
         elif segment.stop.steps <= _QUICK:
             self.size = min(1.5 * self.size, _LONGEST * math.sqrt(self.curve.impacts))
@@ -152,7 +167,7 @@ class _Walker:
         self.walk.unstable.append(self.walk.unstable[-1])
 
     def _arrive(self, point: CurvePoint) -> None:
-        self.here = point
+        self.here, self.cornered = point, False
         self.walk.points.append(point)
         self.walk.unstable.append(self._outside(point))
         self.passed = steps_passed(self.curve.motion(point.x))
@@ -230,19 +245,26 @@ class _Walker:
         else:
             self.end(BranchEvent.LOST)
 
-    def _is_home(self, segment: Segment) -> bool:
-        """Whether the walk came back to its start, or past it."""
+    def _home(self, segment: Segment) -> CurvePoint | None:
+        """The start of the walk, if it came back to it or past it, with the times of now."""
         first = self.walk.points[0]
         if len(self.walk.points) < 8 or abs(first.x[-1] - segment.stop.x[-1]) > 2.0 * segment.length:
-            return False
+            return None
         p, orbit = self.curve.impacts, self.curve.motion(first.x)
         turn = load_turn(orbit.system.load)
         off = segment.stop.x - first.x
         off[:p] = differences(segment.stop.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
         if np.abs(off).max() > 2.0 * segment.length:
-            return False
-        ahead = float(off @ first.tangent)
-        return 0.0 <= ahead <= segment.length and float(segment.stop.tangent @ first.tangent) > 0.0
+            return None
+        ahead, along = float(off @ first.tangent), float(segment.stop.tangent @ first.tangent)
+        if not 0.0 <= ahead <= segment.length or along <= 0.0:
+            return None
+        try:  # another sheet of the branch may be as near: only the start itself is home
+            back = self.curve.corrected(segment.stop.x - ahead / along * segment.stop.tangent, first.tangent)
+        except Strayed:
+            return None
+        home = segment.stop.x - off
+        return first._replace(x=home) if float(np.abs(back.x - home).max()) < _HOME else None
 
     # -- what ends a step --
 
@@ -271,10 +293,10 @@ class _Walker:
             return
         turned = tangent[-1] * corner.point.tangent[-1] < 0.0
         kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
-        self.here = CurvePoint(x, tangent, corner.point.steps)
+        self.here, self.cornered = CurvePoint(x, tangent, corner.point.steps), True
         self.walk.happened.append(Happening(kind, corner.place, corner.point, which))
         self.walk.points.append(self.here)
-        self.walk.unstable.append(outside(multipliers(orbit)))
+        self.walk.unstable.append(unstable(orbit))
         self.passed = np.array(self.passed)
         self.passed[which] += 1 if later else -1
         self.size = min(self.size, _FIRST * math.sqrt(curve.impacts))

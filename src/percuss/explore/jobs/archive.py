@@ -53,6 +53,7 @@ __all__ = ["FORMAT", "RESULTS", "Archive", "check_free"]
 
 RESULTS = {
     "basins": "percuss.explore.attractors.basin:Basins.from_archive",
+    "diagram": "percuss.explore.diagrams.diagram:Diagram.from_archive",
     "experiment": "percuss.explore.attractors.experiments:Experiment.from_archive",
     "sweep": "percuss.explore.sweeps:Sweep.from_archive",
 }

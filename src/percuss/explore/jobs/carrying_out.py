@@ -147,7 +147,7 @@ def _stopping(task: Task, pool: Pool | None, archived: bool) -> Iterator[None]:
         done = task.meter.done if task.kept is None else task.kept.items_done
         lost = "nothing has been written yet" if archived else "an archive (-o, archive=) saves finished work"
         remedy = "continue with --resume (resume=True)" if place else lost
-        raise Interrupted(done, task.job.size, place, remedy) from None
+        raise Interrupted(done, task.job.size, place, remedy, task.known) from None
     except BaseException as error:
         if pool is not None:
             pool.cancel()

@@ -88,6 +88,11 @@ class Task:
         self.meter.tell()
         return self.sheet.columns
 
+    @property
+    def known(self) -> Columns | None:
+        """All columns so far; None before the first ones."""
+        return self.sheet.columns if hasattr(self, "sheet") else None
+
     def _pace(self, needed: bool) -> Pace:
         if not self.job.size or not needed:
             return Pace(0.0)

@@ -3,6 +3,9 @@
 from percuss.model.body.bar import Bar
 from percuss.model.body.body import Body, Modes, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, External, KelvinVoigt, Ratio, Table
+from percuss.model.body.held import HeldBody, need_free
+from percuss.model.body.modal import ModalBody, SizedModes
+from percuss.model.body.mounted import Mounted, SizedMounted
 from percuss.model.body.sectioned import Section, SectionedBar
 from percuss.model.body.sized import SizedBody
 from percuss.model.body.stepped import SteppedBar
@@ -17,22 +20,28 @@ __all__ = [
     "Body",
     "Damping",
     "External",
+    "HeldBody",
     "KelvinVoigt",
+    "ModalBody",
     "Modes",
+    "Mounted",
     "Ratio",
     "Section",
     "SectionedBar",
     "Shape",
     "SizedBody",
+    "SizedModes",
+    "SizedMounted",
     "SteppedBar",
     "Table",
     "UniformBar",
+    "need_free",
 ]
 
-BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar, SteppedBar)}
+BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar, SteppedBar, Mounted, ModalBody)}
 """The kinds of bodies by their word."""
 
-SIZED_BODIES: dict[str, type[SizedBody]] = {body.kind: body for body in (Bar, SectionedBar)}
+SIZED_BODIES: dict[str, type[SizedBody]] = {body.kind: body for body in (Bar, SectionedBar, SizedMounted, SizedModes)}
 """The same with sizes in SI."""
 
 DAMPINGS: dict[str, type[Damping]] = {law.kind: law for law in (External, Ratio, KelvinVoigt, Table)}

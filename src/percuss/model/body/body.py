@@ -60,6 +60,9 @@ class Body(ABC):
     kind: ClassVar[str]
     """Its word in JSON."""
 
+    is_free: ClassVar[bool] = True
+    """Whether nothing holds it, so that it moves as a whole, too; else it is a `HeldBody`."""
+
     parameters: ClassVar[tuple[Parameter[Any], ...]] = (
         of_field("s", "wave speed s", "one over the time of a wave from end to end, C/(LΩ) of a uniform bar"),
     )
@@ -70,6 +73,9 @@ class Body(ABC):
 
     damping: Damping
     """The law of its damping."""
+
+    gap: float = 0.0
+    """Distance from the contact to the wall without any force; a free body has none."""
 
     # -- to be written --
 
@@ -103,6 +109,10 @@ class Body(ABC):
         """A bound of |φ_n(x) φ_n(y)| for every mode and any two places (uniform bar: 2)."""
 
     # -- may be written --
+
+    def dampings(self, count: int) -> Array:
+        """d_n, n = 1 … `count`: by default what the law of damping says; shape (count,)."""
+        return self.damping.of(self.frequencies(count))
 
     @property
     def places(self) -> tuple[float, ...]:
@@ -143,6 +153,15 @@ class Body(ABC):
         return np.array(found)
 
     # -- everything else follows --
+
+    @property
+    def rigid_drag(self) -> float:
+        """d_0, the damping of the motion as a whole; 0 for a body that is held."""
+        return self.damping.rigid if self.is_free else 0.0
+
+    def kept(self, modes: int) -> int:
+        """How many of so many modes it has: all of them, unless a table ends before."""
+        return modes
 
     @property
     def transit_time(self) -> float:
@@ -232,7 +251,7 @@ class Body(ABC):
 
         The receptances from the load to the striking end and of that end itself, the rigid motion with them.
         """
-        rigid = -1.0 / (k * (k - 1j * self.damping.rigid))
+        rigid = -1.0 / (k * (k - 1j * self.rigid_drag))
         own = self.striking_receptance(k)
         there = rigid + self.receptance(k, np.array([1.0]), at).displacement[:, 0]
         resonant = np.abs(rigid + own) <= _RESONANT * (np.abs(rigid) + np.abs(own))
@@ -265,7 +284,7 @@ class Body(ABC):
 def _modes(body: Body, count: int, at: int) -> Modes:
     omega, inertia = body.frequencies(count), body.inertia(count)
     at_load = body.shapes(np.array([body.place(at)]), count).displacement[0]
-    found = Modes(omega, body.damping.of(omega), inertia, at_load)
+    found = Modes(omega, body.dampings(count), inertia, at_load)
     for values in (found.omega, found.damping, found.inertia, found.at_load):
         values.setflags(write=False)
     return found

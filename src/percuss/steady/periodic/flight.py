@@ -113,12 +113,14 @@ class Flight:
 
     def _drift(self, t: Array) -> tuple[Array, Array]:
         """What the mean load and the start add to the periodic rigid motion, and its velocity."""
-        d, mean = self.system.d, self.system.load.mean
+        d, mean = self.system.d, self.system.push
         start = self.rigid_rebound - float(self.response.rigid_velocity(np.array([self.phase]))[0])
         fade = t * phi1(d * t)
         return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
 
     def mean_range(self) -> float:
-        """Range of the mean motion over the flight."""
+        """Range of the mean motion over the flight; of that of the contact itself where the body is held."""
         t = np.linspace(0.0, self.period, _SAMPLES * self.periods + 1)
+        if not self.system.body.is_free:
+            return float(np.ptp(self.end_motion(t, self.modes)[0]))
         return float(np.ptp(self.response.rigid_displacement(self.phase + t) + self._drift(t)[0]))

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 from percuss.model import System
 from percuss.shown import Shown
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
 
-__all__ = ["Drop", "FoundOrbits"]
+__all__ = ["Drop", "FoundOrbits", "Tally"]
 
 
 class Drop(Enum):
@@ -23,6 +24,13 @@ class Drop(Enum):
     NO_BLOW = "strikes backwards"
     THROUGH_WALL = "through the wall"
     KNOWN = "known already"
+
+
+class Tally(NamedTuple):
+    """How many starts came from one source, and how many of the orbits they were the first to lead to."""
+
+    tries: int
+    orbits: int
 
 
 @dataclass(frozen=True)
@@ -40,13 +48,16 @@ class FoundOrbits(Shown):
     tries
         Starts that were followed; 0 where none was needed.
     dropped
-        How many of the tries gave no new orbit, by reason; of one impact in a cycle, how many roots are none.
+        How many of the tries gave no new orbit, by reason; of a complete list, how many roots are none.
     unseen
         Estimate of the share of random starts that would lead to orbits not found: of the tries without deflation that
         ended at an orbit, the part whose orbit they met once only (Good, Biometrika 40 (1953) 237–264). None when no
         such try ended at one; 0 where the list is complete.
     complete
-        Whether there are proved to be no others: one impact in a cycle.
+        Whether there are proved to be no others: of one impact in a cycle, and of two of a rigid bar but in degenerate
+        cases.
+    sources
+        Where the starts came from: ``"random times"``, and what was given besides.
     """
 
     system: System
@@ -59,16 +70,23 @@ class FoundOrbits(Shown):
     dropped: Mapping[Drop, int]
     unseen: float | None
     complete: bool
+    sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
 
     @property
     def label(self) -> str:
         """z=p/n."""
         return f"z={self.impacts}/{self.periods}"
 
+    @property
+    def resonant_modes(self) -> tuple[int, ...]:
+        """The elastic modes n that come back by themselves after the cycle of a root: internal resonance."""
+        roots = (*self.orbits, *self.rejected)
+        return tuple(sorted({n for root in roots for n in root.resonant_modes}))
+
     def __str__(self) -> str:
         found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
         if self.complete:
-            head = f"{self.label}: {found}, all there are"
+            head = f"{self.label}: {found}, complete (proved)"
         else:
             estimate = "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen:.2g}"
             head = f"{self.label}: {found} in {self.tries} tries, {estimate}"

@@ -8,7 +8,8 @@ flight the striking end comes back to the wall,
     F_i(t_1 … t_p) = Δ_i + e_{i+1}⁻ − e_i⁺ = 0,
 
 with Δ_i the advance of the bar as a whole and e = Σ γ_n u_n what the elastic modes add at the striking end, before and
-after the impacts. For p = 1 it is B77 (14). With the times held the states never gain energy from cycle to cycle, so
+after the impacts. For p = 1 it is B77 (14). A body that is held has no motion as a whole, and its place is known: there
+F_i = e_i⁻ − g, with the gap g. With the times held the states never gain energy from cycle to cycle, so
 that violently unstable orbits are found as easily as stable ones.
 
 All functions take times of the shape (…, p): many orbits at once.
@@ -90,7 +91,7 @@ class ImpactChain:
 
         It is then an unknown of its own, and that it comes back is an equation more.
         """
-        return abs(1.0 - self.kept_rigid) < _NEUTRAL
+        return self.system.body.is_free and abs(1.0 - self.kept_rigid) < _NEUTRAL
 
     def _forced(self, times: Array) -> _Forced:
         response, shape = self.response, (*times.shape, self.modes)
@@ -118,6 +119,8 @@ class ImpactChain:
         forced = self._forced(times)
         step, blocks, divisor, u, v = self._elastic(flights, forced)
         end = u @ self.known.gamma
+        if not self.system.body.is_free:
+            return self._held(times, flights, forced, (step, blocks, divisor, u, v), rebound, side)
         decay = self.system.d * flights
         fade, stay = flights * phi1(decay), np.exp(-decay)
         base = (  # F_i but for what r_i adds
@@ -143,6 +146,38 @@ class ImpactChain:
             speed=rigid + v @ self.known.gamma,
             gap=base + (after - forced.rigid_velocity) * fade,
             closure=last - first,
+            blocks=blocks,
+            divisor=divisor,
+        )
+
+    def _held(
+        self,
+        times: Array,
+        flights: Array,
+        forced: _Forced,
+        elastic: tuple[Propagator, Blocks, Array, Array, Array],
+        rebound: Array | None,
+        side: Side,
+    ) -> Passage:
+        """The passage of a body without rigid motion: all of its velocities are 0, and so must be one that is given."""
+        step, blocks, divisor, u, v = elastic
+        nothing, gamma = np.zeros_like(flights), self.known.gamma
+        return Passage(
+            times=times,
+            flights=flights,
+            force=self.system.load.value(times, side),
+            step=step,
+            fade=nothing,
+            stay=nothing,
+            rigid=nothing,
+            rebound=nothing if rebound is None else nothing + np.asarray(rebound)[..., None],
+            displacement=u,
+            velocity=v,
+            forced=forced.displacement,
+            forced_velocity=forced.velocity,
+            speed=v @ gamma,
+            gap=u @ gamma - self.system.body.gap,
+            closure=nothing[..., 0] if rebound is None else nothing[..., 0] - rebound,
             blocks=blocks,
             divisor=divisor,
         )

@@ -18,6 +18,7 @@ from percuss.steady.impact_state import ModalState
 from percuss.steady.periodic.flight import state_at
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.linearised import bordered, eliminated
+from percuss.steady.periodic.many_numbers import ManyNumbers
 from percuss.steady.periodic.passage import Passage
 
 __all__ = ["ImpactMotion"]
@@ -188,6 +189,10 @@ class ImpactMotion(Shown):
             xi = finite("xi", xi)
         passage = self._passage if side == "right" else self._passage_on(side)
         return bordered(self._chain, passage, xi)
+
+    def many_numbers(self) -> ManyNumbers:
+        """`bordered` for many ξ at once."""
+        return ManyNumbers.of(self._chain, self._passage)
 
     def modal_determinants(self, xi: complex = 1.0) -> npt.NDArray[np.complex128] | Array:
         """det(ξ − M_n), with M_n the map of mode n through the cycle with the times of the impacts held; shape (N,).

@@ -6,8 +6,8 @@ With ρ the change of a mode's state at fixed times and δt_i the shift of impac
 
 the saltation (Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7). Every mode
 is eliminated, one 2×2 solve for each shift; that the striking end comes back to the wall over each flight is then
-K(ξ) δt = 0. K(1) is the derivative of the equations for the times, and nothing is divided by the speed of an impact, so
-that all stays finite where one dies.
+K(ξ) δt = 0 (of a body that is held: that it is there at each impact). K(1) is the derivative of the equations for the
+times, and nothing is divided by the speed of an impact, so that all stays finite where one dies.
 """
 
 from __future__ import annotations
@@ -27,12 +27,17 @@ def bordered(chain: ImpactChain, passage: Passage, xi: complex) -> Numbers:
 
     The last row says that it is ξ times itself after a cycle. Shape (…, p + 1, p + 1).
     """
-    p, beta = chain.impacts, chain.system.contact.velocity_factor
+    p, beta, is_free = chain.impacts, chain.system.contact.velocity_factor, chain.system.body.is_free
     kind = complex if isinstance(xi, complex) else float
     found: Numbers = np.zeros((*passage.times.shape[:-1], p + 1, p + 1), dtype=kind)
     width = max(1, _NUMBERS // (passage.times.size * p))
     for first in range(0, chain.modes, width):
         found[..., :p, :p] = found[..., :p, :p] + _elastic(chain, passage, xi, slice(first, first + width))
+    if not is_free:
+        for i in range(p):
+            found[..., i, i] += beta * passage.speed[..., i]
+        found[..., p, p] = -1.0
+        return found
     jump = -chain.system.contact.impulse * passage.force
     rate: Numbers = np.zeros((*passage.times.shape[:-1], p + 1), dtype=kind)  # of the rigid velocity, by each unknown
     rate[..., p] = 1.0
@@ -76,7 +81,7 @@ def _elastic(chain: ImpactChain, passage: Passage, xi: complex, some: slice) -> 
             start = u @ gamma if last else 0.0
             u, v = a * u + b * v, c * u + e * v
             if last:
-                found[..., i, :] = u @ gamma - start
+                found[..., i, :] = u @ gamma - start if chain.system.body.is_free else start
             u, v = alpha * u, beta * v
             to, turned = (i + 1, 1.0) if i + 1 < p else (0, xi)
             u[..., to, :] = u[..., to, :] + turned * kick[..., to, :]

@@ -15,17 +15,14 @@ import numpy.typing as npt
 from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.steady.periodic.impact_chain import ImpactChain
-from percuss.steady.periodic.linearised import bordered
-from percuss.steady.periodic.passage import Passage
-from percuss.steady.periodic.sameness import differences
+from percuss.steady.periodic.orbit_kernels import orbit_kernels
+from percuss.steady.periodic.system_numbers import numbers_of
 
 __all__ = ["COALESCED", "Ended", "Outcome", "newton"]
 
 _STEPS = 60
-_LONGEST = 0.5  # radians of the load that an impact is moved by in a step
-_KEPT = 0.1  # part of a flight that a step leaves of it
-_CLOSE = 1e-9  # steps below this are followed by two more, whose errors are rounding
-_STEADY = 1e-3  # relative change of a flight by such a step; impacts that coalesce halve it at every step
+_FRESH = -1  # of `settling`: not begun
+_AT_ONCE = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
 COALESCED = 1e-9
 """Share of the period below which a flight has vanished."""
 
@@ -47,7 +44,7 @@ class Ended(NamedTuple):
 
 
 def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: float = 2.0 * np.pi) -> Ended:
-    """Follow starts of the shape (B, p) to impact times that belong to orbits.
+    """Follow starts of the shape (B, p) to impact times that belong to orbits, by compiled functions.
 
     Parameters
     ----------
@@ -60,69 +57,19 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
     turn
         After how long the load repeats.
     """
-    times = np.array(times, dtype=float)
+    p, system = chain.impacts, numbers_of(chain.system, chain.modes)
+    times = np.array(times, dtype=float, ndmin=2)
     rebound, outcome = np.zeros(times.shape[0]), np.zeros(times.shape[0], dtype=np.int64)
-    settling = np.zeros(times.shape[0], dtype=np.int64)
-    if chain.is_neutral:
-        rebound = np.array(chain.passage(times).rebound[:, 0])
-    active = np.arange(times.shape[0])
-    for _ in range(_STEPS):
-        if not active.size:
-            break
-        look()
-        passage = chain.passage(times[active], rebound[active] if chain.is_neutral else None)
-        step = _steps(chain, passage)
-        moved = step[:, :-1]
-        size = np.abs(moved).max(axis=1)
-        share = np.where(settling[active] > 0, 1.0, _lengths(chain, passage, moved, known, turn))
-        with np.errstate(invalid="ignore", over="ignore"):
-            moved = moved * share[:, None]
-            turned = passage.force[:, 0] - chain.system.d * passage.rebound[:, 0]
-            times[active] += moved
-            rebound[active] = passage.rebound[:, 0] + share * step[:, -1] + turned * moved[:, 0]
-        flights = np.diff(times[active], axis=1, append=times[active, :1] + chain.period)
-        shrunk = np.abs(flights / passage.flights - 1.0).max(axis=1)
-        near = (size <= _CLOSE) & (shrunk <= _STEADY)
-        settling[active] = np.where((settling[active] > 0) & (shrunk <= _STEADY) | near, settling[active] + 1, 0)
-        lost = ~np.isfinite(size)
-        coalesced = ~lost & (flights.min(axis=1) < COALESCED * chain.period)
-        root = ~lost & ~coalesced & (settling[active] > 2)
-        outcome[active[root]], outcome[active[coalesced]] = Outcome.ROOT, Outcome.COALESCED
-        active = active[~(lost | coalesced | root)]
+    settling = np.full(times.shape[0], _FRESH, dtype=np.int64)
+    roots = np.empty((0, p)) if known is None else np.ascontiguousarray(known, dtype=float)
+    work = p * (p + 4) * (system.modes + 1) + p * roots.size
+    rows, steps = max(1, _AT_ONCE // (work * _STEPS)), min(_STEPS, max(1, _AT_ONCE // work))
+    for first in range(0, times.shape[0], rows):
+        some = slice(first, first + rows)
+        for done in range(0, _STEPS, steps):
+            look()
+            orbit_kernels().search(
+                system.row, system.room(p), chain.period, turn, chain.is_neutral, roots, min(steps, _STEPS - done),
+                times[some], rebound[some], settling[some], outcome[some],
+            )  # fmt: skip
     return Ended(times, rebound, outcome)
-
-
-def _steps(chain: ImpactChain, passage: Passage) -> Array:
-    """Newton's steps of the times and of the rigid velocity at fixed time; shape (B, p + 1)."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        matrix = bordered(chain, passage, 1.0)
-        off = -np.concatenate([passage.gap, passage.closure[:, None]], axis=1)
-    usable = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(off).all(axis=1)
-    found = np.full(off.shape, np.nan)
-    try:
-        found[usable] = np.linalg.solve(matrix[usable], off[usable][..., None])[..., 0]
-    except np.linalg.LinAlgError:  # one of them is singular
-        found[usable] = (np.linalg.pinv(matrix[usable]) @ off[usable][..., None])[..., 0]
-    return found
-
-
-def _lengths(chain: ImpactChain, passage: Passage, moved: Array, known: Array | None, turn: float) -> Array:
-    """What part of each step is taken; shape (B,)."""
-    share = np.ones(moved.shape[0])
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        if known is not None and known.size:
-            share = _deflation(differences(passage.times, known, chain.period, turn), moved)
-        size = np.abs(moved).max(axis=1) * np.abs(share)
-        share = share * np.minimum(1.0, _LONGEST / size)
-        shrinking = -share[:, None] * (np.roll(moved, -1, axis=1) - moved)
-        room = np.where(shrinking > 0.0, (1.0 - _KEPT) * passage.flights / shrinking, np.inf).min(axis=1)
-        return np.asarray(np.where(np.isfinite(share), share, 1.0) * np.minimum(1.0, room))
-
-
-def _deflation(off: Array, moved: Array) -> Array:
-    """By what the steps are multiplied: 1/(1 − ∇ ln Π(1 + 1/d_k²) · δt); shape (B,)."""
-    square = (off**2).sum(axis=-1)  # (B, K, shifts)
-    nearest = np.argmin(square, axis=-1)[..., None]
-    least = np.take_along_axis(square, nearest, axis=-1)[..., 0]
-    toward = np.take_along_axis((off * moved[:, None, None, :]).sum(axis=-1), nearest, axis=-1)[..., 0]
-    return np.asarray(1.0 / (1.0 + (2.0 * toward / (least * (least + 1.0))).sum(axis=-1)))

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.checks import Array, array, count, instance
-from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
+from percuss.steady.periodic.found_orbits import Drop, FoundOrbits, Tally
+from percuss.steady.periodic.given_starts import RANDOM, given_rows
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
+from percuss.steady.periodic.pair_proof import proved_pairs
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
 from percuss.steady.periodic.sameness import SAME, differences, load_turn, repeats
 from percuss.steady.reason import Reason
@@ -28,15 +30,25 @@ _MOST_MODES = 4096
 _MOST_TRIES = 10**7
 _AT_ONCE = 256  # starts of a batch, at most
 _FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
+_NEAR = 1e-8  # rad, from an enclosed root to that of Newton's method
 _NUMBERS = 1 << 20  # of an array of a batch
 
 
 def orbits(
-    system: System, impacts: int, periods: int = 1, *, modes: int = 32, tries: int = 400, seed: int = 0
+    system: System,
+    impacts: int,
+    periods: int = 1,
+    *,
+    modes: int = 32,
+    tries: int = 400,
+    seed: int = 0,
+    near: Mapping[str, npt.ArrayLike] | None = None,
 ) -> FoundOrbits:
     """The periodic motions z=p/n with p impacts in n load periods.
 
-    For p = 1 they are the steady motions of `steady_states`, all of them. For more impacts Newton's method starts from
+    For p = 1 they are the steady motions of `steady_states`, all of them. For p = 2 and a rigid bar interval Newton's
+    method encloses them all and proves that there are no others, but where one is degenerate (at a fold, at a step of
+    the load, with R = 1 and no drag): `complete` tells. Else Newton's method starts from what is given, and then from
     random times: the first half of the tries freely, which tells how many orbits may be missing, the others led away
     from every root known so far. Whatever is found is looked at before it is called an orbit: each impact must strike
     forward, the bar must stay off the wall between impacts (proved with bounds), and it must be no repeat of a shorter
@@ -51,9 +63,12 @@ def orbits(
     modes
         N: the bar has the modes 0 … N, in the forced part, too.
     tries
-        Random starts, for p ≥ 2.
+        Random starts, where the list is not complete by itself.
     seed
         Of the random times.
+    near
+        Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
+        the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
 
     Raises
     ------
@@ -76,23 +91,35 @@ def orbits(
     """
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
-    kept = count("modes", modes, least=0, most=_MOST_MODES)
+    kept = _kept(system, modes)
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
+    given = given_rows(near, p, n)
     check_pushes(system)
     if p == 1:
         return _with_one_impact(system, n, kept)
     search = _Search(ImpactChain(system, p, n, kept))
+    if p == 2 and kept == 0 and _proved(search):
+        return search.result(0, 0.0, complete=True)
     random = np.random.default_rng(start)
     free = (wanted + 1) // 2
     met: Counter[int] = Counter()
+    sources: dict[str, Tally] = {}
+    for name, rows in given.items():
+        before, first = search.good, 0
+        for size in _batches(search, rows.shape[0]):
+            search.followed(rows[first : first + size])
+            first += size
+        sources[name] = Tally(first, search.good - before)
+    before = search.good
     for size in _batches(search, free):
         met.update(search.followed(search.drawn(random, size)))
     for size in _batches(search, wanted - free, _FEWEST):
         search.followed(search.drawn(random, size), search.known)
     ended = sum(met.values())
     unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
-    return search.result(wanted, unseen)
+    sources[RANDOM] = Tally(wanted, search.good - before)
+    return search.result(sum(tally.tries for tally in sources.values()), unseen, sources=sources)
 
 
 def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
@@ -123,7 +150,7 @@ def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes:
     ('z=2/1', [0.391798, 2.300889], True)
     """
     instance("system", system, System)
-    n, kept = count("periods", periods, most=MOST_PERIODS), count("modes", modes, least=0, most=_MOST_MODES)
+    n, kept = count("periods", periods, most=MOST_PERIODS), _kept(system, modes)
     given = array("times", times, -1e12, 1e12)
     if not 1 <= given.size <= MOST_IMPACTS or np.any(np.diff(given) <= 0.0) or np.ptp(given) >= 2.0 * math.pi * n:
         raise ParameterError(
@@ -133,6 +160,12 @@ def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes:
     search = _Search(ImpactChain(system, given.size, n, kept))
     ended = newton(search.chain, given[None, :], None, search.turn)
     return search.orbit(ended.times[0], float(ended.rebound[0])) if ended.outcome[0] == Outcome.ROOT else None
+
+
+def _kept(system: System, modes: int) -> int:
+    """How many of so many modes the system has."""
+    wanted, body = count("modes", modes, least=0, most=_MOST_MODES), system.body
+    return body.chosen(wanted) if isinstance(body, HeldBody) else wanted
 
 
 def _with_one_impact(system: System, periods: int, modes: int) -> FoundOrbits:
@@ -151,6 +184,20 @@ def _verdict(orbit: PeriodicOrbit) -> Drop | None:
         return Drop.RESONANT
     obstacle = orbit.obstacle
     return None if obstacle is None else Drop.NO_BLOW if obstacle is Reason.NO_BLOW else Drop.THROUGH_WALL
+
+
+def _proved(search: _Search) -> bool:
+    """Whether all pairs of impacts of a rigid bar were enclosed; each is then judged."""
+    chain = search.chain
+    times = proved_pairs(chain.system, chain.periods, search.turn)
+    if times is None:
+        return False
+    ended = newton(chain, times, None, search.turn)
+    if np.any(ended.outcome != Outcome.ROOT) or np.abs(ended.times - times).max(initial=0.0) > _NEAR:
+        return False
+    for row in range(times.shape[0]):
+        search.judged(ended.times[row], float(ended.rebound[row]))
+    return len(search.roots) == times.shape[0] and all(orbit.proven for orbit, _ in search.roots)
 
 
 class _Search:
@@ -180,7 +227,7 @@ class _Search:
         self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
         reached = []
         for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
-            number, new = self._judged(ended.times[row], float(ended.rebound[row]))
+            number, new = self.judged(ended.times[row], float(ended.rebound[row]))
             verdict = self.roots[number][1]
             if verdict is None:
                 reached.append(number)
@@ -188,7 +235,7 @@ class _Search:
                 self.dropped[verdict or Drop.KNOWN] += 1
         return reached
 
-    def _judged(self, times: Array, rebound: float) -> tuple[int, bool]:
+    def judged(self, times: Array, rebound: float) -> tuple[int, bool]:
         """The number of a root, and whether it is new."""
         if self.roots:
             off = np.abs(differences(times, self.known, self.chain.period, self.turn)).max(axis=-1).min(axis=-1)
@@ -201,16 +248,30 @@ class _Search:
         self.known = np.concatenate([self.known, np.array([orbit.times])])
         return len(self.roots) - 1, True
 
-    def result(self, tries: int, unseen: float | None) -> FoundOrbits:
-        """What was found."""
+    @property
+    def good(self) -> int:
+        """How many orbits have been found."""
+        return sum(1 for _, verdict in self.roots if verdict is None)
+
+    def result(
+        self,
+        tries: int,
+        unseen: float | None,
+        *,
+        complete: bool = False,
+        sources: Mapping[str, Tally] | None = None,
+    ) -> FoundOrbits:
+        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain = self.chain
         listed = sorted(self.roots, key=lambda root: root[0].times)
         good = tuple(orbit for orbit, verdict in listed if verdict is None)
         others = tuple(orbit for orbit, verdict in listed if verdict not in (None, Drop.REPEAT))
-        dropped = {reason: self.dropped[reason] for reason in Drop if self.dropped[reason]}
+        counted = Counter(verdict for _, verdict in self.roots) if complete else self.dropped
+        dropped = {reason: counted[reason] for reason in Drop if counted[reason]}
         return FoundOrbits(
-            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, False
-        )
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
+            sources or {},
+        )  # fmt: skip
 
 
 def _batches(search: _Search, tries: int, first: int = _AT_ONCE) -> Iterator[int]:

@@ -90,21 +90,26 @@ export function paint(pen, spec, frame) {
   pen.beginPath();
   pen.rect(left - 1, top - 1, right - left + 2, bottom - top + 2);
   pen.clip();
+  for (const item of spec.items) if (item.under) marks(pen, item, frame);
   for (const item of spec.items) if (item.type !== "points" && item.type !== "label") draw(pen, item, frame, colours);
   pen.restore();
   for (const item of spec.items) {
-    if (item.type === "points") {
-      for (let i = 0; i < item.x.length; i++) {
-        const x = px(item.x[i]);
-        const y = py(item.y[i]);
-        if (x < left - 1 || x > right + 1 || y < top - 1 || y > bottom + 1 || Number.isNaN(y)) continue;
-        mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour);
-      }
+    if (item.type === "points" && !item.under) {
+      marks(pen, item, frame);
     } else if (item.type === "label") {
       pen.fillStyle = item.colour ?? colours.ink;
       pen.textAlign = item.align ?? "left";
       pen.fillText(item.text, px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
     }
+  }
+}
+
+function marks(pen, item, { left, right, top, bottom, px, py }) {
+  for (let i = 0; i < item.x.length; i++) {
+    const x = px(item.x[i]);
+    const y = py(item.y[i]);
+    if (x < left - 1 || x > right + 1 || y < top - 1 || y > bottom + 1 || Number.isNaN(y)) continue;
+    mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour);
   }
 }
 
@@ -209,7 +214,8 @@ function polyline(pen, { x, y }, px, py) {
   }
 }
 
-/** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design. */
+/** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design, square
+ * a fold, triangle a flip. */
 export function mark(pen, shape, x, y, size, colour) {
   const colours = theme();
   pen.setLineDash([]);
@@ -229,6 +235,12 @@ export function mark(pen, shape, x, y, size, colour) {
       pen.lineTo(x + size * 1.1, y),
       pen.lineTo(x, y + size * 1.4),
       pen.lineTo(x - size * 1.1, y),
+      pen.closePath());
+  else if (shape === "square") pen.rect(x - 0.9 * size, y - 0.9 * size, 1.8 * size, 1.8 * size);
+  else if (shape === "triangle")
+    (pen.moveTo(x, y - 1.2 * size),
+      pen.lineTo(x + 1.1 * size, y + 0.8 * size),
+      pen.lineTo(x - 1.1 * size, y + 0.8 * size),
       pen.closePath());
   else pen.arc(x, y, size, 0, 2 * Math.PI);
   pen.fillStyle = shape === "ring" ? colours.surface : colour;

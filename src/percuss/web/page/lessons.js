@@ -1,8 +1,10 @@
-// Eight guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
+// Nine guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
 
 const ORBITS = { panel: "orbits", m: 1 };
 const MAP = { panel: "map", x: "restitution", y: "load_factor", q: "verdict" };
 const heard = (cycles) => ({ panel: "motion", source: "start", window: "settled", cycles });
+
+const branches = (range, depth) => ({ panel: "branches", along: "load_factor", alongr: range, depth, bmodes: 0 });
 
 /** A scene: its button, its view, its setting ({case, start?} or {machine}), what is said. */
 const scene = (show, view, setting, say) => ({ show, view, say, ...setting });
@@ -275,6 +277,36 @@ export const LESSONS = [
         { panel: "machine" },
         { machine: "valve-breaker" },
         "A hydraulic breaker of the 20 t class. Lower the pressure until it stops, and read what would be needed; add gas, and see that it may run and still not start from rest.",
+      ),
+    ],
+  },
+  {
+    title: "Down the cascade",
+    goal: "At a flip the motion does not end: it goes on unstable, and beside it one of twice the period begins. That one flips, too, and so on, sooner and sooner.",
+    scenes: [
+      scene(
+        "One branch",
+        branches("0.78:1", 0),
+        pneumatic(0.95, 0.8),
+        "The line is the motion with one blow in every load period, at every load factor. It is solid where it is stable; at the triangle, 0.926, it flips. No simulation shows the dashed part, for every disturbance grows there. Click on it: the motion is there all the same. Turn on the sound, and listen to the even beat.",
+      ),
+      scene(
+        "Strong and weak",
+        branches("0.78:1", 1),
+        pneumatic(0.9, 0.8),
+        "Two lines leave the flip: one motion, whose two blows take turns. Click close to the triangle and drag down along the line: strong and weak drift apart, until this motion flips as well, at 0.813.",
+      ),
+      scene(
+        "Down the cascade",
+        branches("0.785:0.95", 4),
+        pneumatic(0.9, 0.8),
+        "Four blows, eight, sixteen. Read the flips in the table: 0.9262, 0.8133, 0.7972, 0.7945, 0.7940. Divide each interval by the next one: 7.0, 5.9, 4.8. The ratios tend to 4.669, as in every such cascade, whatever it is that doubles. Click on z=4/4, and listen.",
+      ),
+      scene(
+        "At its end",
+        heard(32),
+        pneumatic(0.78, 0.8, REBOUND),
+        "Below all flips nothing is left of the cascade that is stable: the blows never repeat. The motions of the cascade are all still there, unstable, and this one comes near one of them after another.",
       ),
     ],
   },

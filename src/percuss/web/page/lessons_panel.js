@@ -39,7 +39,7 @@ function startLessons(panel) {
     h(
       "div",
       { class: "card" },
-      h("h2", {}, "Eight lessons"),
+      h("h2", {}, "Nine lessons"),
       h(
         "p",
         { class: "muted" },

@@ -4,6 +4,7 @@
 // about loads that keep time, what it says of a machine without such a clock (`clocked`).
 
 import { panel as blow } from "./blow_panel.js";
+import { panel as branches } from "./branches_panel.js";
 import { panel as casePanel } from "./case_panel.js";
 import { panel as experiment } from "./experiment_panel.js";
 import { panel as lessons } from "./lessons_panel.js";
@@ -13,4 +14,4 @@ import { panel as motion } from "./motion_panel.js";
 import { panel as orbits } from "./orbits_panel.js";
 import { panel as report } from "./report_panel.js";
 
-export const PANELS = [casePanel, map, orbits, motion, machine, blow, report, experiment, lessons];
+export const PANELS = [casePanel, map, orbits, branches, motion, machine, blow, report, experiment, lessons];

@@ -1,0 +1,117 @@
+"""Points of a branch of a case, followed through two parameters: which ones a text names, and their curves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.orbits_answer import value_of
+from percuss.case.case import Case, checked_case
+from percuss.case.parameters.case_family import CaseFamily
+from percuss.errors import ParameterError
+from percuss.explore import Axis, BranchEvent, follow_point
+from percuss.explore.point_curves.following_points import FOLLOWED
+from percuss.model.checks import having, text
+
+if TYPE_CHECKING:
+    from percuss.explore import Branch, BranchPoint, PointCurve
+
+__all__ = ["point_curves_answer"]
+
+_SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
+_NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
+_CHOICE = f"all, or one of {', '.join(_NAMES)}, with :NUMBER for another than the first"
+
+
+def point_curves_answer(
+    case: Case,
+    branch: Branch,
+    which: str,
+    along: str,
+    over: str,
+    *,
+    halt: Callable[[], bool] | None = None,
+) -> tuple[PointCurve, ...]:
+    """Points of a branch followed through its parameter and a second one; see `percuss.explore.follow_point`.
+
+    Parameters
+    ----------
+    case
+        The case of the branch.
+    branch
+        As `branch_answer` gives it; the points of the branches switched to count, too, after its own.
+    which
+        ``flip`` for the first flip, ``flip:2`` for the second, several with commas between them, or ``all``.
+    along, over
+        The parameter of the branch and the second one, each with its range: ``mean=0.3:1.2``, ``restitution=0:0.9``.
+    halt
+        As for `percuss.explore.follow`.
+
+    Raises
+    ------
+    CaseError, ParameterError
+        When there is no such point or parameter.
+
+    Examples
+    --------
+    >>> from percuss.case import branch_answer, load_case
+    >>> case, along = load_case("pneumatic-jackleg"), "load_factor=0.36:0.45"
+    >>> branch = branch_answer(case, "1/1:2", along, modes=0)
+    >>> curve, = point_curves_answer(case, branch, "fold", along, "restitution=0.149:0.151")
+    >>> curve.event.value, curve.parameters
+    ('fold', ('load_factor', 'restitution'))
+    """
+    checked_case(case)
+    having("branch", branch, ("points", "family"), "a branch, as percuss.case.branch_answer gives it")
+    axes = [_axis("along", along), _axis("over", over)]
+    family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
+    second = value_of(case, family, axes[1])
+    ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
+    found = []
+    for point in _chosen(branch, which):
+        names, values = [axis.name for axis in axes], (point.value, second)
+        found.append(follow_point(point, names, ranges, family=family, values=values, halt=halt))
+        if halt is not None and halt():
+            break
+    return tuple(found)
+
+
+def _axis(name: str, given: str) -> Axis:
+    return Axis.parsed(f"{text(name, given, 'NAME=FROM:TO')}:2")
+
+
+def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
+    """The points that a text names."""
+    every = _points(branch)
+    if text("curve", which, _CHOICE).strip() == "all":
+        found = every
+    else:
+        found = [_one(every, word.strip(), which) for word in which.split(",")]
+    if not found:
+        raise ParameterError("curve", which, "a branch with points of which there are curves")
+    return found
+
+
+def _points(branch: Branch) -> list[BranchPoint]:
+    """All points that can be followed, each once: a branch that was switched to begins at one of them."""
+    kept = [point for point in branch.points if point.kind in FOLLOWED]
+    return kept + [
+        point
+        for other in branch.family()
+        if other is not branch
+        for point in other.points[1:]
+        if point.kind in FOLLOWED and point.kind is not BranchEvent.HALVING
+    ]
+
+
+def _one(every: Sequence[BranchPoint], word: str, given: str) -> BranchPoint:
+    found = re.fullmatch(r"([a-z_]+)(?::(\d{1,4}))?", word, re.ASCII)
+    if found is None or found[1] not in _NAMES:
+        raise ParameterError("curve", given, _CHOICE)
+    kind, number = _NAMES[found[1]], int(found[2] or 1)
+    those = [point for point in every if point.kind is kind]
+    if not 1 <= number <= len(those):
+        known = ", ".join(dict.fromkeys(point.kind.value for point in every)) or "none"
+        raise ParameterError("curve", given, f"one of the {len(those)} points {kind.value}", f"there are: {known}")
+    return those[number - 1]

@@ -1,0 +1,71 @@
+"""The report of `percuss steady` on a structure that is held, and what was understood of one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.first_lines import every
+from percuss.case.answers.numerals import counted, number, quantity
+from percuss.cli.report_parts import BAD, GOOD, Report, Section
+
+if TYPE_CHECKING:
+    from percuss.case.answers.structure_answer import StructureAnswer, StructureMotion
+    from percuss.model import System
+    from percuss.steady import SteadyStates
+
+__all__ = ["structure_report", "structure_rows"]
+
+
+def structure_rows(system: System) -> list[tuple[str, str]]:
+    """What was understood of the structure."""
+    body, bar = system.body, system.bar
+    rows = [("structure", str(body) if bar is None else str(bar))]
+    known = body.modes(body.kept(4), system.load.at)
+    told = ", ".join(number(omega, 6) for omega in known.omega)
+    rows.append(("modes", f"ω = {told} per radian of the load, damped by {', '.join(map(number, known.damping))}"))
+    if bar is not None and system.frequency is not None:
+        rows.append(("frequencies", ", ".join(quantity(f, "Hz") for f in bar.natural_frequencies(known.size).tolist())))
+    gap = number(body.gap) if bar is None else quantity(body.gap * system.length_scale, "m")
+    rows.append(("gap", f"{gap}, restitution R = {number(system.restitution)}"))
+    return rows
+
+
+def structure_report(answer: StructureAnswer) -> Report:
+    """The report of `percuss steady`."""
+    from percuss.cli.steady_report import system_section
+
+    sections = [system_section(answer.name, answer.system, answer.notes)]
+    for states, motions in zip(answer.states, answer.motions, strict=True):
+        sections.append(_existence(states))
+        for i, one in enumerate(motions):
+            sections.append(_motion(one, f"Orbit {i + 1} of {len(motions)}, m = {states.periods}"))
+    number_of = sum(len(motions) for motions in answer.motions)
+    stable = sum(one.stable and one.orbit.admissible for motions in answer.motions for one in motions)
+    text = f"{counted(number_of, 'steady motion')} with one impact, {stable} of them possible and stable."
+    return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
+
+
+def _existence(states: SteadyStates) -> Section:
+    heading = f"One impact {every(states.periods)} (m = {states.periods})"
+    if states.note:
+        return Section(heading, (("exists", f"not looked for: {states.note}"),), BAD)
+    compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
+    if not states.exists:
+        return Section(heading, (("exists", f"no: the contact does not reach the wall so ({compared})"),), BAD)
+    return Section(heading, (("exists", f"{counted(len(states.orbits), 'steady motion')}: {compared}"),))
+
+
+def _motion(one: StructureMotion, heading: str) -> Section:
+    orbit, system = one.orbit, one.orbit.system
+    speed, energy = number(orbit.impact_velocity, 6), number(orbit.blow_energy, 4)
+    if system.is_si:
+        speed = f"{number(orbit.impact_velocity * system.speed_scale)} m/s"
+        energy = quantity(orbit.blow_energy * system.energy_scale, "J")
+    possible = "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"
+    largest = one.multipliers.largest
+    rows = (
+        ("impact", f"at the load phase {number(orbit.phase, 6)} rad with {speed}; kinetic energy {energy}"),
+        ("motion", possible),
+        ("stability", f"{'stable' if one.stable else 'not stable'}: largest multiplier {number(largest, 6)}"),
+    )
+    return Section(heading, rows, GOOD if one.stable and orbit.admissible else BAD)

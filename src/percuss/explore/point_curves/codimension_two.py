@@ -1,0 +1,139 @@
+"""Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from percuss.explore.continuation.indicators import indicator
+from percuss.explore.continuation.solution_curve import turning, twice
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch, curvature
+from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.model.checks import Array
+from percuss.model.load import Side
+from percuss.steady import PeriodicOrbit
+
+__all__ = ["Tests", "tests_of"]
+
+Tests: TypeAlias = list[tuple[CurveEvent, Callable[[ExtendedPoint], float]]]
+"""Kinds of points, and of each the number that vanishes there."""
+
+_APART = 1e-4  # of ξ from 1 or −1, for the derivative of g
+_FAR = 1e4  # ξ at which the multipliers that are finite count no more
+_ASIDE, _SHARE = 2e-3, 0.05  # rad, along the doubled branch, and of its shortest flight
+
+
+def tests_of(curve: ExtendedCurve, first: ExtendedPoint) -> Tests:
+    """What is looked at between a point of a curve and the next one.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    first
+        The point.
+    """
+    condition = curve.condition
+
+    def of_orbit(number: Callable[[PeriodicOrbit, Array], float]) -> Callable[[ExtendedPoint], float]:
+        return lambda point: number(curve.motion(point.x), curve.extra(point.x))
+
+    fold = CurveEvent.WITH_FOLD, of_orbit(lambda orbit, _: indicator(orbit, 1.0))
+    flip = CurveEvent.WITH_FLIP, of_orbit(lambda orbit, _: indicator(orbit, -1.0))
+    if isinstance(condition, Multiplier) and condition.xi > 0.0:
+        p = curve.impacts
+        before = first.tangent[p + 1 : p + 3]
+        cusp = CurveEvent.CUSP, lambda point: float(point.tangent[p + 1 : p + 3] @ before)
+        return [flip, cusp, (CurveEvent.RESONANCE_1, of_orbit(lambda orbit, _: double(orbit, condition)))]
+    if isinstance(condition, Multiplier):
+        bent = CurveEvent.GENERALIZED_FLIP, of_orbit(lambda orbit, _: bend_of_the_doubled(orbit, condition))
+        return [fold, bent, (CurveEvent.RESONANCE_2, of_orbit(lambda orbit, _: double(orbit, condition)))]
+    if isinstance(condition, Pair):
+        turns = (
+            (CurveEvent.RESONANCE_1, 0), (CurveEvent.RESONANCE_4, 90),
+            (CurveEvent.RESONANCE_3, 120), (CurveEvent.RESONANCE_2, 180),
+        )  # fmt: skip
+        return [fold, flip, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
+    if isinstance(condition, Corner):
+        sides: tuple[Side, Side] = ("left", "right")
+        return [
+            (kind, of_orbit(lambda orbit, _, xi=xi, side=side: indicator_on(orbit, xi, side)))  # type: ignore[misc]
+            for kind, xi in ((CurveEvent.WITH_FOLD, 1.0), (CurveEvent.WITH_FLIP, -1.0))
+            for side in sides
+        ]
+    flat = CurveEvent.FLAT_GRAZING, of_orbit(lambda orbit, extra: curvature(orbit, condition, extra))
+    return [fold, flip, flat, *_resonant(condition, of_orbit)]
+
+
+def _turn(degrees: int) -> Callable[[PeriodicOrbit, Array], float]:
+    cosine = round(math.cos(math.radians(degrees)), 12)
+    return lambda _, extra: float(extra[0]) - cosine
+
+
+def _resonant(condition: Condition, of_orbit: Callable[..., Callable[[ExtendedPoint], float]]) -> Tests:
+    def number(orbit: PeriodicOrbit, extra: Array) -> float:
+        if isinstance(condition, Death):
+            return growing(orbit)
+        assert isinstance(condition, Touch)
+        number = condition.flight + 1
+        times = np.insert(np.array(orbit.times), number, orbit.times[condition.flight] + extra[0])
+        wide = PeriodicOrbit(orbit.system, orbit.periods, tuple(times.tolist()), orbit.modes, orbit.rigid_rebounds[0])
+        return growing(wide) if orbit.modes == 0 else 1.0  # of an elastic bar no impact begins at a touch
+
+    return [(CurveEvent.RESONANT_GRAZING, of_orbit(number))]
+
+
+def indicator_on(orbit: PeriodicOrbit, xi: float, side: Side) -> float:
+    """`indicator` with the load on one side of a step."""
+    matrix = orbit.bordered(xi, side).real
+    return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
+
+
+def double(orbit: PeriodicOrbit, condition: Multiplier) -> float:
+    """dg/dξ at the multiplier: 0 where it is a double one."""
+    ahead, behind = (condition.at(orbit, condition.xi * (1.0 + h)).real for h in (_APART, -_APART))
+    return (ahead - behind) / (2.0 * _APART)
+
+
+def growing(orbit: PeriodicOrbit) -> float:
+    """What the greatest multiplier times the speed of an impact tends to as that goes to 0.
+
+    det(ξ − W) times the speeds is a polynomial of degree 2N + 2 in ξ; where an impact has no speed its first
+    coefficient vanishes, and the second is this number, up to a factor that does not change its sign.
+    """
+
+    def scaled(xi: float) -> float:
+        rest = float(np.prod(orbit.modal_determinants(xi).real / xi**2))
+        return float(np.linalg.det(orbit.bordered(xi).real)) / xi * rest
+
+    return 0.5 * (scaled(_FAR) + scaled(-_FAR))
+
+
+def bend_of_the_doubled(orbit: PeriodicOrbit, condition: Multiplier) -> float:
+    """The coefficient of the third order of the doubled orbit: its sign is the side towards which that begins.
+
+    With G the equations of the cycle told as one of twice the period, G_x q = 0 and w G_x = 0, it is
+    w·(G_xxx q³/6 + G_xx q h), G_x h = −G_xx q²/2 (Kuznetsov, Elements of Applied Bifurcation Theory, 2004, § 5.4).
+    """
+    p, aside = orbit.impacts, min(_ASIDE, _SHARE * float(orbit.flight_times.min()))
+    here = twice(np.array([*orbit.times, orbit.rigid_rebounds[0]]), p, orbit.periods)
+
+    def off(x: Array) -> Array:
+        times = tuple(x[:-1].tolist())
+        return PeriodicOrbit(orbit.system, 2 * orbit.periods, times, orbit.modes, float(x[-1])).residuals
+
+    wide = PeriodicOrbit(orbit.system, 2 * orbit.periods, tuple(here[:-1].tolist()), orbit.modes, float(here[-1]))
+    matrix = wide.bordered().real
+    matrix[:, 0] -= turning(wide) * matrix[:, -1]
+    left, sizes, right = np.linalg.svd(matrix)
+    way, row = right[-1], left[:, -1]
+    way = way if way[:p] @ condition.border[1][:p] > 0.0 else -way
+    row = row if row[:p] @ condition.border[0][:p] > 0.0 else -row
+    second = (off(here + aside * way) - 2.0 * off(here) + off(here - aside * way)) / aside**2
+    inner = -0.5 * (right[:-1].T @ ((left[:, :-1].T @ second) / sizes[:-1]))
+    bent = aside**2 * inner
+    return float(row @ (off(here + aside * way + bent) - off(here - aside * way + bent))) / (2.0 * aside**3)

@@ -1,0 +1,240 @@
+"""Points of a branch followed through two parameters: folds, flips, pairs on the unit circle, grazings, corners."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.explore.continuation.branch import BranchPoint
+from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.parameters import PARAMETERS
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
+from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
+from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
+from percuss.halting import halting
+from percuss.model import System
+from percuss.model.checks import Array, callback, count, finite, instance, numbers, several
+from percuss.steady import PeriodicOrbit
+
+__all__ = ["FOLLOWED", "follow_point"]
+
+MOST_POINTS = 100_000
+FOLLOWED = (
+    BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.HALVING, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH,
+    BranchEvent.DEATH, BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD,
+)  # fmt: skip
+"""The kinds of points of which there are curves."""
+
+_UNITS = 4.0
+_SAME = 1e-6
+_TWO = "two names of parameters, such as ('restitution', 'load_factor')"
+
+
+def follow_point(
+    point: BranchPoint,
+    along: Sequence[str],
+    between: Sequence[tuple[float, float]],
+    *,
+    family: System | Family | None = None,
+    values: Sequence[float] | None = None,
+    most: int = 2000,
+    halt: Callable[[], bool] | None = None,
+) -> PointCurve:
+    """Follow a located point of a branch through two parameters, both ways, to the edge of their plane.
+
+    A fold stays a fold, a flip a flip, a grazing a grazing, while both parameters change: the curve that divides the
+    plane into those with and without the orbit, or with it stable and unstable. Points of codimension two on the way
+    are located and named. Where the motion ceases to be an orbit for another reason, since it touches the wall
+    elsewhere or an impact strikes backwards, the curve goes on and is marked.
+
+    Parameters
+    ----------
+    point
+        A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`.
+    along
+        The names of both parameters.
+    between
+        The range of each.
+    family
+        The systems; None for those that differ from that of the point in both parameters alone.
+    values
+        Of both parameters, at the point; None for what its system says, where they are dimensionless ones.
+    most
+        Points of each way at most.
+    halt
+        Called again and again; once it returns true, what has been followed so far is the answer.
+
+    Returns
+    -------
+    PointCurve
+        Its points, and what happens on it.
+
+    Raises
+    ------
+    ParameterError
+        For a point of another kind, unknown parameters, or ranges without the point.
+
+    References
+    ----------
+    Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed., Springer 2004, § 10.3; W. Govaerts, Numerical
+    Methods for Bifurcations of Dynamical Equilibria, SIAM 2000.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.explore import BranchEvent, follow
+    >>> from percuss.steady import orbit_near
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    >>> flip = follow(orbit_near(system, [0.39, 2.32], modes=0), "mean", (0.6, 1.2)).at(BranchEvent.FLIP)[0]
+    >>> curve = follow_point(flip, ("restitution", "mean"), ((0.4, 0.6), (0.3, 1.2)))
+    >>> for one in curve.ends:
+    ...     print(one.kind.value, [round(value, 9) for value in one.values])
+    limit [0.4, 0.574481856]
+    limit [0.6, 0.768652978]
+    """
+    instance("point", point, BranchPoint)
+    names = tuple(several("along", along, _TWO))
+    if len(names) != 2 or names[0] == names[1]:
+        raise ParameterError("along", along, _TWO)
+    systems = SystemFamily(point.orbit.system) if family is None else family_of(family)
+    systems.check({name: getattr(systems, "units", {}).get(name, "") for name in names})
+    here = _values(point.orbit.system, names, values)
+    bounds = _ranges(between, here)
+    ways = count("most", most, least=2, most=MOST_POINTS)
+    callback("halt", halt)
+    with halting(halt):
+        curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
+        forward = walked_curve(curve, start, bounds, ways)
+        back = None
+        if forward.happened[-1].kind is not CurveEvent.CLOSED:
+            back = walked_curve(curve, start._replace(tangent=-start.tangent), bounds, ways)
+    return _told(curve, back, forward)
+
+
+def _values(system: System, names: Sequence[str], given: Sequence[float] | None) -> tuple[float, float]:
+    if given is not None:
+        pair = numbers("values", given, "the values of both parameters")
+        if pair.shape != (2,):
+            raise ParameterError("values", given, "the values of both parameters")
+        return finite("values", pair[0]), finite("values", pair[1])
+    found = [PARAMETERS[name].get(system) if name in PARAMETERS else None for name in names]
+    if found[0] is None or found[1] is None:
+        raise ParameterError("values", None, f"the values of {names[0]} and {names[1]} that belong to the point")
+    return found[0], found[1]
+
+
+def _ranges(
+    between: Sequence[tuple[float, float]], here: tuple[float, float]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    ends = numbers("between", between, "a range of each parameter")
+    if ends.shape != (2, 2) or not np.all(ends[:, 0] < ends[:, 1]):
+        raise ParameterError("between", between, "two ranges, each from a lower to a higher value")
+    if not all(low <= value <= high for (low, high), value in zip(ends.tolist(), here, strict=True)):
+        raise ParameterError("between", between, f"ranges around {here[0]:.9g} and {here[1]:.9g}, the point")
+    return (float(ends[0, 0]), float(ends[0, 1])), (float(ends[1, 0]), float(ends[1, 1]))
+
+
+def _start(
+    point: BranchPoint,
+    family: Family,
+    names: tuple[str, str],
+    here: tuple[float, float],
+    bounds: tuple[tuple[float, float], tuple[float, float]],
+) -> tuple[ExtendedCurve, ExtendedPoint]:
+    """The curve of a point, and the point on it."""
+    orbit = point.orbit
+    condition, extra = _condition(point)
+    units = tuple(2.0 ** round(math.log2((high - low) / _UNITS)) for low, high in bounds)
+    curve = ExtendedCurve(family, names, (units[0], units[1]), orbit.impacts, orbit.periods, orbit.modes, condition)
+    places = [value / unit for value, unit in zip(here, units, strict=True)]
+    x = np.array([*orbit.times, orbit.rigid_rebounds[0], *places, *extra])
+    try:
+        found = curve.settled(x)
+    except Strayed:
+        found = None
+    if found is None or float(np.abs(found.x - x).max()) > _SAME:
+        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
+        raise ParameterError("point", str(point), f"a point of the systems with {told}")
+    return curve, found
+
+
+def _condition(point: BranchPoint) -> tuple[Condition, list[float]]:
+    """What the orbits of the curve have in common, and the unknowns that this brings."""
+    kind, orbit = point.kind, point.orbit
+    if kind is BranchEvent.FOLD:
+        return Multiplier.of(orbit, 1.0), []
+    if kind in (BranchEvent.FLIP, BranchEvent.HALVING):
+        return Multiplier.of(orbit, -1.0), []
+    if kind is BranchEvent.NEIMARK_SACKER and point.multipliers is not None:
+        turning = point.multipliers[np.abs(point.multipliers.imag) > 0.0]
+        cosine = math.cos(float(np.angle(turning[np.argmin(np.abs(np.abs(turning) - 1.0))])))
+        return Pair.of(orbit, cosine), [cosine]
+    if kind is BranchEvent.DEATH and point.impact is not None:
+        return Death(point.impact - 1), []
+    if kind is BranchEvent.TOUCH and point.touch_phase is not None:
+        return _touch(orbit, point.touch_phase)
+    if kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD) and point.impact is not None:
+        return Corner.of(orbit, point.impact - 1), []
+    known = ", ".join(one.value for one in FOLLOWED)
+    raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
+
+
+def _touch(orbit: PeriodicOrbit, phase: float) -> tuple[Touch, list[float]]:
+    """The flight in which the bar touches the wall at a phase, and how long after its start."""
+    turn = 2.0 * math.pi
+    after = float(np.mod(phase - orbit.times[0], turn)) + turn * np.arange(orbit.periods)
+    time = float(after[np.argmax(orbit.end_point(after))])
+    starts = np.array(orbit.times) - orbit.times[0]
+    flight = int(np.searchsorted(starts, time, side="right")) - 1
+    return Touch(flight), [time - float(starts[flight])]
+
+
+# -- the answer -------------------------------------------------------------------------------------------------------
+
+
+def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> PointCurve:
+    """The curve of two walks from one point, the one backward first."""
+    points, real = list(forward.points), list(forward.is_orbit)
+    happened = [(one, forward) for one in forward.happened]
+    if back is None:
+        happened.insert(0, happened[-1])
+    else:
+        points, real = [*back.points[:0:-1], *points], [*back.is_orbit[:0:-1], *real]
+        happened = [*((one, back) for one in back.happened[::-1]), *happened]
+    p, known = curve.impacts, getattr(curve.family, "units", {})
+    rows = np.array([point.x for point in points])
+    return PointCurve(
+        curve.condition.kind,
+        curve.names,
+        p,
+        curve.periods,
+        curve.modes,
+        values=np.array([curve.values(x) for x in rows]),
+        times=np.array([curve.motion(x).times for x in rows]),
+        is_orbit=np.array(real, dtype=bool),
+        angles=_angles(curve, rows),
+        units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
+        points=tuple(_point(curve, one, walk) for one, walk in happened),
+    )
+
+
+def _angles(curve: ExtendedCurve, rows: Array) -> Array:
+    condition = curve.condition
+    if isinstance(condition, Pair):
+        return np.arccos(np.clip(rows[:, -1], -1.0, 1.0))
+    angle = (0.0 if condition.xi > 0.0 else math.pi) if isinstance(condition, Multiplier) else math.nan
+    return np.full(len(rows), angle)
+
+
+def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk) -> CurvePoint:
+    beyond = one.kind.words
+    if one.kind in (CurveEvent.NO_PUSH, CurveEvent.NO_SYSTEM) and walk.refusal is not None:
+        beyond = str(walk.refusal)
+    return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).from_first, beyond)

@@ -1,0 +1,117 @@
+"""Orbits of any label: searched for, followed through a parameter, and shown where a branch is looked at."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from percuss.case import branch_answer, diagram_job_of, orbits_answer
+from percuss.case.answers.branch_frames import branch_frames
+from percuss.case.answers.diagram_json import diagram_dict
+from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.watched_diagram import watched_diagram
+from percuss.web.asked_cases import case_asked
+from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
+from percuss.web.lanes import Halt
+from percuss.web.packed_arrays import packed
+from percuss.web.problem_json import refused
+from percuss.web.questions import AlongAsked, BranchMotionAsked, DiagramAsked, FollowAsked, OrbitsAsked
+from percuss.web.request_bodies import StrictRoute
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, compiled, gate_of, limits_of, plain_json
+from percuss.web.steady_routes import BINARY
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.explore.diagrams.diagram_job import DiagramJob
+
+__all__ = ["router"]
+
+router = APIRouter(route_class=StrictRoute)
+
+_SHARE = 0.7
+"""Of the time of a question, after which what has been followed so far is the answer."""
+
+
+@router.post("/api/orbits", summary="What percuss orbits --json answers, of one label", responses=PROBLEMS)
+async def orbits(request: Request, asked: OrbitsAsked) -> Response:
+    """All orbits z=p/n that a search finds, with what may be missing."""
+
+    def work(case: Case, _: Halt) -> dict[str, Any]:
+        return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
+
+    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
+
+
+@router.post("/api/follow", summary="What percuss follow --json answers", responses=PROBLEMS)
+async def follow(request: Request, asked: FollowAsked) -> Response:
+    """An orbit followed both ways through a parameter; one that takes too long is answered as far as it has come."""
+    along, seconds = along_text(asked.along), _SHARE * limits_of(request).seconds
+
+    def work(case: Case, halt: Halt) -> dict[str, Any]:
+        soon = Halt(seconds)
+        found = branch_answer(
+            case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=lambda: halt() or soon()
+        )
+        return branch_dict(found)
+
+    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
+
+
+@router.post(
+    "/api/follow/motion", summary="The motion at a point of a branch", response_class=Response, responses=BINARY
+)
+async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
+    """Displacement and strain along the bar over whole cycles of an orbit, be it stable or not; as POST /api/motion."""
+
+    def work(case: Case, _: Halt) -> bytes:
+        found = branch_frames(
+            case, asked.name, asked.value, asked.times, asked.periods,
+            unit=asked.unit, modes=asked.modes, cycles=asked.cycles,
+            frames=asked.frames, places=asked.places, points=asked.end_points,
+        )  # fmt: skip
+        return packed(found.header, found.arrays)
+
+    return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions
+
+
+@router.post("/api/diagram", summary="What simulations settle on over a parameter", responses=STREAM)
+async def settled(request: Request, asked: DiagramAsked) -> Response:
+    """Events ``progress`` with the motions found so far, then ``done`` or ``error``; ends when the client leaves."""
+    limits, gate = limits_of(request), gate_of(request)
+    along = f"{along_text(asked.along)}:{asked.values}"
+    work = asked.values * (asked.starts + asked.runs) * asked.impacts * (asked.modes + 1)
+    if work > limits.start_work:
+        message = f"expected values × (starts + runs) × impacts × (modes + 1) to be at most {limits.start_work:.0e}"
+        raise refused(422, f"{message}; here {work:.1e}", "take fewer, or use percuss diagram", "values", asked.values)
+
+    def made(_: Halt) -> tuple[Case, DiagramJob]:
+        case = case_asked(asked, limits.harmonics)
+        sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
+        return case, diagram_job_of(case, along, up_to=None, impacts=asked.impacts, **sizes)
+
+    case, job = await gate.quick.run(request, limits.seconds, made)
+    await compiled(request, "motions")
+
+    def follow_passes(halt: Halt, tell: Tell) -> None:
+        with failures_told(tell, "a diagram"):
+            for look in watched_diagram(job, halt):
+                tell("done" if look.done == 1.0 else "progress", diagram_dict(case, look))
+
+    return await streamed(request, gate.experiments, limits.experiment_seconds, follow_passes)
+
+
+def along_text(asked: AlongAsked) -> str:
+    """A parameter and its range as the command line takes them.
+
+    Raises
+    ------
+    Refusal
+        When the range is none.
+    """
+    if not asked.from_ < asked.to:
+        raise refused(422, "expected a range from a lower to a higher value", "", "along", [asked.from_, asked.to])
+    low, high = (f"{value!r} {asked.unit}".rstrip() for value in (asked.from_, asked.to))
+    return f"{asked.name}={low}:{high}"

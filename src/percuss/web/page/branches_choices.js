@@ -1,0 +1,99 @@
+// What is followed, through which parameter and how far: the row of choices above the diagram.
+
+import { $, $$, h, put, select } from "./dom.js";
+import { inUnit, plainNumber } from "./format.js";
+import { present } from "./moves.js";
+import { chosen, data, show, view } from "./state.js";
+import { UP } from "./branches_picture.js";
+
+const MODES = [0, 4, 8, 16, 32];
+const DEPTHS = [0, 1, 2, 3, 4, 5, 6];
+const LABELS = ["1/1", "1/2", "1/3", "2/1", "2/2", "2/3", "3/1", "3/2", "4/1"];
+
+/** The parameters that an orbit can be followed through. */
+const known = () => data.info.parameters.filter(({ name, value }) => name !== "m" && value !== null);
+
+/** The parameter of the diagram with its range: {name, label, unit, from, to, movable}. */
+export function along() {
+  const found = known().find(({ name }) => name === view.along) ?? known().find(({ name }) => name === "load_factor") ?? known()[0];
+  const { name, unit, low, high, movable } = found;
+  const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view.alongr);
+  const wish = given ? [Number(given[1]), Number(given[2])] : [];
+  const [from, to] = good(...wish) ? wish : [low, high];
+  return { name, unit, from, to, movable, label: inUnit(found.label, unit) };
+}
+
+const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
+
+/** What `percuss follow` is asked to begin with: the motion of the head of the page, unless another one is named. */
+export function beginning() {
+  if (view.begin) return view.begin;
+  const found = chosen();
+  return found ? `1/${view.m}:phases=${found.quick.phase_b77 ?? found.quick.phase}` : "";
+}
+
+/** The range that is asked for: the server begins at the present design, which must be within. */
+export function askedRange({ name, unit, from, to }) {
+  const now = present(data, name);
+  const held = now === undefined ? [] : [now];
+  return { name, unit, from: Math.min(from, ...held), to: Math.max(to, ...held) };
+}
+
+/** The row, made anew only when there is another choice. */
+export function branchChoices(row, searched) {
+  if (!data.info) return;
+  const axis = along();
+  const key = JSON.stringify([known().map(({ name }) => name), axis.name, view.up, view.depth, view.bmodes, view.begin]);
+  if (row.dataset.key === key) return fill(row, axis);
+  row.dataset.key = key;
+  const names = known().map(({ name, label }) => [name, label]);
+  const depths = DEPTHS.map((n) => [n, n ? `${n} deep` : "no"]);
+  put(
+    row,
+    h(
+      "div",
+      { class: "axis" },
+      select("Through", names, axis.name, (name) => show({ along: name, alongr: "", spot: "" }), { id: "branches-along" }),
+      edge("from", axis),
+      edge("to", axis),
+    ),
+    select("Up", Object.entries(UP).map(([name, { label }]) => [name, label]), view.up, (up) => show({ up }), { id: "branches-up" }),
+    select("Go on at flips", depths, view.depth, (depth) => show({ depth: Number(depth) }), { id: "branches-depth" }),
+    select("Elastic modes", MODES.map((n) => [n, n ? String(n) : "0: rigid"]), view.bmodes, (n) => show({ bmodes: Number(n) }), { id: "branches-modes" }),
+    begins(searched),
+    h("p", { class: "problem", role: "alert", id: "branches-range-problem" }),
+  );
+}
+
+/** Where to begin: the motion of the head, or one of those that a search finds. */
+function begins(searched) {
+  const named = view.begin && h("span", { class: "small", id: "branches-begin" }, `from z=${view.begin.replace(/:phases.*/, "")}`);
+  const back = view.begin && h("button", { type: "button", onclick: () => show({ begin: "", spot: "" }) }, "The head's motion");
+  const label = select("Other motions", [["", "z=p/n …"], ...LABELS.map((name) => [name, `z=${name}`])], "", (name) => name && searched(name), { id: "branches-search" });
+  return [label, named, back];
+}
+
+function edge(end, axis) {
+  const id = `branches-${end}`;
+  const commit = (event) => {
+    const inputs = ["from", "to"].map((name) => $(`#branches-${name}`));
+    const [from, to] = inputs.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
+    const taken = good(from, to);
+    for (const input of inputs) input.setAttribute("aria-invalid", String(!taken && input === event.target));
+    const words = "A range must go from a number to a greater one; the diagram keeps the previous range.";
+    put($("#branches-range-problem"), taken ? "" : words);
+    if (taken) show({ along: along().name, alongr: `${from}:${to}` });
+  };
+  const input = { type: "number", step: "any", id, "data-end": end, ".value": String(plainNumber(axis[end], 6)), onchange: commit };
+  const about = { "aria-label": `${end}, of the parameter`, "aria-describedby": "branches-range-problem" };
+  return h("label", { class: "pick" }, h("span", {}, end), h("input", { ...input, ...about }));
+}
+
+/** The ends as they are now; one that is typed into, and one that was not taken, are left alone. */
+function fill(row, axis) {
+  for (const input of $$("input[data-end]", row)) {
+    if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
+    const value = String(plainNumber(axis[input.dataset.end], 6));
+    if (input.value !== value) input.value = value;
+  }
+}

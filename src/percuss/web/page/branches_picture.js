@@ -1,0 +1,103 @@
+// The diagram: branches over a parameter, solid where stable and dashed where not, with what happens on them.
+
+import { PHASES, span } from "./chart.js";
+import { theme } from "./colours.js";
+import { inUnit, number } from "./format.js";
+import { RISING, rowAt, stableBetween } from "./branches_walk.js";
+
+/** What can be drawn up the plane. */
+export const UP = {
+  phase: { label: "impact phase", unit: "rad" },
+  speed: { label: "striking speed", unit: "dimensionless" },
+};
+
+/** What happens on a branch: its words, and its mark where it has one. */
+export const EVENTS = {
+  fold: { words: "fold", shape: "square" },
+  flip: { words: "flip: period doubling", shape: "triangle" },
+  neimark_sacker: { words: "Neimark–Sacker", shape: "ring" },
+  corner: { words: "corner at a step of the load", shape: "square" },
+  nonsmooth_fold: { words: "fold at a step of the load", shape: "square" },
+  grazing_touch: { words: "end: touches the wall between impacts", shape: "cross" },
+  grazing_impact_dies: { words: "end: an impact dies", shape: "cross" },
+  impacts_coalesce: { words: "end: two impacts meet", shape: "cross" },
+  sticking: { words: "end: stays on the wall", shape: "cross" },
+  load_stops_pushing: { words: "end: the load stops pushing", shape: "cross" },
+  resonance: { words: "end: resonance", shape: "cross" },
+  period_halving: { words: "begins at a flip", shape: "" },
+  parameter_end: { words: "the parameter goes no further", shape: "" },
+  limit: { words: "end of the range", shape: "" },
+  closed: { words: "closes", shape: "" },
+  stopped: { words: "stopped here", shape: "cross" },
+  lost: { words: "lost here", shape: "cross" },
+};
+
+/** What to draw: `along` is {label, from, to}, `design` {x, y} or null, `simulated` what simulations settle on. */
+export function diagram(branches, along, up, design, simulated) {
+  const rising = RISING[up];
+  const { kinds, ink } = theme();
+  const items = [...simulated.dots];
+  items.push(...branches.flatMap((branch, i) => linesOf(branch, rising, kinds[i % kinds.length])));
+  items.push(...marks(branches, rising, ink));
+  if (design) {
+    items.push({ type: "level", at: design.x, axis: "x", colour: ink, dash: [2, 3], width: 1.5, name: "the present design" });
+    if (design.y !== null) items.push({ type: "points", x: [design.x], y: [design.y], shape: "diamond", size: 8, colour: ink });
+  }
+  const heights = branches.flatMap(({ rows }) => rows.flatMap(rising));
+  const [low, high] = span([heights, simulated.heights]);
+  const round = up === "phase" && (!heights.length || high - low > Math.PI);
+  const y = round ? { from: 0, to: 2 * Math.PI, ticks: PHASES } : { from: low, to: high };
+  return {
+    x: along,
+    y: { label: inUnit(UP[up].label, UP[up].unit), ...y },
+    items,
+    about: `${UP[up].label} over ${along.label}: ${branches.map(told).join("; ")}. Arrow keys move along a branch.`,
+  };
+}
+
+const told = ({ label, points }) =>
+  `${label}, ${points.map(({ type, value }) => `${EVENTS[type]?.words ?? type} at ${number(value)}`).join(", ")}`;
+
+/** One line for each impact and each stretch of equal stability, torn where a phase goes round. */
+function linesOf({ label, rows }, rising, colour) {
+  const heights = rows.map(rising);
+  const lines = { stable: { x: [], y: [] }, unstable: { x: [], y: [] } };
+  for (let j = 0; j < (heights[0]?.length ?? 0); j++)
+    for (const [name, line] of Object.entries(lines)) {
+      for (let i = 0; i + 1 < rows.length; i++) {
+        if (stableBetween(rows[i], rows[i + 1]) !== (name === "stable")) continue;
+        const torn = rising === RISING.phase && Math.abs(heights[i + 1][j] - heights[i][j]) > Math.PI;
+        if (torn) continue;
+        const joins = line.x.length && line.last === `${i},${j}`;
+        if (!joins) (line.x.push(null, rows[i].value), line.y.push(null, heights[i][j]));
+        (line.x.push(rows[i + 1].value), line.y.push(heights[i + 1][j]));
+        line.last = `${i + 1},${j}`;
+      }
+    }
+  const item = (line, more) => line.x.length && { type: "line", x: line.x, y: line.y, colour, ...more };
+  return [
+    item(lines.unstable, { width: 1.8, dash: [6, 4], name: "dashed: unstable" }),
+    item(lines.stable, { width: 3, name: `${label}, stable` }),
+  ].filter(Boolean);
+}
+
+/** Events by kind, so that the legend tells each once. */
+function marks(branches, rising, colour) {
+  const kinds = new Map();
+  for (const { rows } of branches)
+    for (const row of rows) {
+      const event = row.point && EVENTS[row.point.type];
+      if (!event?.shape) continue;
+      const held = kinds.get(event.words) ?? { x: [], y: [], shape: event.shape };
+      for (const height of rising(row)) (held.x.push(row.value), held.y.push(height));
+      kinds.set(event.words, held);
+    }
+  return [...kinds].map(([name, { x, y, shape }]) => ({ type: "points", x, y, shape, colour, name, size: shape === "cross" ? 4.5 : 5 }));
+}
+
+/** The points of a place, to be drawn over the picture. */
+export function spotted(branches, spot, up) {
+  if (!spot || !branches[spot.branch]) return [];
+  const row = rowAt(branches[spot.branch], spot.along);
+  return RISING[up](row).map((height) => [row.value, height, theme().accent]);
+}

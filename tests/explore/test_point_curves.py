@@ -1,0 +1,196 @@
+"""Points of branches followed through two parameters: figures of other programs, known boundaries, and both ways."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from orbit_cases import ENTRIES, numbers, system_of
+from percuss import Load, System
+from percuss.errors import ParameterError
+from percuss.explore import (
+    Branch,
+    BranchEvent,
+    BranchPoint,
+    CurveEvent,
+    PointCurve,
+    SystemFamily,
+    boundaries,
+    follow,
+    follow_point,
+)
+from percuss.stability import orbit_multipliers
+from percuss.steady import PeriodicOrbit, orbit_near, orbits
+
+CURVES = ENTRIES["curves_21"]
+KINDS = ("fold", "flip", "grazing_touch", "grazing_impact_dies")
+PLANE = ("restitution", "mean")
+
+
+def two_impacts(restitution: float, mean: float, near: tuple[float, float]) -> PeriodicOrbit:
+    system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(mean, 1.0))
+    found = orbit_near(system, near, modes=0)
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def branch() -> Branch:
+    start = orbit_near(system_of(CURVES), [0.39, 2.32], modes=0)
+    assert start is not None
+    return follow(start, "mean", (0.39, 1.0))
+
+
+def the(branch: Branch, kind: str) -> BranchPoint:
+    return branch.at(BranchEvent(kind))[0]
+
+
+# -- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_curves_of_the_figures(branch: Branch, kind: str) -> None:
+    """From R = 0.5 to the ends of the range, R = 0.4 and 0.6."""
+    curve = follow_point(the(branch, kind), PLANE, ((0.4, 0.6), (0.2, 1.2)))
+    assert curve.event.value == kind
+    assert curve.is_orbit.all()
+    rows = {row["restitution"]: row[kind] for row in CURVES["rows"]}
+    for end in curve.ends:
+        assert end.kind is CurveEvent.LIMIT
+        restitution, mean = end.values
+        figure = rows[restitution]
+        assert mean == pytest.approx(float(figure["value"]), rel=0, abs=1e-11)
+        assert end.orbit.phases == pytest.approx(numbers(figure, "phase"), rel=0, abs=1e-10)
+        assert end.orbit.speeds == pytest.approx(numbers(figure, "speed"), rel=0, abs=1e-10)
+
+
+def test_a_pair_stays_on_the_unit_circle() -> None:
+    entry = ENTRIES["elastic_ns_41"]
+    start = orbit_near(system_of(entry), entry["start"]["phases"], modes=8)
+    assert start is not None
+    point = the(follow(start, "mean", (0.6199, 0.6208)), "neimark_sacker")
+    curve = follow_point(point, PLANE, ((0.49, 0.51), (0.6, 0.64)), most=3)
+    values = orbit_multipliers(curve.ends[1].orbit).values
+    off = np.abs(np.abs(values) - 1.0)
+    assert off.min() < 1e-9
+    assert abs(np.angle(values[np.argmin(off)])) == pytest.approx(curve.angles[-1], abs=1e-8)
+    assert abs(curve.values[-1, 0] - 0.5) > 1e-4
+
+
+# -- known boundaries -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("modes", [0, 4])
+def test_of_one_impact_they_are_the_boundaries_of_maps(modes: int) -> None:
+    system = System(s=5.0, d=0.05, restitution=0.6, load=Load.fourier([0.7, 1.0, 0.3 + 0.2j]))
+    start = orbits(system, 1, 1, modes=modes).orbits[-1]
+    branch = follow(start, "load_factor", (0.35, 1.2))
+    for kind in ("fold", "flip"):
+        curve = follow_point(the(branch, kind), ("restitution", "load_factor"), ((0.58, 0.61), (0.3, 1.2)))
+        rows = curve.values[[0, -1]]
+        known = boundaries(
+            system, ("restitution", np.sort(rows[:, 0])), ("load_factor", 0.35, 1.3), criterion="exact", modes=modes,
+            kinds=(kind,),
+        )  # fmt: skip
+        for restitution, factor in rows:
+            here = np.concatenate([one.y[np.isclose(one.x, restitution, rtol=0, atol=1e-15)] for one in known.curves])
+            assert np.nanmin(np.abs(here - factor)) < 1e-8
+
+
+def test_a_fold_at_a_step_of_the_load_stays_there() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))
+    start = orbits(system, 1, 1, modes=0).orbits[-1]
+    corner = the(follow(start, "kappa", (1.64, 1.8)), "nonsmooth_fold")
+    curve = follow_point(corner, ("restitution", "kappa"), ((0.47, 0.52), (1.5, 1.9)))
+    assert curve.event is BranchEvent.CORNER
+    assert curve.times[:, 0] == pytest.approx(curve.values[:, 1] * math.pi, abs=1e-11)
+    restitution, kappa = curve.ends[0].values
+    beside = System(s=5.0, d=0.0, restitution=restitution, load=Load.square(1.0, kappa - 0.01))
+    again = follow(orbits(beside, 1, 1, modes=0).orbits[-1], "kappa", (kappa - 0.02, kappa + 0.02))
+    assert the(again, "nonsmooth_fold").value == pytest.approx(kappa, rel=0, abs=1e-11)
+
+
+# -- points of codimension two ----------------------------------------------------------------------------------------
+
+
+def test_a_fold_and_a_touch_meet_where_either_curve_says() -> None:
+    start = two_impacts(0.09, 0.385, (1.208, 2.009))
+    branch = follow(start, "mean", (0.37, 0.6))
+    plane = (0.07, 0.095), (0.3, 0.6)
+    fold = follow_point(the(branch, "fold"), PLANE, plane)
+    touch = follow_point(the(branch, "grazing_touch"), PLANE, plane)
+    first, second = fold.at(CurveEvent.WITH_TOUCH)[0], touch.at(CurveEvent.WITH_FOLD)[0]
+    assert first.values == pytest.approx(second.values, rel=0, abs=1e-9)
+    assert first.orbit.times == pytest.approx(second.orbit.times, abs=1e-7)
+    assert fold.is_orbit.any()
+    assert not fold.is_orbit.all()
+    changes = np.flatnonzero(np.diff(fold.is_orbit.astype(int)))
+    assert changes.size == 1
+    assert fold.values[changes[0], 0] == pytest.approx(first.values[0], abs=1e-2)
+
+
+def test_the_same_curve_is_met_from_every_place(branch: Branch) -> None:
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.48, 0.52), (0.2, 1.2)))
+    middle = len(curve.values) // 3
+    restitution, mean = curve.values[middle]
+    system = SystemFamily(system_of(CURVES)).system({"restitution": restitution, "mean": mean})
+    beside = orbit_near(SystemFamily(system).system({"mean": mean + 1e-3}), curve.times[middle], modes=0)
+    assert beside is not None
+    again = the(follow(beside, "mean", (mean - 0.01, mean + 0.01)), "flip")
+    assert again.value == pytest.approx(mean, rel=0, abs=1e-11)
+    other = follow_point(again, PLANE, ((0.48, 0.52), (0.2, 1.2)))
+    ends = sorted(end.values for end in curve.ends)
+    assert np.array(sorted(end.values for end in other.ends)) == pytest.approx(np.array(ends), rel=0, abs=1e-11)
+
+
+# -- ends and refusals ------------------------------------------------------------------------------------------------
+
+
+def test_it_ends_where_the_parameter_does(branch: Branch) -> None:
+    curve = follow_point(the(branch, "grazing_impact_dies"), PLANE, ((0.49, 1.5), (0.2, 1.2)))
+    assert {end.kind for end in curve.ends} == {CurveEvent.LIMIT, CurveEvent.NO_SYSTEM}
+    assert curve.values[:, 0].max() == pytest.approx(1.0, abs=1e-8)
+
+
+def test_it_stops_when_told(branch: Branch) -> None:
+    asked = 0
+
+    def halt() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 60
+
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.1, 0.9), (0.2, 1.2)), halt=halt)
+    assert curve.ends[0].kind is CurveEvent.STOPPED
+    assert len(curve.values) > 2
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"along": ("mean",)}, "along"), ({"along": ("mean", "mean")}, "along"),
+        ({"along": ("mean", "kappa")}, "kappa"),
+        ({"between": ((0.6, 0.7), (0.3, 1.0))}, "between"), ({"between": (0.3, 1.0)}, "between"),
+        ({"values": (0.5, 0.6)}, "point"), ({"along": ("mean", "load_factor")}, "load_factor"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_followed_is_refused(branch: Branch, change: dict[str, Any], word: str) -> None:
+    given = {"point": the(branch, "flip"), "along": PLANE, "between": ((0.4, 0.6), (0.3, 1.0))} | change
+    with pytest.raises(ParameterError, match=word):
+        follow_point(**given)
+
+
+def test_an_end_of_the_range_has_no_curve() -> None:
+    branch = follow(two_impacts(0.5, 0.62, (0.39, 2.32)), "mean", (0.61, 0.63))
+    with pytest.raises(ParameterError, match="one of the kinds"):
+        follow_point(branch.points[0], PLANE, ((0.4, 0.6), (0.3, 1.0)))
+
+
+def test_it_says_what_it_is(branch: Branch) -> None:
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.49, 0.51), (0.2, 1.2)))
+    assert isinstance(curve, PointCurve)
+    assert str(curve).startswith("flip of z=2/1: ")
+    assert curve.angles.tolist() == [math.pi] * len(curve.values)

@@ -1,0 +1,55 @@
+"""One server and one browser for each file of tests of the page, and a desk for each test."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import httpx
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+    from web_desk import Desk
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    """A server whose kernels are compiled; on a fresh machine that takes longer than a test waits for anything else."""
+    from web_desk import served
+
+    with served() as address:
+        end = time.monotonic() + 300.0
+        while not httpx.get(f"{address}api/about").json()["ready"]:
+            assert time.monotonic() < end, "the kernels are not compiled"
+            time.sleep(0.1)
+        yield address
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    from playwright.sync_api import sync_playwright
+
+    from browser import FLAGS, chromium
+
+    path = chromium()
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def desk(browser: Browser, server: str, request: pytest.FixtureRequest) -> Iterator[Desk]:
+    """A desk of its own for every test, which must have asked nobody else and said nothing on the console."""
+    from web_desk import Desk
+
+    found = Desk(browser, server, **getattr(request, "param", {}))
+    yield found
+    foreign = [url for url in found.asked if not url.startswith((server, "about:", "data:", "blob:"))]
+    found.context.close()
+    assert foreign == []
+    expected = getattr(request.node, "expected_words", ())
+    assert [line for line in found.said if not any(word in line for word in expected)] == []

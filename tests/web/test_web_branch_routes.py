@@ -1,0 +1,118 @@
+"""Orbits, branches and the motions on them over HTTP: the numbers of the library, for every kind of parameter."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("fastapi")
+
+from percuss.case import branch_answer, diagram_answer, load_case, orbits_answer
+from percuss.case.answers.diagram_json import diagram_dict
+from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.file_format.plain_tables import case_of
+from percuss.web import Limits, Settings
+from web_client import Client, events
+
+RIGID = {
+    "system": {"s": 5.0, "d": 0.0, "restitution": 0.5},
+    "load": {"kind": "harmonic", "mean": 0.62, "amplitude": 1.0},
+}
+MEAN = {"name": "mean", "from": 0.3, "to": 1.2}
+
+
+@pytest.fixture(scope="module")
+def client() -> Client:
+    return Client(Settings(limits=Limits(seconds=300.0)))  # on a machine on which the kernels are not compiled, too
+
+
+@pytest.fixture(scope="module")
+def followed(client: Client) -> Any:
+    """The z=2/1 of shared systems of the tests: two impacts in one load period, through a flip and a fold."""
+    asked = {"case": RIGID, "orbit": "2/1:phases=0.39,2.32", "along": MEAN, "modes": 0, "switch": 1}
+    return client.answer("/api/follow", asked)
+
+
+def test_the_answers_are_those_of_the_library(client: Client, followed: Any) -> None:
+    case = case_of(RIGID)
+    assert followed == branch_dict(branch_answer(case, "2/1:phases=0.39,2.32", "mean=0.3:1.2", modes=0, switch=1))
+    assert {point["type"] for point in followed["points"]} == {"grazing_impact_dies", "flip", "fold", "grazing_touch"}
+    found = client.answer("/api/orbits", {"case": RIGID, "label": "2/1", "modes": 0, "tries": 60})
+    assert found == orbits_dict(orbits_answer(case, "2/1", modes=0, tries=60)) and len(found["orbits"]) == 2
+
+
+def test_the_motion_at_every_place_of_a_branch_has_its_impacts(client: Client, followed: Any) -> None:
+    for branch in [followed, *followed["switched"]]:
+        rows, periods = branch["branch"], int(branch["label"].split("/")[1])
+        for i in range(1, len(rows["value"]) - 1, 5):
+            asked = {"case": RIGID, "name": "mean", "modes": 0, "frames": 90, "periods": periods}
+            place = {"value": rows["value"][i], "times": rows["times"][i]}
+            header, arrays = client.arrays("/api/follow/motion", {**asked, **place})
+            assert header["label"] == branch["label"] and header["orbit"]["admissible"]
+            assert header["orbit"]["stable"] == rows["stable"][i]
+            assert header["period"] == pytest.approx(2.0 * math.pi * periods)
+            assert header["end"] - header["begin"] == pytest.approx(header["period"], abs=1e-9)
+            speeds = sorted(blow["impact_velocity"] for blow in header["blows"])
+            np.testing.assert_allclose(speeds, sorted(rows["speeds"][i]), atol=1e-9)
+            assert np.nanmax(arrays["end_gap"]) < 1e-6  # never beyond the wall
+            assert arrays["displacement"][0, -1] == pytest.approx(arrays["displacement"][-1, -1], abs=1e-6)
+            assert float(arrays["load"].mean()) == pytest.approx(rows["value"][i], abs=0.02)
+
+
+def test_a_key_of_the_case_is_followed_in_its_unit(client: Client) -> None:
+    along = {"name": "load.frequency", "unit": "Hz", "from": 16.0, "to": 19.0}
+    found = client.answer("/api/follow", {"machine": "mini-breaker", "along": along, "modes": 2})
+    case = load_case("mini-breaker")
+    assert found == branch_dict(branch_answer(case, "1/1", "load.frequency=16 Hz:19 Hz", modes=2))
+    rows = found["branch"]
+    asked = {"machine": "mini-breaker", "name": "load.frequency", "unit": "Hz", "value": rows["value"][2], "modes": 2}
+    header, _ = client.arrays("/api/follow/motion", {**asked, "times": rows["times"][2], "cycles": 3})
+    assert [blow["time"] for blow in header["blows"]] == pytest.approx([2.0 * math.pi * k for k in (1, 2, 3)], abs=1e-8)
+    assert header["time_scale_s"] == pytest.approx(1.0 / (2.0 * math.pi * rows["value"][2]))
+
+
+@pytest.mark.parametrize(
+    "path, wrong, key",
+    [
+        ("orbits", {"label": "x"}, "label"),
+        ("orbits", {"label": "65/1"}, "impacts"),
+        ("orbits", {"label": "2/1", "tries": 0}, "tries"),
+        ("follow", {"along": {**MEAN, "from": 2.0}}, "along"),
+        ("follow", {"along": {**MEAN, "to": 0.5}}, "between"),
+        ("follow", {"along": {**MEAN, "name": "what"}}, "parameter"),
+        ("follow", {"along": {**MEAN, "unit": "Hz"}}, "mean"),
+        ("follow", {"along": MEAN, "orbit": "1/1:9"}, "orbit"),
+        ("follow", {"along": MEAN, "switch": 17}, "switch"),
+        ("follow/motion", {"name": "mean", "value": 0.62, "times": []}, "times"),
+        ("follow/motion", {"name": "mean", "value": 0.62, "times": [2.0, 1.0]}, "times"),
+        ("follow/motion", {"name": "mean", "value": 0.62, "times": [0.0, 9.0], "periods": 1}, "times"),
+        ("follow/motion", {"name": "what", "value": 0.62, "times": [1.0]}, "parameter"),
+        ("follow/motion", {"name": "mean", "value": 5.0, "times": [1.0], "modes": 0}, "times"),
+    ],
+)
+def test_what_cannot_be_answered_is_said_by_its_key(client: Client, path: str, wrong: Any, key: str) -> None:
+    assert client.problems(f"/api/{path}", {"case": RIGID, **wrong})[0]["key"] == key
+
+
+def test_a_machine_that_switches_itself_has_no_branches(client: Client) -> None:
+    for path, more in (("orbits", {"label": "1/1"}), ("follow", {"along": MEAN})):
+        assert client.problems(f"/api/{path}", {"machine": "valve-drifter", **more})[0]["message"]
+
+
+def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) -> None:
+    along = {"name": "mean", "from": 0.6, "to": 0.9}
+    asked = {"case": RIGID, "along": along, "values": 4, "starts": 2, "runs": 1, "modes": 0}
+    found = client.post("/api/diagram", asked)
+    assert found.status_code == 200, found.text
+    told = events(found.text)
+    assert [kind for kind, _ in told] == ["progress", "progress", "done"]
+    case = case_of(RIGID)
+    whole = diagram_answer(case, "mean=0.6:0.9:4", up_to=None, starts=2, runs=1, modes=0, impacts=2000)
+    assert told[-1][1] == diagram_dict(case, whole)
+    assert {one["label"] for one in told[-1][1]["settled"]} >= {"z=1/1"}
+    assert client.problems("/api/diagram", {**asked, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32})
+    assert client.problems("/api/diagram", {**asked, "along": {**along, "name": "what"}})[0]["key"] == "parameter"
+    assert client.problems("/api/diagram", {"machine": "valve-drifter", "along": along})

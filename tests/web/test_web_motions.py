@@ -1,0 +1,463 @@
+"""The workbench in a real browser: motions seen and heard, reports, experiments and the lessons."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("fastapi")
+
+from playwright.sync_api import Page, expect
+
+from percuss.case import load_case, simulation_answer
+from percuss.case.file_format.plain_tables import case_of
+from web_desk import Desk, figure, ink, knows, moved, scene, slide, until
+
+pytestmark = pytest.mark.browser
+
+
+# --- motion
+
+
+def test_the_bar_moves_pauses_scrubs_and_each_blow_is_counted(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    page.wait_for_selector("#stage[data-label='z=1/1']")
+    page.wait_for_selector("#stage[data-blows]")  # it plays by itself
+    expect(page.locator("#heard")).to_have_text(re.compile(r"8\.08.kHz"))
+    page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
+    still = ink(page, "#stage")
+    page.wait_for_timeout(200)
+    assert ink(page, "#stage") == still
+    page.locator("#scrub").evaluate("i => { i.value = 500; i.dispatchEvent(new Event('input', { bubbles: true })); }")
+    assert ink(page, "#stage") != still
+    page.select_option("#zoom-part", "12")  # the ringing after the blow
+    expect(page.locator("#slow ~ *, label:has(#slow) output")).to_have_text(re.compile("times slower"))
+    page.focus("#scrub")
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_text("Pause")
+    page.click("#sound")
+    expect(page.locator("#sound")).to_have_attribute("aria-pressed", "true")
+
+
+def test_a_motion_from_a_chosen_start(desk: Desk) -> None:
+    words = "panel=motion&source=start&window=settled&cycles=8&system.s=20&system.d=0.005&system.restitution=0.8"
+    load = "&load.kind=harmonic&load.mean=0.86&load.amplitude=1&simulation.modes=0"
+    page = desk.open(f"{words}{load}&start.position=0&start.velocity=-2.4&start.time=2.85")
+    page.wait_for_selector("#stage[data-label='z=2/2']")
+    slide(page, "load_factor", 1.0)
+    page.wait_for_selector("#stage[data-label='z=1/1']")
+    page.locator("#portrait").scroll_into_view_if_needed()
+    page.wait_for_selector("#portrait[data-drawn]")
+    page.click("#portrait", position={"x": 200, "y": 100})  # a point of the phase portrait is a start, too
+    expect(page.locator("#window")).to_have_value("start")
+    expect(page.locator("#start-velocity")).not_to_have_value("-2.4")
+    page.fill("#start-velocity", "-0.5")
+    page.keyboard.press("Tab")
+    until(page, "location.hash.includes('start.velocity=-0.5')")
+    with page.expect_download() as waiting:
+        page.click("#motion-file")
+    assert Path(waiting.value.path()).read_bytes()[:4] == b"\x89HDF"
+
+
+STARTS: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
+    "rest": ({"position": "-20 mm", "time": "1.2 ms"}, {"position": "-20 mm", "time": "1.2 ms"}),
+    "moving": ({"velocity": "1.5 m/s"}, {"position": "-20 mm", "velocity": "1.5 m/s", "time": "1.2 ms"}),
+    "modal": (
+        {"modal_displacement": "-0.1, 0.0005, 0.0001", "modal_velocity": "0 0.001 0"},
+        {"modal_displacement": [-0.1, 0.0005, 0.0001], "modal_velocity": [0, 0.001, 0], "time": "1.2 ms"},
+    ),
+    "orbit": ({"orbit": "1", "velocity": "0.1 m/s"}, {"orbit": 1, "periods": 1, "velocity": "0.1 m/s"}),
+    "random": ({"seed": "7"}, {"random": "rigid", "seed": 7}),
+}
+"""What is typed for each kind of start, and the table [start] that it is."""
+
+
+def test_every_kind_of_start_of_a_case_can_be_chosen(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker&source=start&simulation.modes=8")
+    for kind, (typed, table) in STARTS.items():
+        page.select_option("#start-kind", kind)
+        for key, text in typed.items():
+            page.fill(f"#start-{key}", text)
+            page.keyboard.press("Tab")
+        until(page, "document.querySelector('#start-form') !== null")
+        moved(page)
+        assert knows(page, "state.js:data.tables.start") == table
+        motion = simulation_answer(load_case("mini-breaker").changed(start=table, simulation={"modes": 8})).motion
+        expect(page.locator("#stage")).to_have_attribute("data-label", motion.label)
+    page.select_option("#start-random", "ringing")
+    moved(page)
+    assert knows(page, "state.js:data.tables.start.random") == "ringing"
+
+
+def test_a_wrong_start_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=motion&machine=mini-breaker&source=start")
+    page.select_option("#start-kind", "moving")
+    page.fill("#start-velocity", "2 kg")
+    page.keyboard.press("Tab")
+    expect(page.locator("#start-velocity-problem")).to_contain_text("velocity")
+    expect(page.locator("#start-velocity")).to_have_attribute("aria-invalid", "true")
+    page.fill("#start-velocity", "2 m/s")
+    page.keyboard.press("Tab")
+    expect(page.locator("#start-velocity-problem")).to_have_text("")
+    page.select_option("#start-kind", "orbit")
+    page.fill("#start-orbit", "9")
+    page.keyboard.press("Tab")
+    expect(page.locator("#start-orbit-problem")).to_contain_text("1 to 2")
+
+
+def test_a_late_motion_does_not_take_back_what_is_wrong_with_its_start(
+    desk: Desk, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=motion&machine=mini-breaker&source=start")
+    moved(page)
+    held: list[Any] = []
+    page.route("**/api/motion", lambda route: held.append(route))
+    page.select_option("#start-kind", "moving")
+    for _ in range(100):
+        if held:
+            break
+        page.wait_for_timeout(50)
+    page.fill("#start-velocity", "2 kg")
+    page.keyboard.press("Tab")
+    expect(page.locator("#start-velocity-problem")).to_contain_text("velocity")
+    with page.expect_response("**/api/motion"):
+        held[0].continue_()
+    page.wait_for_timeout(500)  # the late motion is drawn
+    expect(page.locator("#start-velocity-problem")).to_contain_text("velocity")
+
+
+# --- sound
+
+
+BLOWS = """async ({ pitches, energies }) => {
+  const { limited, ring, strike } = await import("/static/sound.js");
+  const found = [];
+  for (const frequency of pitches)
+    for (const energy of energies) {
+      const audio = new OfflineAudioContext(1, 44100 * 0.3, 44100);
+      strike(audio, limited(audio), { at: 0, ...ring({ frequency, energy, share: 1 }) });
+      found.push([frequency, energy, [...(await audio.startRendering()).getChannelData(0)]]);
+    }
+  return found;
+}"""
+
+
+def test_a_blow_sounds_at_the_first_mode_and_louder_with_its_energy(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    energies = [5.0, 50.0, 500.0, 5000.0]
+    levels: dict[float, list[float]] = {}
+    for frequency, _, samples in page.evaluate(BLOWS, {"pitches": [1470.0, 8080.0], "energies": energies}):
+        wave = np.array(samples)
+        spectrum = np.abs(np.fft.rfft(wave * np.hanning(len(wave))))
+        tones = np.fft.rfftfreq(len(wave), 1 / 44100)
+        ringing = tones > 300.0  # above the thud
+        assert tones[ringing][np.argmax(spectrum[ringing])] == pytest.approx(frequency, rel=0.01)
+        levels.setdefault(frequency, []).append(float(np.sqrt(np.mean(wave**2))))
+    for heard in levels.values():
+        assert all(b > 1.1 * a for a, b in pairwise(heard))
+        assert max(heard) < 1.0
+
+
+PLAYED = """async ({ blows, length, rate, begin, seconds, frequency, frames }) => {
+  /* the sound of a motion, placed by frames that come at uneven moments, as on a busy page */
+  const { AHEAD, Track, limited } = await import("/static/sound.js");
+  const audio = new OfflineAudioContext(1, 48000 * seconds, 48000);
+  const track = new Track(audio, limited(audio));
+  track.load({ blows, length, frequency });
+  track.from(begin, rate, 0);
+  track.ahead(AHEAD);
+  for (const moment of frames)
+    audio.suspend(moment).then(() => {
+      track.ahead(audio.currentTime + AHEAD);
+      audio.resume();
+    });
+  return [...(await audio.startRendering()).getChannelData(0)];
+}"""
+
+
+def played(page: Page, blows: list[dict[str, Any]], **more: Any) -> tuple[Any, list[Any]]:
+    """When blows begin (s) in the sound of a motion, and the sound of each until the next."""
+    asked = {"length": 6.25, "rate": 6.25, "begin": 0.7, "seconds": 6, "frequency": 1200.0, **more}
+    uneven = np.cumsum(np.random.default_rng(7).uniform(0.008, 0.3, 60))
+    frames = [float(moment) for moment in uneven if moment < asked["seconds"] - 0.1]
+    wave = np.array(page.evaluate(PLAYED, {"blows": blows, "frames": frames, **asked}))
+    loud = np.flatnonzero(np.abs(wave) > 1e-6)
+    begins = loud[np.concatenate([[True], np.diff(loud) > 240])]  # after 5 ms of silence
+    return begins / 48000.0, np.split(wave, begins[1:])
+
+
+def test_blows_of_a_steady_motion_sound_evenly(desk: Desk) -> None:
+    """However unevenly frames come, the blows are where the motion has them: far within 1 ms, over several turns."""
+    page = desk.open("machine=mini-breaker")
+    one = [{"time": 1.0, "energy": None, "share": 1.0}]
+    begins, _ = played(page, one)
+    assert len(begins) == 6 and np.abs(np.diff(begins) - 1.0).max() < 1e-4
+    assert begins[0] == pytest.approx(0.3 / 6.25, abs=0.01)  # the limiter looks ahead by some milliseconds
+    two = [{"time": time_, "energy": None, "share": share} for time_, share in ((1.0, 1.0), (3.5, 0.97))]
+    begins, _ = played(page, two)
+    assert np.diff(begins) == pytest.approx(np.resize([0.4, 0.6], len(begins) - 1), abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.98])
+def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
+    """Of a doubled motion: at least 8 dB softer, in the sound that comes out, and of another pitch."""
+    page = desk.open("machine=mini-breaker")
+    blows = [{"time": 1.0, "energy": 500.0, "share": 1.0}, {"time": 4.0, "energy": 500.0 * share, "share": share}]
+    _, sounds = played(page, blows)
+    strong, weak = sounds[0], sounds[1]
+    level = [10.0 * np.log10(np.mean(sound[:12000] ** 2)) for sound in (strong, weak)]
+    assert level[0] - level[1] >= 8.0
+    tones = []
+    for sound in (strong, weak):
+        spectrum = np.abs(np.fft.rfft(sound[:12000] * np.hanning(12000)))
+        hertz = np.fft.rfftfreq(12000, 1 / 48000)
+        spectrum[hertz < 300.0] = 0.0
+        tones.append(float(hertz[np.argmax(spectrum)]))
+    assert tones[0] == pytest.approx(1200.0, rel=0.01) and tones[1] < 0.8 * tones[0]
+
+
+def test_a_pitch_that_cannot_be_heard_is_said(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    heard = "import('/static/sound.js').then(m => [20, 1000, 40000].map(f => m.heardAs({ frequency: f, share: 1 })))"
+    low, plain, high = (text.replace("\u202f", " ") for text in page.evaluate(heard))
+    assert low == "120 Hz, 50 %; the first mode, 20 Hz, is too low to hear"
+    assert plain == "1 kHz, 50 %"
+    assert high == "9 kHz, 50 %; the first mode, 40 kHz, is too high to hear"
+
+
+SCHEDULED = """() => {
+  /* every moment of the audio clock for which the page asks a tone */
+  window.asked = [];
+  const start = OscillatorNode.prototype.start;
+  OscillatorNode.prototype.start = function (at) {
+    window.asked.push(at);
+    return start.call(this, at);
+  };
+}"""
+
+
+def test_the_page_places_blows_on_the_audio_clock(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker&slow=0")
+    page.wait_for_selector("#stage[data-blows]")
+    page.evaluate(SCHEDULED)
+    page.click("#sound")
+    until(page, "new Set(window.asked).size > 40")
+    moments = np.unique(page.evaluate("window.asked"))
+    period = 1.0 / load_case("mini-breaker").system().frequency
+    even = np.abs(np.diff(moments) - period) < 1e-4
+    assert even.mean() > 0.8  # where a busy machine lets the picture stand still the sound begins anew
+    page.click("#play")
+    page.wait_for_timeout(600)
+    still = page.evaluate("window.asked.length")
+    page.wait_for_timeout(300)
+    assert page.evaluate("window.asked.length") == still
+
+
+LISTEN = """async ([seconds, gap]) => {
+  /* rows of: seconds, the loudness of what came out last, how many blows the page has counted */
+  const { output } = await import("/static/sound.js");
+  const stage = document.getElementById("stage");
+  const ear = output().context.createAnalyser();
+  ear.fftSize = 1024;
+  output().connect(ear);
+  const samples = new Float32Array(ear.fftSize);
+  const rows = [];
+  const begun = performance.now();
+  for (let now = 0; now < seconds; now = (performance.now() - begun) / 1000) {
+    ear.getFloatTimeDomainData(samples);
+    rows.push([now, Math.max(...samples.map(Math.abs)), Number(stage.dataset.blows ?? 0)]);
+    await new Promise((done) => setTimeout(done, gap));
+  }
+  return rows;
+}"""
+
+
+def test_period_doubling_is_heard(desk: Desk) -> None:
+    """Loud, soft, loud, soft, at two intervals in turn."""
+    words = "panel=motion&source=start&window=settled&cycles=8&system.s=20&system.d=0.005&system.restitution=0.8"
+    load = "&load.kind=harmonic&load.mean=0.86&load.amplitude=1&simulation.modes=0&slow=0"  # a second a load period
+    page = desk.open(f"{words}{load}&start.position=0&start.velocity=-2.4&start.time=2.85")
+    page.wait_for_selector("#stage[data-label='z=2/2']")
+    page.click("#sound")
+    time_, level, counted = np.array(page.evaluate(LISTEN, [7.5, 10])).T
+    begins = [i for i in range(1, len(level)) if level[i] > 3.0 * max(level[i - 1], 0.01)]
+    begins = [i for n, i in enumerate(begins) if n == 0 or time_[i] - time_[begins[n - 1]] > 0.3]
+    assert abs(len(begins) - (counted[-1] - counted[0])) <= 1  # every blow, and nothing else
+    heard = [float(level[i : i + 10].max()) for i in begins][:-1]
+    weak, strong = sorted(float(np.median(part)) for part in (heard[0::2], heard[1::2]))  # a busy machine misses one
+    assert strong > 1.2 * weak
+    gaps = np.diff(time_[begins])
+    gaps = gaps[gaps < 1.5]  # without one that is missed
+    assert np.ptp(gaps) > 0.2 and np.all((gaps < 0.95) | (gaps > 1.05))  # 0.81 and 1.19 load periods, of a second
+
+
+def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=heavy-breaker&slow=0")
+    page.wait_for_selector("#stage[data-blows]")
+    expect(page.locator("label:has(#slow) output")).to_have_text("real time")
+    rate = float(figure(page, "blow rate").removesuffix("Hz"))
+    page.click("#sound")
+    page.wait_for_timeout(300)
+    time_, level, counted = np.array(page.evaluate(LISTEN, [3.0, 4])).T
+    blows = counted[-1] - counted[0]
+    assert blows == pytest.approx(time_[-1] * rate, abs=2.0)
+    listened = np.cumsum(
+        np.minimum(np.diff(time_, prepend=time_[0]), 0.02)
+    )  # what a busy machine left out is no silence
+    assert np.diff(listened[level > 0.05]).max() < 1.5 / rate  # each has its sound, at its own moment
+    assert np.quantile(level, 0.05) < 0.5 * np.quantile(level, 0.95)  # and they are kept apart
+
+
+# --- report, experiment, lessons
+
+
+def test_the_report_is_one_file(desk: Desk) -> None:
+    page = desk.open("panel=report&machine=mini-breaker")
+    with page.expect_download() as waiting:
+        page.click("#report-download")
+    text = Path(waiting.value.path()).read_text(encoding="utf-8")
+    assert "<svg" in text
+    assert "180" in text
+    assert not re.search(r"""(src|href)=["']https?:""", text)
+
+
+def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
+    page = desk.open("panel=experiment&machine=mini-breaker")
+    page.fill("#experiment-starts", "40")
+    page.click("#experiment-run")
+    expect(page.locator("#experiment-status")).to_contain_text("all followed", timeout=60_000)
+    shares = page.locator("#experiment-shares .share")
+    expect(shares.first).to_have_attribute("data-label", "z=1/1")
+    assert page.locator("#experiment-progress").evaluate("bar => bar.value") == 1
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Download CSV").click()
+    rows = Path(waiting.value.path()).read_text(encoding="utf-8").strip().splitlines()
+    assert len([row for row in rows if not row.startswith("#")]) == 41
+    until(page, "location.hash.includes('starts=40')")
+
+
+def test_an_experiment_can_be_cancelled_and_is_bounded(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=experiment&machine=mini-breaker&emodes=16")
+    page.fill("#experiment-starts", "20000")
+    page.click("#experiment-run")
+    until(page, "document.querySelector('#experiment-status').textContent.includes(' of ')", timeout=60_000)
+    page.click("#experiment-cancel")
+    expect(page.locator("#experiment-status")).to_contain_text("Cancelled")
+    expect(page.locator("#experiment-run")).to_be_enabled()
+    done = int(page.locator("#experiment-status").inner_text().split(":")[1].split()[0])
+    assert 0 < done < 20000
+    with page.expect_download() as waiting:  # what had been followed is kept
+        page.get_by_role("button", name="Download CSV").click()
+    rows = Path(waiting.value.path()).read_text(encoding="utf-8").strip().splitlines()
+    assert len([row for row in rows if not row.startswith("#")]) == done + 1
+    page.locator("#experiment-form").evaluate("form => { form.noValidate = true; }")
+    page.fill("#experiment-starts", "999999999")
+    page.click("#experiment-run")
+    expect(page.locator("#experiment-problem")).not_to_have_text("")
+    expect(page.locator("#experiment-status")).to_have_text("Not started: no start was followed.")
+    expect(page.locator("#experiment-files")).to_be_hidden()
+
+
+def test_the_fields_of_an_experiment_follow_a_lesson(desk: Desk) -> None:
+    page = desk.open("panel=experiment&machine=mini-breaker&starts=40&seed=7")
+    expect(page.locator("#experiment-starts")).to_have_value("40")
+    page.click("#tab-lessons")
+    page.get_by_role("button", name="Begin lesson 4").click()
+    page.get_by_role("button", name="3. Count the ends").click()
+    expect(page.locator("#experiment-starts")).to_have_value("300")
+    expect(page.locator("#experiment-seed")).to_have_value("1")
+
+
+def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
+    page = desk.open("lesson=2")
+    expect(page.locator("#lesson-words")).to_contain_text("Press a scene")
+    page.locator("#lesson-strip .try button").first.click()
+    expect(page.locator("#headline .title")).to_have_text("Pneumatic hammer")
+    expect(page.locator("#lesson-words")).not_to_contain_text("Press a scene")
+
+
+def test_every_lesson_sets_its_scenes(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    expect(page.locator(".lesson")).to_have_count(9)
+    seen = []
+    for number in range(1, 10):
+        page.click("#tab-lessons")
+        page.get_by_role("button", name=f"Begin lesson {number}").click()
+        scenes = page.locator("#lesson-strip .try button")
+        for i in range(scenes.count()):
+            scenes.nth(i).click()
+            expect(scenes.nth(i)).to_have_attribute("aria-pressed", "true")
+            expect(page.locator("#lesson-words")).not_to_have_text("")
+            expect(page.locator("#headline .badge")).to_be_visible()
+            if page.locator("#tab-motion").get_attribute("aria-selected") == "true":
+                moved(page)
+                seen.append(page.locator("#stage").get_attribute("data-label"))
+    assert seen[:4] == ["z=1/1", "z=2/2", "z=4/4", "aperiodic"]  # period doubling, heard
+    assert seen[4:6] == ["chatter/1", "rest"]
+    assert seen[-1] == "aperiodic"  # the end of the cascade, and the last scene of all
+
+
+def test_a_lesson_begins_before_what_it_asks_to_cross(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    for number in (1, 2):  # of the fold, with nothing said of the flip
+        scene(page, 1, number)
+        expect(page.locator("#verdict")).to_have_text("Stable")
+    slide(page, "load_factor", 0.75)
+    expect(page.locator("#verdict")).to_have_text("No steady motion")
+    scene(page, 2, 2)
+    expect(page.locator("#verdict")).to_have_text("Stable")
+    slide(page, "load_factor", 0.52)
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    expect(page.locator("#reason")).to_contain_text("Flip")
+
+
+def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    meanings = [
+        "one blow every load period",
+        "2 blows in 2 load periods",
+        "4 blows in 4 load periods",
+        "never repeat",
+    ]
+    for number, (label, meaning) in enumerate(zip(["z=1/1", "z=2/2", "z=4/4", "aperiodic"], meanings, strict=True), 1):
+        scene(page, 3, number)
+        expect(page.locator("#verdict")).to_have_text(f"Plays: {label}")
+        expect(page.locator("#stage")).to_have_attribute("data-label", label)
+        expect(page.locator("#reason")).to_contain_text(meaning)
+        tables = knows(page, "state.js:data.tables")
+        summary = simulation_answer(case_of(tables, "lesson")).motion.summary
+        assert summary.blow_energy is not None
+        assert float(figure(page, "mean blow energy")) == pytest.approx(summary.blow_energy, rel=1e-3)
+    page.click("#tab-orbits")  # where the steady motion is looked at
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    scene(page, 5, 1)
+    expect(page.locator("#verdict")).to_have_text("Plays: chatter/1")
+    gap = "import('/static/state.js').then(m => document.querySelector('#motion-facts').innerText)"
+    assert "4 load periods" in page.evaluate(gap)
+
+
+def test_an_unstable_motion_is_not_called_steady_and_a_blow_counts_once(desk: Desk) -> None:
+    load = "load.kind=harmonic&load.mean=0.5&load.amplitude=1"
+    page = desk.open(f"panel=motion&system.s=20&system.d=0.005&system.restitution=0.4&{load}")
+    moved(page)
+    facts = {
+        row.locator("dt").inner_text(): row.locator("dd").inner_text()
+        for row in page.locator("#motion-facts > div").all()
+    }
+    assert facts["steady motion"] == "unstable" and "ended by" not in facts
+    assert facts["blows in view"] == "1" and facts["shown"].endswith("1 load period")
+    expect(page.locator("#motion-status")).to_contain_text("unstable")
+    page.select_option("#cycles", "4")
+    expect(page.locator("#motion-facts dd").nth(3)).to_have_text("4")
+    expect(page.locator("#stage")).to_have_attribute("aria-label", re.compile("4 blows in view"))
+    slide(page, "load_factor", 0.65)
+    expect(page.locator("#motion-facts dd").nth(1)).to_have_text("stable")

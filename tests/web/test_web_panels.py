@@ -1,0 +1,638 @@
+"""Panels of the workbench in a real browser: the map, the orbits, the blow, and the machine that switches itself."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi")
+
+from playwright.sync_api import Browser, expect
+
+from percuss import palette
+from percuss.case import load_case, machine_answer, simulation_answer
+from percuss.case.file_format.plain_tables import case_of
+from percuss.cli import main
+from percuss.stability import reduced_criterion
+from percuss.steady import steady_states
+from web_desk import (
+    STATE,
+    WAIT,
+    Desk,
+    blown,
+    driven,
+    figure,
+    ink,
+    knows,
+    moved,
+    scene,
+    served,
+    slide,
+    steady_json,
+    until,
+)
+
+pytestmark = pytest.mark.browser
+
+
+# --- map
+
+
+def test_the_map_is_drawn_and_a_click_moves_the_design(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.wait_for_selector("#map[data-fine='200'][data-curves]")
+    before = ink(page, "#map")
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.75 * box["width"], box["y"] + 0.2 * box["height"])
+    expect(page.locator("#verdict")).to_have_text("Stable")
+    until(page, "Number(document.querySelector('#map').dataset.design.split(',')[0]) > 0.5")
+    until(page, "location.hash.includes('contact.restitution=0.6')")
+    assert ink(page, "#map") != before
+    page.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.2 * box["height"])
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.15 * box["height"], steps=8)
+    page.mouse.up()
+    expect(page.locator("#verdict")).to_have_text("No steady motion")
+
+
+def test_arrow_keys_move_the_design_and_other_axes_can_be_chosen(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.wait_for_selector("#map[data-fine='200']")
+    page.focus("#map")
+    for _ in range(4):
+        page.keyboard.press("Shift+ArrowRight")
+    until(page, "Number(document.querySelector('#map').dataset.design.split(',')[0]) > 0.25")
+    page.select_option("#map-x", "load.frequency")
+    until(page, "location.hash.includes('x=load.frequency')")
+    page.wait_for_selector("#map[data-coarse='8']")
+    expect(page.locator("#map-readout")).to_contain_text("Hz")
+
+
+def test_a_slow_map_comes_in_strips_and_does_not_hold_up_a_move(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker&x=load.frequency&xr=15:20&y=bar.length&yr=300:340&q=power")
+    page.wait_for_selector("#map[data-coarse='8']")
+    expect(page.locator("#map-progress")).to_be_visible()
+    expect(page.locator("#map-status")).to_contain_text("% of")
+    strips = len([url for url in desk.asked if url.endswith("/api/map")])
+    page.focus("#map")
+    page.keyboard.press("ArrowUp")  # along the map's own axis: the map goes on
+    until(page, "Number(document.querySelector('#map').dataset.design.split(',')[1]) > 320")
+    page.wait_for_timeout(1000)
+    assert len([url for url in desk.asked if url.endswith("/api/map")]) > strips
+    assert page.locator("#map").get_attribute("data-fine") is None
+    slide(page, "restitution", 0.3)  # another hammer: another map from the beginning
+    until(page, "document.querySelector('#map').dataset.coarse === undefined")
+    page.wait_for_selector("#map[data-coarse='8']")
+
+
+def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    strips = """([fixed, row, first]) => import('/static/map_levels.js').then(({ rowsOfNext }) => {
+      const strips = [];
+      for (let rows = 0; rows < 200; rows += strips.at(-1)[0]) {
+        const count = Math.min(rowsOfNext(strips, first), 200 - rows);
+        strips.push([count, fixed + row * count]);
+      }
+      return strips;
+    })"""
+    assert len(page.evaluate(strips, [180, 0.5, 90])) < 10  # though the first has two rows
+    assert len(page.evaluate(strips, [400, 0.0, 400])) < 10
+    dear = page.evaluate(strips, [0, 20, 20])
+    assert max(ms for _, ms in dear) < 300
+    assert max(ms for _, ms in page.evaluate(strips, [0, 300, 300])) < 700  # no less than a row, two to learn from
+
+
+def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.wait_for_selector("#map[data-fine='200']")
+    seen = set()
+    for right, up in ((0.25, 0.6), (0.75, 0.75), (0.75, 0.3)):
+        page.locator("#map").scroll_into_view_if_needed()  # another verdict may take more lines above it
+        box = page.locator("#map").bounding_box()
+        assert box is not None
+        x, y = right * box["width"], (1.0 - up) * box["height"]
+        page.mouse.click(box["x"] + x, box["y"] + y)
+        page.wait_for_timeout(300)  # the diamond stands there now: look beside it
+        place = page.locator("#map").evaluate(
+            """(canvas, [x, y]) => {
+              const ratio = canvas.width / canvas.clientWidth;
+              return [...canvas.getContext("2d").getImageData((x + 16) * ratio, y * ratio, 1, 1).data].slice(0, 3);
+            }""",
+            [x, y],
+        )
+        named = {name: knows(page, f"colours.js:theme().verdicts.{name}") for name in ("none", "unstable", "stable")}
+        colour = "#" + "".join(f"{part:02x}" for part in place)
+        found = next(name for name, value in named.items() if value == colour)
+        orbits = steady_states(case_of(knows(page, "state.js:data.tables"), "page").system()).orbits
+        verdicts = [reduced_criterion(orbit).stable for orbit in orbits]
+        truth = "stable" if any(verdicts) else "unstable" if orbits else "none"
+        assert found == truth
+        seen.add(found)
+    assert len(seen) > 1
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=valve-breaker")
+    page.wait_for_selector("#map[data-fine='50']")
+    legend = page.locator("#panel-map .legend li").all_inner_texts()
+    assert legend == ["runs", "stays on the wall", "reaches no port", "the present design"]
+    expect(page.locator("#map-status")).to_have_text("50 × 50 cells, each of a rigid piston.")
+    expect(page.locator("#map-readout")).to_contain_text("port 1 → power: place = 130")
+    drawn, asked = ink(page, "#map"), len([url for url in desk.asked if url.endswith("/api/map")])
+    page.locator("#map").scroll_into_view_if_needed()
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.88 * box["height"])  # too little pressure
+    expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
+    expect(page.locator("#map-readout")).to_contain_text("stalls")
+    assert float(knows(page, "state.js:data.tables.load.pressure").removesuffix(" bar")) < 111
+    until(page, f"{STATE}(({{ data }}) => data.info.tables.load.pressure === data.tables.load.pressure)")
+    assert len([url for url in desk.asked if url.endswith("/api/map")]) == asked  # along the map's own axes
+    page.select_option("#map-q", "blow_energy")
+    until(page, f"{STATE}(({{ view }}) => view.q === 'blow_energy')")
+    until(page, "document.querySelector('#map-status').innerText.startsWith('50')")
+    assert ink(page, "#map") != drawn
+    page.select_option("#map-x", "bar.damping")
+    page.wait_for_selector("#map[data-fine='50']")
+    page.focus("#map")
+    page.keyboard.press("Shift+ArrowRight")
+    until(page, f"{STATE}(({{ data }}) => data.tables.bar.damping.value > 0.5)")
+    page.select_option("#machine", "mini-breaker")  # whose parameters are others
+    expect(page.locator("#map-y")).to_have_value("load_factor")
+    page.wait_for_selector("#map[data-coarse]")
+
+
+FOUND = "panel=map&q=label&x=restitution&y=load_factor"
+
+
+@pytest.mark.parametrize("system", ["20 0.005 0.6", "20 0.05 0.8"])
+def test_found_motions_have_their_family_s_colour_and_tell_their_label(desk: Desk, system: str) -> None:
+    s, d, restitution = system.split()
+    case = f"system.s={s}&system.d={d}&system.restitution={restitution}&load.kind=harmonic&load.mean=0.7"
+    page = desk.open(f"{FOUND}&{case}&load.amplitude=1")
+    page.wait_for_selector("#map[data-fine='50']")
+    legend = page.locator("#panel-map .legend li").all_inner_texts()
+    assert set(legend) <= {*(family.name for family in palette.FAMILIES), "the present design"}
+    page.locator("#map-status").scroll_into_view_if_needed()
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    seen: dict[int, str] = {}
+    for right, up in ((0.5, 0.9), (0.3, 0.6), (0.75, 0.2), (0.95, 0.45), (0.2, 0.4), (0.85, 0.55)):
+        x, y = right * box["width"], (1.0 - up) * box["height"]
+        page.mouse.move(box["x"] + x, box["y"] + y)
+        expect(page.locator("#map-tip")).to_be_visible()
+        page.wait_for_timeout(60)
+        label = page.locator("#map-tip strong").inner_text()
+        place = [float(number) for number in re.findall(r"= ([\d.]+)", page.locator("#map-tip").inner_text())]
+        if not seen:  # the label is that of the hammer in the middle of the cell
+            at = [span * round(value / span) for value, span in zip(place, (0.9 / 49, 1.0), strict=True)]
+            at[1] = 0.02 + 1.18 / 49 * round((place[1] - 0.02) * 49 / 1.18)
+            tables = {
+                "system": {"s": float(s), "d": float(d), "restitution": at[0]},
+                "load": {"kind": "harmonic", "mean": at[1], "amplitude": 1.0},
+                "simulation": {"modes": 0, "impacts": 400},
+            }
+            assert simulation_answer(case_of(tables, "test")).motion.label == label
+        near = page.locator("#map").evaluate(
+            """(canvas, [x, y]) => {
+              const ratio = canvas.width / canvas.clientWidth;
+              const { data } = canvas.getContext("2d").getImageData((x - 4) * ratio, (y - 4) * ratio, 8, 8);
+              return [...data];
+            }""",
+            [x, y],
+        )
+        colours = {"#" + "".join(f"{part:02x}" for part in near[i : i + 3]) for i in range(0, len(near), 4)}
+        number = palette.family_of(label)
+        assert palette.FAMILIES[number].colour.light in colours, (label, colours)
+        seen[number] = label
+    assert len(seen) > 2
+    page.mouse.move(box["x"] - 30.0, box["y"])
+    expect(page.locator("#map-tip")).to_be_hidden()
+
+
+def test_the_page_has_the_palette_of_the_pictures(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    ends = [knows(page, f"colours.js:signed({share})") for share in (-1, 1)]
+    told = [[int(part) for part in re.findall(r"\d+", colour)] for colour in ends]
+    stops = (palette.STRAIN[0].light, palette.STRAIN[-1].light)
+    assert told == [[int(stop[i : i + 2], 16) for i in (1, 3, 5)] for stop in stops]
+    assert knows(page, "colours.js:theme().kinds") == [kind.light for kind in palette.KINDS]
+    page.click("#tab-orbits")
+    page.click("#tab-report")
+    expect(page.locator('#report-cards [data-figure="momentum_N_s"]')).to_contain_text("N·s")
+
+
+def test_a_range_that_is_none_is_told_and_no_map_is_shown_over_another(
+    desk: Desk, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.wait_for_selector("#map[data-fine='200'][data-curves]")
+    page.fill("#map-x-from", "")
+    page.keyboard.press("Tab")
+    expect(page.locator("#map-range-problem")).to_contain_text("to a greater one")
+    expect(page.locator("#map-x-from")).to_have_attribute("aria-invalid", "true")
+    page.fill("#map-x-from", "0.1")
+    page.keyboard.press("Tab")
+    expect(page.locator("#map-range-problem")).to_have_text("")
+    assert page.evaluate("document.activeElement.id") == "map-x-to"  # Tab leads on, though the map is another
+    until(page, "location.hash.includes('xr=0.1:0.9')")
+    page.wait_for_selector("#map[data-fine='200']")
+    page.fill("#map-x-from", "-3")
+    page.fill("#map-x-to", "5")
+    page.keyboard.press("Tab")
+    expect(page.locator("#map-status")).to_contain_text("restitution: expected a number from 0 to 1")
+    left, right = (0.25, 0.85)  # the axes are those of the new range: the map of the range before has no place in them
+    colours = page.locator("#map").evaluate(
+        """(canvas, shares) => shares.map((share) => [...canvas.getContext("2d")
+             .getImageData(share * canvas.width, 0.8 * canvas.height, 1, 1).data].join())""",
+        [left, right],
+    )
+    assert colours[0] == colours[1]
+
+
+def test_the_design_dragged_out_of_the_map_stays_at_its_edge(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.wait_for_selector("#map[data-fine='200']")
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] + 150, box["y"] + 0.5 * box["height"], steps=3)
+    page.mouse.up()
+    until(page, "document.querySelector('#map').dataset.design.startsWith('0.9,')")
+
+
+# --- orbits
+
+
+@pytest.mark.parametrize("desk", [{"viewport": {"width": 1360, "height": 1700}}], indirect=True)
+def test_a_slider_moves_the_curve_the_table_and_the_circle(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    expect(page.locator("#orbit-table tbody tr")).to_have_count(2)
+    expect(page.locator("#orbit-table")).to_contain_text("yes")
+    charts = [f"#panel-orbits .grid .card:nth-child({i}) figure > canvas" for i in (1, 2, 3, 4)]
+    for chart in charts:
+        page.wait_for_selector(f"{chart}[data-drawn]")
+    page.wait_for_timeout(600)
+    before = [ink(page, chart) for chart in charts]
+    slide(page, "restitution", 0.45)
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    for chart, old in zip(charts, before, strict=True):
+        page.locator(chart).scroll_into_view_if_needed()  # out of sight it would not be painted
+        until(page, f"document.querySelector('{chart}').dataset.drawn > 1")
+        deadline = time.monotonic() + WAIT / 1000
+        while ink(page, chart) == old and time.monotonic() < deadline:
+            page.wait_for_timeout(50)
+        assert ink(page, chart) != old, chart
+    slide(page, "load_factor", 1.1)
+    expect(page.locator("#verdict")).to_have_text("No steady motion")
+    expect(page.locator("#reason")).to_contain_text("load factor")
+
+
+def test_the_orbits_equal_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=orbits&machine=hydraulic-drifter")
+    orbits = steady_json(capsys, "hydraulic-drifter")["periods"][0]["orbits"]
+    rows = page.locator("#orbit-table tbody tr")
+    expect(rows).to_have_count(len(orbits))
+    expect(page.locator("#orbit-table")).not_to_contain_text("…")
+    for row, orbit in zip(rows.all(), orbits, strict=True):
+        _, phase, possible, reason, rhythm, ringing, _, _ = (cell.inner_text() for cell in row.locator("td").all())
+        assert float(phase.split()[0]) == pytest.approx(orbit["phase"], abs=6e-4)
+        assert possible.startswith("yes" if orbit["admissible"] else "no")
+        assert reason == orbit["reason"]
+        for text, name in ((rhythm, "margin_rhythm"), (ringing, "margin_ringing")):
+            assert float(text.replace("−", "-")) == pytest.approx(orbit[name], abs=6e-4)
+    shown = knows(page, "state.js:chosen()")
+    values = [complex(*pair) for pair in shown["quick"]["multipliers"]["values"]]  # what the unit circle draws
+    truth = orbits[shown["number"] - 1]["multipliers"]["moduli"]
+    assert sorted(map(abs, values), reverse=True) == pytest.approx(truth, abs=1e-9)
+
+
+def test_a_motion_that_does_not_strike_has_no_blow(browser: Browser, tmp_path: Path) -> None:
+    """No negative speed and no negative stress: a bar so soft that its end would be leaving the wall."""
+    (tmp_path / "soft.toml").write_text(
+        '[bar]\nlength = "1 m"\ndiameter = "50 mm"\ndamping_ratio = 0.001\n[contact]\nrestitution = 0.21\n[load]\n'
+        'kind = "harmonic"\nmean = "25 kN"\namplitude = "100 kN"\nfrequency = "3267 Hz"\n',
+        encoding="utf-8",
+    )
+    with served(str(tmp_path / "soft.toml")) as address:
+        page = Desk(browser, address).open("panel=orbits&orbit=1")
+        expect(page.locator("#headline")).to_contain_text("the end does not strike forward")
+        figures = dict(zip(*(page.locator(f"#headline {tag}").all_inner_texts() for tag in ("dt", "dd")), strict=True))
+        for name in ("blow energy", "striking speed", "percussive power", "peak stress"):
+            assert figures[name].startswith("–"), name
+        assert float(figures["rhythm margin"].replace("−", "-")) < 1.0
+        rows = page.locator("#orbit-table tbody tr")
+        expect(rows.first).to_contain_text("no: does not strike forward")
+        page.context.close()
+
+
+def test_choosing_the_other_motion_changes_the_headline(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    expect(page.locator("#verdict")).to_have_text("Stable")
+    page.locator("#orbit-table tbody button").first.click()
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    expect(page.locator("#orbit-about")).to_contain_text("Motion 1")
+
+
+def test_a_chart_can_be_enlarged(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    page.get_by_role("button", name="Enlarge: The load").click()
+    expect(page.locator("#zoom .main-svg").first).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#zoom")).not_to_be_visible()
+
+
+# --- blow
+
+
+def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=blow&machine=laboratory-striker")
+    assert main(["blow", "laboratory-striker"]) == 0
+    assert " ".join(blown(page).split()) in " ".join(capsys.readouterr().out.split())
+    frame = "Number(document.querySelector('#blow-stage').dataset.frame)"
+    until(page, f"{frame} > 3")  # it plays by itself
+    page.click("#blow-play")
+    expect(page.locator("#blow-play")).to_have_text("Play")
+    page.locator("#blow-scrub").evaluate("s => { s.value = 40; s.dispatchEvent(new Event('input')); }")
+    before = ink(page, "#blow-stage")
+    page.click("#blow-forth")
+    assert page.evaluate(frame) == 41
+    assert ink(page, "#blow-stage") != before
+    page.locator("#panel-blow").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(frame) == 40
+    assert ink(page, "#blow-stage") == before
+    page.keyboard.press("Space")
+    expect(page.locator("#blow-play")).to_have_text("Pause")
+    until(page, f"{frame} > 45")
+    expect(page.locator("#blow-stage")).to_have_attribute("aria-label", re.compile("A blow of"))
+    assert "J (" in page.locator("#blow-energies").inner_text()
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_slider_of_the_blow_changes_its_picture_and_then_the_case(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=mini-breaker")
+    before = blown(page)
+    page.locator("#blow-scrub").evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    drawn = ink(page, "#blow-stage")
+    slider = page.locator("#blow-slide-tool-sections-0-diameter")
+    slider.evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    until(page, "document.querySelector('#blow-stage').dataset.wait !== undefined")
+    assert ink(page, "#blow-stage") != drawn
+    expect(slider).to_have_attribute("aria-valuetext", re.compile("^60"))
+    until(page, "location.hash.includes('tool.sections')")
+    until(page, f"document.querySelector('#blow-sentence').textContent !== {json.dumps(before)}")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(slider).to_have_attribute("aria-valuetext", re.compile(r"^60\.2"))
+
+
+def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=pneumatic-jackleg")
+    assert "to the wall" in blown(page)
+    expect(page.locator("#blow-notes")).to_contain_text("the bar strikes a rigid wall", ignore_case=True)
+    page.select_option("#blow-struck", "rock")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")
+    expect(page.locator("#blow-slide-rock-stiffness")).to_be_visible()
+    page.select_option("#blow-struck", "infinite")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rod")
+    page.select_option("#blow-struck", "none")
+    expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
+
+
+def test_the_tool_of_a_machine_comes_back_after_a_wall(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=stepped-drifter")
+    before = blown(page)
+    for struck, words in (("infinite", "into the rod"), ("wall", "to the wall"), ("rock", "into the rock")):
+        page.select_option("#blow-struck", struck)
+        expect(page.locator("#blow-sentence")).to_contain_text(words)
+    assert page.locator("#blow-sentence").inner_text() == before
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_the_blow_is_in_sight_while_its_sliders_are_moved(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=stepped-drifter")
+    blown(page)
+    slider = page.locator("#blow-sliders input").last
+    slider.focus()
+    box, picture = slider.bounding_box(), page.locator("#blow-stage").bounding_box()
+    assert box is not None and picture is not None
+    assert picture["y"] >= 0.0 and picture["y"] + picture["height"] <= box["y"]
+    assert box["y"] + box["height"] <= 900.0
+
+
+def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    plain = "panel=blow&system.s=20&system.d=0.005&system.restitution=0.4&load.kind=harmonic&load.mean=0.6"
+    page = desk.open(f"{plain}&load.amplitude=1&tool.impedance=1.5")
+    assert "into the rod" in blown(page)
+    expect(page.locator("#blow-scale")).to_contain_text("impedance")
+    page.locator("#blow-slide-tool-impedance").evaluate("s => { s.value = 3; s.dispatchEvent(new Event('input')); }")
+    until(page, "location.hash.includes('tool.impedance=3')")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', -1))")
+    expect(page.locator("#blow-problem")).to_contain_text("tool.impedance: expected a finite number greater than 0")
+    expect(page.locator("#blow-problem")).to_contain_text("the case before")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', 2))")
+    expect(page.locator("#blow-problem")).to_have_text("")
+
+
+def test_the_motion_says_that_its_contact_takes_no_time(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    page.get_by_role("button", name="See one blow by its waves").click()
+    expect(page.locator("#panel-blow")).to_be_visible()
+    assert "into the rock" in blown(page)
+
+
+def test_a_thick_piston_strikes_more_than_once(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    for number, says in ((1, "63.1 J"), (3, "in 4 contacts")):
+        scene(page, 7, number)
+        expect(page.locator("#blow-sentence")).to_contain_text(says)
+    page.locator("#blow-slide-bar-diameter").evaluate("s => { s.value = 24; s.dispatchEvent(new Event('input')); }")
+    expect(page.locator("#blow-sentence")).not_to_contain_text("contacts")
+
+
+# --- machine
+
+
+def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-drifter")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
+    assert figure(page, "blow energy") == "301.1J"
+    assert float(figure(page, "striking speed").removesuffix("m/s")) == pytest.approx(
+        si["impact_velocity_m_s"], rel=1e-3
+    )
+    assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=1e-3)
+    assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=1e-3)
+    until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
+    expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
+    page.click("#machine-play")
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    drawn = []
+    for part in (0, 350, 700):
+        page.locator("#machine-scrub").evaluate(
+            "(s, part) => { s.value = part; s.dispatchEvent(new Event('input')); }", part
+        )
+        drawn.append(ink(page, "#machine-stage"))
+    assert len(set(drawn)) == 3
+    expect(page.locator("#machine-charts canvas").first).to_have_attribute("data-drawn", re.compile(r"\d"))
+    expect(page.locator("#machine-changes tr")).to_have_count(7)  # margins and what changes it come later
+    expect(page.locator("#machine-facts")).to_contain_text("Margins, of a rigid piston")
+    expect(page.locator("#machine-facts")).to_contain_text("What changes it, with 32 elastic modes")
+    said = "blow rate over the pressure: 32 elastic modes, now, rigid piston, now, 32 elastic modes"
+    expect(page.locator(f"#machine-charts canvas[aria-label='{said}']")).to_have_count(1)
+    expect(page.locator("#reason")).to_contain_text("It starts from rest on the tool")
+    page.locator("#panel-machine").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("Space")
+    expect(page.locator("#machine-play")).to_have_text("Pause")
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-breaker")
+    driven(page)
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    rate, drawn = figure(page, "blows a minute"), ink(page, "#machine-stage")
+    slide(page, "load-ports-0-behind", 70)  # the short stroke
+    driven(page)
+    assert float(rate) == pytest.approx(567, abs=1) and float(figure(page, "blows a minute")) > 700
+    assert ink(page, "#machine-stage") != drawn
+    until(page, "location.hash.includes('load.ports=')")
+    slide(page, "load-pressure", 80)
+    expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
+    expect(page.locator("#machine-sentence")).to_contain_text(
+        re.compile(r"force at the wall 2\.4\d* kN, which must be below 0 N")
+    )
+    expect(page.locator("#machine-obstacle")).to_contain_text("What would be needed: make the return force pull")
+    expect(page.locator("#machine-play")).to_be_hidden()
+    slide(page, "load-pressure", 200)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    expect(page.locator("#machine-play")).to_be_visible()
+    slide(page, "contact-restitution", 0)
+    driven(page)
+    assert knows(page, "state.js:data.tables.contact.restitution") == 0
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")
+    driven(page)
+    expect(page.locator("#machine-start-position")).to_be_hidden()
+    page.click("#machine-of-start")
+    page.wait_for_selector("#machine-stage[data-label='runs 1/1']")
+    expect(page.locator("#machine-sentence")).to_contain_text("From this start the machine runs 1/1: 3.751 kJ")
+    expect(page.locator("#machine-start-position")).to_have_value("-39 mm")
+    assert knows(page, "state.js:view.machineShow") == "start"
+    page.fill("#machine-start-position", "39 mm")
+    page.press("#machine-start-position", "Enter")
+    expect(page.locator("#machine-start-problem")).to_contain_text("the bar is on the negative side")
+    page.click("#machine-start-draw")
+    until(page, f"{STATE}(({{ data }}) => data.tables.start.position < 0)")
+    assert knows(page, "state.js:data.tables.start.velocity").endswith(" m/s")
+    expect(page.locator("#machine-start-problem")).to_be_empty()
+    page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
+    slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
+    page.wait_for_selector("#machine-stage:not([data-label^=runs])")
+    expect(page.locator("#machine-play")).to_be_visible()
+    page.click("#machine-of-cycle")
+    expect(page.locator("#machine-play")).to_be_hidden()
+
+
+def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
+    ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
+    load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
+    page = desk.open(f"panel=machine&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
+    driven(page)
+    speed = math.sqrt(2.0 * 2.2 / (1.0 - 0.2**2))
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    slide(page, "load-states", 2)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
+    assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=2e-3)
+    page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
+    driven(page)
+    expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^1"))
+    slide(page, "load-states", 0.25)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
+
+
+def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=mini-breaker")
+    expect(page.locator("#machine-clocked")).to_contain_text("This case is clocked")
+    expect(page.locator("#machine-stage")).to_be_hidden()
+    page.click("#machine-open")
+    expect(page.locator("#machine-clocked")).to_be_hidden()
+    driven(page)
+    expect(page.locator("#machine")).to_have_value("valve-breaker")
+    for name in ("orbits", "motion", "report", "experiment"):  # they say so, each in a sentence
+        page.click(f"#tab-{name}")
+        expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
+        assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
+            "all => all.every(one => one.offsetParent === null)"
+        )
+    page.locator("#panel-experiment .own button").click()
+    expect(page.locator("#machine-stage")).to_be_visible()
+    page.click("#tab-blow")
+    assert "A blow of" in blown(page)
+    page.click("#tab-motion")
+    page.select_option("#machine", "mini-breaker")
+    moved(page)
+    expect(page.locator("#panel-motion > .own")).to_be_hidden()
+    expect(page.locator("#slide-load_factor")).to_be_visible()
+
+
+def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=case&machine=heavy-breaker")
+    page.select_option("#field-load-kind", "valve")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("mm$"))
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    rate = float(figure(page, "blow rate").removesuffix("Hz"))
+    page.fill("#field-load-ports-0-behind", "-3 mm")
+    expect(page.locator("#field-load-ports-0-behind-problem")).to_contain_text("greater than 0")
+    page.fill("#field-load-ports-0-behind", "200 mm")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    assert float(figure(page, "blow rate").removesuffix("Hz")) != rate
+    page.click("#form-plain")
+    expect(page.locator("#field-load-states-power")).to_be_visible()
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    page.click("#form-si")
+    until(page, f"{STATE}(({{ data }}) => data.machine?.units === 'SI')")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("m$"))
+    page.select_option("#field-load-kind", "square")
+    expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
+    expect(page.locator("#slide-kappa")).to_be_visible()
+
+
+def test_the_lesson_of_the_valve(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    scene(page, 8, 1)
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    speed = float(figure(page, "striking speed"))
+    scene(page, 8, 3)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=2e-3)
+    expect(page.locator("#reason")).to_contain_text(re.compile("a disturbance (39|40)"))
+    scene(page, 8, 4)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.8)
+    driven(page)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.95)
+    driven(page)
+    expect(page.locator("#verdict")).to_contain_text("Double blow")

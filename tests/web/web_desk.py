@@ -1,0 +1,159 @@
+"""A desk at the workbench for the tests of the page: a real `percuss serve`, a real browser, what both have said."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, ConsoleMessage, Page, expect
+
+from percuss.cli import main
+
+PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "report", "experiment", "lessons")
+WAIT = 60_000  # milliseconds, on a machine that does other things as well
+STATE = "import('/static/state.js').then"
+
+expect.set_options(timeout=WAIT)
+
+
+@contextmanager
+def served(*options: str, **environment: str) -> Iterator[str]:
+    """The address of a running `percuss serve`."""
+    command = [sys.executable, "-m", "percuss", "serve", "--port", "0", "--no-browser", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        found = re.search(r"http://[^/\s]+/", line)
+        threading.Thread(target=process.stdout.read, daemon=True).start()
+        try:
+            assert found, f"percuss serve said {line!r}"
+            yield found[0]
+        finally:
+            process.terminate()
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()  # else the suite would wait for ever
+                raise
+
+
+def until(page: Page, true: str, timeout: int = WAIT) -> None:
+    """Until a JavaScript expression is true; the page's policy stops Playwright's own way of waiting for one."""
+    end = time.monotonic() + timeout / 1000
+    while not page.evaluate(true):
+        assert time.monotonic() < end, f"never: {true}"
+        page.wait_for_timeout(20)
+
+
+class Desk:
+    """A page with what it did: the addresses it asked for, what the console said."""
+
+    def __init__(self, browser: Browser, server: str, **context: Any) -> None:
+        context = {"viewport": {"width": 1360, "height": 900}, "reduced_motion": "no-preference", **context}
+        self.context = browser.new_context(**context)
+        self.page: Page = self.context.new_page()
+        self.page.set_default_timeout(WAIT)
+        self.server = server
+        self.asked: list[str] = []
+        self.said: list[str] = []
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.on("console", self._heard)
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+
+    def _heard(self, message: ConsoleMessage) -> None:
+        ours = "getImageData" in message.text  # a remark on what `ink` does, not on the page
+        if message.type in ("error", "warning") and not ours:
+            self.said.append(message.text)
+
+    def open(self, words: str) -> Page:
+        self.page.goto("about:blank")  # else only the fragment would change
+        self.page.goto(f"{self.server}#{words}")
+        self.answered()
+        return self.page
+
+    def answered(self) -> None:
+        """Until the full answer of the case has come."""
+        until(self.page, "document.documentElement.dataset.ready === '1'")
+        until(self.page, "document.querySelector('#headline .badge') !== null")
+
+
+def figure(page: Page, name: str) -> str:
+    """A figure of the headline by its name."""
+    cell = page.locator("#headline .figures div", has=page.locator("dt", has_text=re.compile(f"^{name}$")))
+    return cell.locator("dd").inner_text().replace("\u202f", " ")
+
+
+def slide(page: Page, name: str, value: float) -> None:
+    page.locator(f"#slide-{name}").evaluate(
+        "(input, value) => { input.value = value; input.dispatchEvent(new Event('input', { bubbles: true })); }", value
+    )
+
+
+def ink(page: Page, selector: str) -> int:
+    """How much is drawn on a canvas: a checksum of its pixels."""
+    found: int = page.locator(selector).evaluate(
+        """canvas => {
+          const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+          let sum = 0;
+          for (let i = 0; i < data.length; i += 5) sum = (sum * 31 + data[i]) | 0;
+          return sum;
+        }"""
+    )
+    return found
+
+
+def knows(page: Page, name: str) -> Any:
+    """What a module of the page exports; it is the page's own, not another copy."""
+    module, _, export = name.partition(":")
+    return page.evaluate(f"import('/static/{module}').then(module => module.{export})")
+
+
+def moved(page: Page) -> None:
+    """Until the motion of the case as it is now is drawn."""
+    end = time.monotonic() + WAIT / 1000
+    while page.locator("#stage").get_attribute("data-change") != str(knows(page, "state.js:data.changed")):
+        assert time.monotonic() < end, page.locator("#motion-status").inner_text()
+        page.wait_for_timeout(30)
+
+
+def steady_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    assert main(["steady", *arguments, "--json"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def blown(page: Page) -> str:
+    """The sentence of the blow, once it has come."""
+    until(page, "document.querySelector('#blow-stage').dataset.key !== undefined")
+    expect(page.locator("#blow-sentence")).to_contain_text("A blow of")
+    return page.locator("#blow-sentence").inner_text()
+
+
+def driven(page: Page, modes: int = 32) -> None:
+    """Until the machine of the case as it is now is drawn, with so many modes."""
+    end = time.monotonic() + WAIT / 1000
+    stage = page.locator("#machine-stage")
+    while (stage.get_attribute("data-change"), stage.get_attribute("data-modes")) != (
+        str(knows(page, "state.js:data.changed")),
+        str(modes),
+    ):
+        assert time.monotonic() < end, page.locator("#panel-machine").inner_text()
+        page.wait_for_timeout(30)
+
+
+def scene(page: Page, lesson: int, number: int) -> None:
+    """Open a scene of a lesson, and wait until the headline tells of it."""
+    page.click("#tab-lessons")
+    page.get_by_role("button", name=f"Begin lesson {lesson}").click()
+    page.locator("#lesson-strip .try button").nth(number - 1).click()
+    page.wait_for_timeout(100)
+    expect(page.locator("#verdict")).not_to_have_text(re.compile("…"))
