@@ -90,19 +90,20 @@ def test_a_motion_taken_along_is_lost_where_its_branch_ends() -> None:
             assert not labels & {"chatter/1", "z=1/1"}
 
 
-def test_the_archive_gives_the_same_and_goes_on_where_it_was_broken_off(found: Diagram, tmp_path: Path) -> None:
-    place = tmp_path / "d.zarr"
-    asked = {**SMALL, "up_to": (2, 1), "archive": place}
+def test_the_archive_gives_the_same_and_goes_on_where_it_was_broken_off(tmp_path: Path) -> None:
+    place, along = tmp_path / "d.zarr", "mean=0.6:1:4"
+    asked = {**SMALL, "up_to": (1, 1), "searched": 1, "switch": 0}
+    whole = diagram(RIGID, along, **asked)
     with pytest.raises(Interrupted) as stopped:
-        diagram(RIGID, "mean=0.5:1:12", **asked, progress=lambda progress: progress.done >= 3)
+        diagram(RIGID, along, **asked, archive=place, progress=lambda progress: progress.done >= 3)
     partial = stopped.value.partial
     assert isinstance(partial, Diagram)
     assert 0.0 < partial.done < 1.0
-    again = diagram(RIGID, "mean=0.5:1:12", **asked, resume=True)
+    again = diagram(RIGID, along, **asked, archive=place, resume=True)
     with Archive.open(place) as archive:
         kept = archive.result()
     for other in (again, kept):
-        assert _told(other) == _told(found)
+        assert _told(other) == _told(whole)
 
 
 def _told(one: Diagram) -> list[Any]:

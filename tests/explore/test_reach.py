@@ -26,7 +26,7 @@ def stable(system: System) -> PeriodicOrbit | None:
     return next((one for one in every if one.admissible and orbit_multipliers(one).stable), None)
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.floats(0.05, 0.9), st.floats(0.3, 0.99))
 def test_the_mean_load_reaches_from_the_flip_to_the_fold(restitution: float, share: float) -> None:
     """Closed forms: the fold where p_0 π(1−R)/(1+R) is the amplitude; before it motions that keep striking are lost."""

@@ -28,7 +28,7 @@ grazings, as lines; what happens on them, as marks. After Ctrl-C the answer is w
 
 _EXAMPLES = """\
   percuss diagram pneumatic-jackleg --along load_factor=0.3:1.2 --plot diagram.png
-  percuss diagram case.toml --along "frequency=40 Hz:80 Hz:200" --label 3/2 --show speed,energy --plot diagram.svg
+  percuss diagram case.toml --along "frequency=40 Hz:80 Hz:200" --label 2/2 --show speed,energy --plot diagram.svg
   percuss diagram case.toml --along restitution=0:0.9 --label 4/4 --switch 4 -o diagram.zarr --csv diagram.csv
   percuss diagram case.toml --along restitution=0:0.9 --label 4/4 --switch 4 -o diagram.zarr --resume"""
 
@@ -39,8 +39,8 @@ def _parser() -> Parser:
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--along", metavar="RANGE", required=True, help="a parameter and its range, load_factor=0.3:1.2; with the "
         "number of values to simulate behind it, if not 120")  # fmt: skip
-    add("--label", metavar="P/N", type=typed_label, default="2/2", help="search for orbits with up to so many impacts "
-        "and load periods (default 2/2)")  # fmt: skip
+    add("--label", metavar="P/N", type=typed_label, default="3/3", help="search for orbits with up to so many impacts "
+        "and load periods (default 3/3)")  # fmt: skip
     add("--switch", metavar="DEPTH", type=whole, default=2, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 2)")  # fmt: skip
     add("--searched", metavar="N", type=whole, default=5, help="values at which orbits are searched for (default 5)")

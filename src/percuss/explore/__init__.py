@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
     from percuss.explore.diagrams.diagram import Diagram as Diagram
-    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
     from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.settled import SettledMotion as SettledMotion
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
     from percuss.explore.machine_quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
     from percuss.explore.machine_quantities import STALLS as STALLS
+    from percuss.explore.motion_orbits import orbit_of as orbit_of
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import vary as vary
     from percuss.explore.point_curves.following_points import follow_point as follow_point
@@ -94,7 +95,7 @@ _HOME = {
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
-    "SettledMotion": "diagrams.diagram",
+    "SettledMotion": "diagrams.settled",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
@@ -108,6 +109,7 @@ _HOME = {
     "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_of": "motion_orbits",
     "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
     "reach": "continuation.reaching",

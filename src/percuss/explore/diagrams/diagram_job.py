@@ -13,7 +13,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
 from percuss.explore.diagrams.lines import packed
 from percuss.explore.diagrams.passes import fresh_pass, pass_columns, running_pass
-from percuss.explore.diagrams.tracing import labels_up_to, traced
+from percuss.explore.diagrams.tracing import labels_up_to, of_label, settled_on, traced
 from percuss.explore.family import Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.explore.rough_time import seconds_of_start
@@ -29,13 +29,14 @@ __all__ = ["DEFAULT_RUNS", "DEFAULT_UP_TO", "DEFAULT_VALUES", "DiagramJob", "dia
 DEFAULT_VALUES = 120
 """Values of the parameter at which motions are simulated, unless others are asked for."""
 
-DEFAULT_UP_TO = (2, 2)
+DEFAULT_UP_TO = (3, 3)
 """The greatest label whose branches are traced, unless another is asked for."""
 
 DEFAULT_RUNS = 6
 """Motions that are taken along the values, unless another number is asked for."""
 
 _RANKS = 3  # of the motions at one place that are taken along
+_FINER = 5  # times as many values, at which longer cycles are looked for that simulations settle on
 _ROOM = 1 << 21  # bytes of the branches of a label
 _MOST_PASSES, _MOST_SEARCHED, _MOST_LABELS = 1000, 200, 256
 _SECONDS_OF_BRANCH = 2.0
@@ -44,7 +45,7 @@ _MOST_TRIES, _MOST_DEPTH = 10**6, 16
 
 @dataclass(frozen=True, eq=False)
 class DiagramJob:
-    """What a diagram carries out; see `diagram`. Its items are the labels, then the passes.
+    """What a diagram carries out; see `diagram`. Its items are the labels, the longer cycles, then the passes.
 
     Parameters
     ----------
@@ -89,7 +90,12 @@ class DiagramJob:
     @property
     def size(self) -> int:
         """Number of items."""
-        return len(self.labels) + self.passes
+        return self.traces + self.passes
+
+    @property
+    def traces(self) -> int:
+        """Items that trace branches: one for each label, and one for the longer cycles that simulations settle on."""
+        return len(self.labels) + 1 if self.labels else 0
 
     @property
     def rough_seconds(self) -> float:
@@ -116,6 +122,7 @@ class DiagramJob:
             "along": self.axis.to_json_dict(),
             "family": self.family.describe(),
             "labels": [f"{p}/{n}" for p, n in self.labels],
+            "traces": self.traces,
             "searched": self.searched,
             "switch": self.switch,
             "tries": self.tries,
@@ -168,21 +175,28 @@ class DiagramJob:
             name: np.full(column.shape, column.empty, dtype=column.dtype) for name, column in self.columns.items()
         }
         found["branch_bytes"][...] = found["left_out"][...] = 0
-        if i >= len(self.labels):
-            return found | self._pass(i - len(self.labels), stopped)
+        if i >= self.traces:
+            return found | self._pass(i - self.traces, stopped)
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
+        longer = i == len(self.labels)
+        search = (
+            settled_on(self.labels[-1], self.modes, self.stop, self.seed)
+            if longer
+            else of_label(self.labels[i], self.modes, self.tries)
+        )
         lines = traced(
-            self.family, self.axis.name, (low, high), self._searched(low, high), self.labels[i],
-            modes=self.modes, tries=self.tries, switch=self.switch, stopped=stopped,
+            self.family, self.axis.name, (low, high), self._searched(low, high, _FINER if longer else 1), search,
+            switch=0 if longer else self.switch, stopped=stopped,
         )  # fmt: skip
         data, kept = packed(lines, found["branches"].size)
         found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
         found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept
         return found
 
-    def _searched(self, low: float, high: float) -> list[float]:
-        """The values at which orbits are searched for: the middles of as many parts of the range."""
-        shares = (np.arange(self.searched) + 0.5) / self.searched
+    def _searched(self, low: float, high: float, finer: int) -> list[float]:
+        """The values at which orbits are searched for: the middles of as many parts of the range, or of more."""
+        number = finer * self.searched
+        shares = (np.arange(number) + 0.5) / number
         return [float(value) for value in low + shares * (high - low)]
 
     def _pass(self, number: int, stopped: Callable[[], bool]) -> Columns:

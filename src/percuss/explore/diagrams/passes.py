@@ -105,7 +105,7 @@ def running_pass(
         return found
     settled = None
     for ways in (range(first, len(systems)), range(first - 1, -1, -1)):
-        start = begun if settled is None else settled
+        start: Start | None = begun if settled is None else settled
         for i in ways:
             system = systems[i]
             if stopped() or system is None or start is None:

@@ -1,24 +1,36 @@
-"""The branches of a label: orbits searched for at some values of a parameter, and followed, each branch once."""
+"""Branches over a parameter: orbits found at some values of it and followed, each branch once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from percuss.errors import PercussError
+from percuss.explore.close_returns import orbit_seeds
 from percuss.explore.continuation.following import follow
 from percuss.explore.diagrams.impossible import beyond_the_ends
 from percuss.explore.diagrams.lines import DiagramBranch, line_of, with_new
 from percuss.explore.family import Family
 from percuss.model import System
+from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.sameness import SAME, differences, load_turn
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
-__all__ = ["labels_up_to", "traced"]
+if TYPE_CHECKING:
+    from percuss.simulate import Stop
+
+__all__ = ["Search", "labels_up_to", "of_label", "settled_on", "traced"]
+
+Search: TypeAlias = Callable[[System], Sequence[PeriodicOrbit]]
+"""What finds the orbits of a system."""
 
 _NEAR = 0.3  # rad, by which the times between two points of a branch may be off
 _SAME = 10.0 * SAME
+_MOTIONS = 16  # that are simulated for starts of a search
+_SETTLING = 32  # random starts whose motions are looked at for longer cycles
 
 
 def traced(
@@ -26,14 +38,12 @@ def traced(
     name: str,
     between: tuple[float, float],
     values: Sequence[float],
-    label: tuple[int, int],
+    search: Search,
     *,
-    modes: int,
-    tries: int,
     switch: int,
     stopped: Callable[[], bool],
 ) -> list[DiagramBranch]:
-    """All branches on which an orbit of a label was found at one of the values, and those that begin on them.
+    """All branches on which an orbit was found at one of the values, and those that begin on them.
 
     Parameters
     ----------
@@ -41,10 +51,10 @@ def traced(
         The systems, and which parameter is varied in which range.
     values
         Of the parameter, at which orbits are searched for; in the range.
-    label
-        p and n.
-    modes, tries, switch
-        As for `percuss.steady.orbits` and `percuss.explore.follow`.
+    search
+        What finds them.
+    switch
+        As for `percuss.explore.follow`.
     stopped
         Whether the answer is no longer wanted.
     """
@@ -57,7 +67,7 @@ def traced(
         if stopped():
             break
         try:
-            known = orbits(system(value), *label, modes=modes, tries=tries).orbits
+            known = search(system(value))
         except PercussError:  # there is no such system, or its load does not push
             continue
         for orbit in known:
@@ -73,21 +83,71 @@ def traced(
     return found
 
 
+def of_label(label: tuple[int, int], modes: int, tries: int) -> Search:
+    """The search for the orbits z=p/n, from random times and from simulated motions that nearly come back."""
+
+    def search(system: System) -> Sequence[PeriodicOrbit]:
+        near = orbit_seeds(system, *label, modes=modes, motions=_MOTIONS) if label[0] > 1 else None
+        return orbits(system, *label, modes=modes, tries=tries, near=near).orbits
+
+    return search
+
+
+def settled_on(beyond: tuple[int, int], modes: int, stop: Stop, seed: int) -> Search:
+    """The search for stable orbits longer than those of a label: the cycles that simulations settle on, polished."""
+
+    def search(system: System) -> Sequence[PeriodicOrbit]:
+        from percuss.simulate import Starts, simulate_many
+
+        starts = Starts.random(system, _SETTLING, seed=seed)
+        many = simulate_many(system, starts, modes=modes, stop=stop, keep=MOST_IMPACTS + 1, threads=1)
+        assert many.last_time is not None
+        found: list[PeriodicOrbit] = []
+        cycles = zip(many.cycle_impacts.tolist(), many.cycle_periods.tolist(), many.cycle_kind.tolist(), strict=True)
+        for row, (p, n, kind) in enumerate(cycles):
+            known = p <= beyond[0] and n <= beyond[1]
+            if kind or not 1 <= p <= MOST_IMPACTS or n > MOST_PERIODS or known:
+                continue
+            orbit = _polished(system, many.last_time[row, -p:], n, modes)
+            if orbit is not None and not any(
+                _same(orbit, np.array([other.times])) for other in found if other.label == orbit.label
+            ):
+                found.append(orbit)
+        return found
+
+    return search
+
+
+def _polished(system: System, times: Array, periods: int, modes: int) -> PeriodicOrbit | None:
+    """The orbit at which Newton's method ends from simulated impacts; None for none that is possible."""
+    if not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0.0):
+        return None
+    first = 2.0 * np.pi * np.floor(times[0] / (2.0 * np.pi))
+    try:
+        orbit = orbit_near(system, times - first, periods, modes=modes)
+    except PercussError:
+        return None
+    return orbit if orbit is not None and orbit.admissible else None
+
+
 def _is_on(line: DiagramBranch, value: float, orbit: PeriodicOrbit) -> bool:
     """Whether a branch goes through an orbit: the points beside it say where to look for the one that it has there."""
     if not line.possible or (line.impacts, line.periods) != (orbit.impacts, orbit.periods):
         return False
-    turn = load_turn(orbit.system.load)
-    times = np.array(orbit.times)
     for near in line.times_at(value):
-        if float(np.abs(differences(times, near[None, :], orbit.period, turn)).max(axis=-1).min()) > _NEAR:
+        if not _same(orbit, near[None, :], _NEAR):
             continue
         own = orbit_near(orbit.system, near, orbit.periods, modes=orbit.modes)
-        if own is not None:
-            other = np.array([own.times])
-            if float(np.abs(differences(times, other, orbit.period, turn)).max(axis=-1).min()) < _SAME:
-                return True
+        if own is not None and _same(orbit, np.array([own.times])):
+            return True
     return False
+
+
+def _same(orbit: PeriodicOrbit, times: Array, near: float = _SAME) -> bool:
+    """Whether an orbit has given times, shape (1, p), but for its first impact and whole load periods."""
+    turn = load_turn(orbit.system.load)
+    off = np.abs(differences(np.array(orbit.times), times, orbit.period, turn)).max(axis=-1)
+    return float(off.min()) < near
 
 
 def labels_up_to(up_to: tuple[int, int]) -> Iterator[tuple[int, int]]:
