@@ -629,7 +629,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "steady.rest_cycles": (steady.rest_cycles, {"system": SYSTEM, "modes": 0, "most": 2}, {}),
         "steady.FoundRestCycles.labelled": (
-            steady.rest_cycles(SYSTEM, modes=0, most=2).labelled, {"label": "chatter/1"}, {"label": {"text", "number in quotes"}},
+            steady.rest_cycles(SYSTEM, modes=0, most=2).labelled, {"label": "chatter/1"}, {"label": TEXT},
         ),
         "steady.parameter_column": (
             steady.parameter_column, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9},
@@ -1003,6 +1003,9 @@ def table(folder: Path) -> dict[str, Entry]:
             room_of_cases.orbits_answer,
             {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
             {"modes": OPTIONAL},
+        ),
+        "case.rest_cycles_answer": (
+            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
             room_of_cases.branch_answer,
