@@ -930,6 +930,10 @@ def table(folder: Path) -> dict[str, Entry]:
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
         ),
+        "explore.switched_seeds": (
+            explore.switched_seeds,
+            {"system": SYSTEM, "impacts": 3, "periods": 1, "modes": 4, "reach": 0.01, "tries": 1}, {"reach": REAL},
+        ),
         "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
             explore.orbit_seeds,
@@ -1001,7 +1005,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False},
             {"modes": OPTIONAL},
         ),
         "case.rest_cycles_answer": (
