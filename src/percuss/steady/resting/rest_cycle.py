@@ -147,7 +147,7 @@ class FoundRestCycles(Shown):
         All phases at which the load lets go of a bar at rest; shape (K,).
     leads_to
         Of each of them the number of the cycle, from 0, that a bar let go there ends in; −1 where it does not come back
-        to a release within the load periods that were allowed. Shape (K,).
+        to a release within the load periods that were allowed, or rounding decides when. Shape (K,).
     """
 
     system: System

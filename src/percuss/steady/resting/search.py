@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.model import System
 from percuss.model.checks import count, instance
 from percuss.steady.resting.chain import Chain, chain_from
@@ -18,6 +19,8 @@ __all__ = ["MOST_PERIODS", "Way", "rest_cycles", "way_from"]
 MOST_PERIODS = 256
 _MOST_MODES = 4096
 _MOST_RELEASES = 256
+_LATER = 1e-13  # rad, by which rounding may be late
+_SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
 TURN = 2.0 * math.pi
 
 
@@ -57,14 +60,26 @@ def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float
     return Way(swing, releases, releases[number], most)
 
 
+def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
+    """… which is no return where a bar that is let go hardly later comes back at another time."""
+    way = way_from(swing, releases, number, most)
+    if way.next < 0 or way.end - releases[number] < _SHORT:
+        return way
+    other = Way(swing, releases, releases[number] + _LATER, most)
+    if (other.next, other.end) != (way.next, way.end):
+        way.next = -1
+    return way
+
+
 def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRestCycles:
     """All periodic motions that rest on the wall for a part of every cycle.
 
     A bar that rests has forgotten how it came there, and leaves undeformed and from rest at a phase at which the load
     begins to pull. There are finitely many of these, so that following the bar from each of them to its next rest finds
-    every such motion; no guess is needed, and none can be missed but those with more load periods than allowed. The bar
-    comes to rest where infinitely many impacts have piled up in finite time (complete chatter), or with R = 0 at the
-    first impact under a load that pushes. The conventions of rest and release are those of the simulation.
+    every such motion; no guess is needed, and none can be missed but those with more load periods than allowed and
+    those whose length rounding decides. The bar comes to rest where infinitely many impacts have piled up in finite
+    time (complete chatter), or with R = 0 at the first impact under a load that pushes. The conventions of rest and
+    release are those of the simulation.
 
     Parameters
     ----------
@@ -80,7 +95,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
     ParameterError
-        For numbers out of range.
+        For numbers out of range; for a body that is held, on which the load alone does not tell the force at the wall.
 
     References
     ----------
@@ -96,6 +111,8 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     chatter/1 2.498091545 6.018157846
     """
     instance("system", system, System)
+    if not system.body.is_free:
+        raise ParameterError("body", system.body.kind, "a free body: what holds another presses it on the wall, too")
     kept = count("modes", modes, least=0, most=_MOST_MODES)
     longest = count("most", most, most=MOST_PERIODS)
     swing = Swing(system, kept)
@@ -108,7 +125,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
         here = start
         while here not in leads_to and here not in path:
             path.append(here)
-            ways[here] = way_from(swing, releases, here, TURN * longest)
+            ways[here] = _sure_way(swing, releases, here, TURN * longest)
             here = ways[here].next
         if here in path:
             cycle = _cycle(swing, releases, ways, path[path.index(here) :])
