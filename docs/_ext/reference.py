@@ -138,6 +138,8 @@ _VALUES: list[tuple[Any, str]] = [
     (valve_tables.PlainSupply, "table"),
     (valve_tables.Reads, '`"centre"` or number'),
     (values.Mass, "mass"),
+    (values.NumberOrStiffness, "stiffness"),
+    (values.NumberOrDashpot, "dashpot"),
     (values.Stiffness, "stiffness"),
     (values.Flow, "flow"),
     (values.Compliance, "compliance"),

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
+from percuss.case.answers.case_reach import reach_in_words
 from percuss.case.answers.first_lines import name_of, summary_of
-from percuss.case.answers.reach_in_words import reach_in_words
+from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.timed_in_words import ENDED, law_in_words, timed_in_words
 from percuss.neutral import neutral
 from percuss.steady.si import CARDS, REPORTED
@@ -209,6 +210,8 @@ def _simulated(answer: SimulationAnswer) -> str:
         ("impacts", str(motion.impacts)),
         ("impacts per load period", _text(summary.blow_rate)),
     ]
+    if answer.orbit is not None:
+        rows.insert(1, ("orbit", orbit_in_words(answer.orbit)))
     if summary.si is None:
         rows += [
             ("mean striking speed", _text(summary.impact_velocity)),

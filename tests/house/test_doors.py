@@ -890,6 +890,7 @@ def table(folder: Path) -> dict[str, Entry]:
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
         ),
+        "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
             explore.orbit_seeds,
             {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1}, {},

@@ -10,10 +10,12 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-from percuss.case import branch_answer, load_case, orbits_answer
+from percuss.case import branch_answer, diagram_answer, load_case, orbits_answer
+from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
 from percuss.case.file_format.plain_tables import case_of
-from web_client import Client
+from percuss.web import Limits, Settings
+from web_client import Client, events
 
 RIGID = {
     "system": {"s": 5.0, "d": 0.0, "restitution": 0.5},
@@ -24,7 +26,7 @@ MEAN = {"name": "mean", "from": 0.3, "to": 1.2}
 
 @pytest.fixture(scope="module")
 def client() -> Client:
-    return Client()
+    return Client(Settings(limits=Limits(seconds=300.0)))  # on a machine on which the kernels are not compiled, too
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +49,8 @@ def test_the_motion_at_every_place_of_a_branch_has_its_impacts(client: Client, f
         rows, periods = branch["branch"], int(branch["label"].split("/")[1])
         for i in range(1, len(rows["value"]) - 1, 5):
             asked = {"case": RIGID, "name": "mean", "modes": 0, "frames": 90, "periods": periods}
-            header, arrays = client.arrays(
-                "/api/follow/motion", {**asked, "periods": periods, "modes": 0, "frames": 90}
-            )
+            place = {"value": rows["value"][i], "times": rows["times"][i]}
+            header, arrays = client.arrays("/api/follow/motion", {**asked, **place})
             assert header["label"] == branch["label"] and header["orbit"]["admissible"]
             assert header["orbit"]["stable"] == rows["stable"][i]
             assert header["period"] == pytest.approx(2.0 * math.pi * periods)
@@ -99,3 +100,19 @@ def test_what_cannot_be_answered_is_said_by_its_key(client: Client, path: str, w
 def test_a_machine_that_switches_itself_has_no_branches(client: Client) -> None:
     for path, more in (("orbits", {"label": "1/1"}), ("follow", {"along": MEAN})):
         assert client.problems(f"/api/{path}", {"machine": "valve-drifter", **more})[0]["message"]
+
+
+def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) -> None:
+    along = {"name": "mean", "from": 0.6, "to": 0.9}
+    asked = {"case": RIGID, "along": along, "values": 4, "starts": 2, "runs": 1, "modes": 0}
+    found = client.post("/api/diagram", asked)
+    assert found.status_code == 200, found.text
+    told = events(found.text)
+    assert [kind for kind, _ in told] == ["progress", "progress", "done"]
+    case = case_of(RIGID)
+    whole = diagram_answer(case, "mean=0.6:0.9:4", up_to=None, starts=2, runs=1, modes=0, impacts=2000)
+    assert told[-1][1] == diagram_dict(case, whole)
+    assert {one["label"] for one in told[-1][1]["settled"]} >= {"z=1/1"}
+    assert client.problems("/api/diagram", {**asked, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32})
+    assert client.problems("/api/diagram", {**asked, "along": {**along, "name": "what"}})[0]["key"] == "parameter"
+    assert client.problems("/api/diagram", {"machine": "valve-drifter", "along": along})

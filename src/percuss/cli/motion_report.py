@@ -7,9 +7,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.steady_report import system_section
+from percuss.cli.system_section import system_section
 
 if TYPE_CHECKING:
     from percuss.case import SimulationAnswer
@@ -129,6 +130,8 @@ def _motion_section(answer: SimulationAnswer) -> Section:
         ("ended", f"{_OUTCOMES[motion.outcome]} ({motion.outcome})"),
         ("label", f"{motion.label}, {_tolerance(motion)}"),
     ]
+    if answer.orbit is not None:
+        rows.append(("orbit", orbit_in_words(answer.orbit)))
     rows += [("warning", warning) for warning in answer.warnings]
     return Section("Motion", tuple(rows))
 

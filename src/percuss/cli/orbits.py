@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["run", "typed_label"]
 
+_MOST = 8
+"""Modes that a line names."""
+
 _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
 a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
@@ -113,6 +116,11 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
             for name, tally in one.sources.items()
         ]
         lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
+        if one.resonant_modes:
+            told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
+                ", …" if len(one.resonant_modes) > _MOST else ""
+            )
+            lines.append(("free amplitude", f"of elastic modes {told}, which come back after a cycle by themselves"))
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     total = sum(len(one.orbits) for one in found)
     return Report(

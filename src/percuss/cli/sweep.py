@@ -71,18 +71,20 @@ def _parser() -> Parser:
 
 def _vocabulary() -> str:
     """The parameters and the quantities that there are."""
+    from percuss.explore.load_parameters import LOAD_PARAMETERS
     from percuss.explore.machine_quantities import MACHINE_QUANTITIES
     from percuss.explore.parameters import PARAMETERS, PERIODS
     from percuss.explore.quantities import QUANTITIES
 
     numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
+    loads = ", ".join(f"{word}K ({about})" for word, about in LOAD_PARAMETERS.items())
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     struck = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
     switching = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group == "machine"]
     steady = [name for name in QUANTITIES if name not in (*followed, *struck)]
     paragraphs = (
         "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "
-        f"factor on the load; dimensionless: {numbers}; {PERIODS}, the load periods per impact.",
+        f"factor on the load; dimensionless: {numbers}; {loads}; {PERIODS}, the load periods per impact.",
         f"quantities: {', '.join(steady)}; by simulation: {', '.join(followed)}; of one "
         f"blow by waves, as 'percuss blow' has it: {', '.join(struck)}.",
         "of a piston that switches its own valve, parameters: pressure, states.NAME, chamber.force, chamber.stiffness, "

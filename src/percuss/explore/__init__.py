@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
     from percuss.explore.machine_quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
     from percuss.explore.machine_quantities import STALLS as STALLS
+    from percuss.explore.motion_orbits import orbit_of as orbit_of
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import vary as vary
     from percuss.explore.point_curves.following_points import follow_point as follow_point
@@ -108,6 +109,7 @@ _HOME = {
     "follow_point": "point_curves.following_points",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
+    "orbit_of": "motion_orbits",
     "orbit_seeds": "close_returns",
     "machine_parameters": "valve_parameters",
     "reach": "continuation.reaching",

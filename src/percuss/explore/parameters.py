@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from percuss.errors import ParameterError
+from percuss.explore.load_parameters import LOAD_PARAMETERS, load_parameter
 from percuss.model import Load, Machine, System
 from percuss.model.body import BODIES, DAMPINGS, Body
 from percuss.model.checks import finite, instance, mapping
@@ -128,8 +129,9 @@ def _of_dampings(kind: str) -> Parameter[Any]:
     return replace(own, get=get, put=put, check=check, sets="damping", turn=_BODY)
 
 
-_SHAPE, _SIZE, _MEAN, _FACTOR, _CONTACT, _BODY = range(6)
-"""Turns: the shape of the load before its size, the amplitude before the mean that is measured by it."""
+_SHAPE, _SIZE, _ONE, _MEAN, _FACTOR, _CONTACT, _BODY = range(7)
+"""Turns: the shape of the load before its size, both before one harmonic or step, the amplitude before the mean that is
+measured by it."""
 
 
 def _of_all_bodies() -> dict[str, Parameter[Any]]:
@@ -170,8 +172,24 @@ def _table() -> dict[str, Parameter[System]]:
     return {parameter.name: parameter for parameter in found}
 
 
-PARAMETERS: dict[str, Parameter[System]] = _table()
-"""The dimensionless parameters of systems; `Parameter.check` tells whether a system has one."""
+class _Table(dict[str, Parameter[System]]):
+    """The parameters by name; those of one harmonic or step of the load are made when they are asked for."""
+
+    def __missing__(self, name: str) -> Parameter[System]:
+        made = load_parameter(name, _ONE)
+        if made is None:
+            raise KeyError(name)
+        return made
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and load_parameter(name, _ONE) is not None)
+
+
+PARAMETERS: dict[str, Parameter[System]] = _Table(_table())
+"""The dimensionless parameters of systems; `Parameter.check` tells whether a system has one.
+
+Besides those listed each harmonic of a load has its `amplitude2` and `phase2`, each step its `step1` and `break1`.
+"""
 
 _VALUES = "values of parameters by name, such as {'restitution': 0.5}"
 
@@ -185,9 +203,10 @@ def vary(system: System, values: Mapping[str, float]) -> System:
         For a parameter that is unknown, out of range, or that the system does not have.
     """
     instance("system", system, System)
-    unknown = mapping("values", values, _VALUES).keys() - PARAMETERS.keys()
+    unknown = [name for name in mapping("values", values, _VALUES) if name not in PARAMETERS]
     if unknown:
-        raise ParameterError("parameter", sorted(unknown)[0], f"one of {', '.join(PARAMETERS)}")
+        told = ", ".join(f"{word}K" for word in LOAD_PARAMETERS)
+        raise ParameterError("parameter", sorted(unknown)[0], f"one of {', '.join(PARAMETERS)}, {told}")
     for parameter in sorted((PARAMETERS[name] for name in values), key=lambda parameter: parameter.turn):
         system = parameter.put(system, finite(parameter.name, values[parameter.name]))
     return system

@@ -62,7 +62,7 @@ def gap_condition(system: System, periods: int, modes: int) -> GapCondition | No
     nothing, one = np.zeros(modes), np.ones(modes)
     answer = modal_state(system, period, (nothing, one))
     gamma = system.body.modes(modes, system.load.at).gamma
-    if np.any((answer.divisor == 0.0) & (gamma != 0.0)):
+    if np.any((answer.velocity == 0.0) & (gamma != 0.0)):  # so it is told by `modal_state`
         return None
     moving = gamma * answer.displacement  # γ_n times −(1 + R) c_n
     if isinstance(response, PiecewiseResponse):

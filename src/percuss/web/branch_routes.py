@@ -42,7 +42,7 @@ async def orbits(request: Request, asked: OrbitsAsked) -> Response:
     def work(case: Case, _: Halt) -> dict[str, Any]:
         return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
 
-    return plain_json(await answer_of(request, asked, work))
+    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
 
 
 @router.post("/api/follow", summary="What percuss follow --json answers", responses=PROBLEMS)
@@ -57,7 +57,7 @@ async def follow(request: Request, asked: FollowAsked) -> Response:
         )
         return branch_dict(found)
 
-    return plain_json(await answer_of(request, asked, work))
+    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
 
 
 @router.post(
@@ -74,7 +74,7 @@ async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
         )  # fmt: skip
         return packed(found.header, found.arrays)
 
-    return binary(await answer_of(request, asked, work, kernels="motions"))
+    return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions
 
 
 @router.post("/api/diagram", summary="What simulations settle on over a parameter", responses=STREAM)

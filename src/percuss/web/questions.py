@@ -43,7 +43,7 @@ Values = Annotated[
 ]
 
 _RESTITUTION: dict[str, Any] = {"name": "restitution", "from": 0.0, "to": 0.9, "count": 5}
-_RESTITUTION_RANGE: dict[str, Any] = {"name": "restitution", "from": 0.0, "to": 0.9}
+_RESTITUTION_RANGE: dict[str, Any] = {"name": "restitution", "from": 0.095, "to": 0.12}
 _LOAD_FACTOR: dict[str, Any] = {"name": "load_factor", "from": 0.05, "to": 1.2}
 
 

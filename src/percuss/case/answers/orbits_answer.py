@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.orbit_phases import orbit_at_phases
 from percuss.case.case import Case, checked_case
 from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import json_tables
@@ -17,7 +17,8 @@ from percuss.errors import ParameterError
 from percuss.explore import Axis, follow, orbit_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.model.checks import count, text
-from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits
+from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["branch_answer", "orbits_answer", "parsed_label", "value_of"]
 
 _LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
-_TURN = 2.0 * math.pi
 _CHOICE = "P/N:NUMBER or P/N:phases=1.2,4.5"
 
 
@@ -46,7 +46,8 @@ def parsed_label(label: str) -> tuple[int, int]:
     found = _LABEL.fullmatch(text("label", label, "P/N: impacts and load periods of a cycle"))
     if found is None:
         raise ParameterError("label", label, "P/N: impacts and load periods of a cycle", "for example 2/1")
-    return int(found[1]), int(found[2])
+    impacts = count("impacts", int(found[1]), most=MOST_IMPACTS)
+    return impacts, count("periods", int(found[2]), most=MOST_PERIODS)
 
 
 def orbits_answer(
@@ -178,17 +179,11 @@ def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
 
 
 def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
-    """The orbit near phases, each of them taken as later than the one before."""
+    """The orbit near phases, which are listed in order of time."""
     try:
         given = [float(phase) for phase in phases.split(",")]
     except ValueError:
         raise ParameterError("orbit", orbit, _CHOICE) from None
     if len(given) != label[0]:
         raise ParameterError("orbit", orbit, f"{label[0]} phases, one of each impact")
-    times = given[:1]
-    for phase in given[1:]:
-        times.append(times[-1] + (phase - times[-1]) % _TURN)
-    found = orbit_near(case.system(), times, label[1], modes=modes)
-    if found is None:
-        raise ParameterError("orbit", orbit, "phases near those of an orbit")
-    return found
+    return orbit_at_phases(case.system(), orbit, given, label, modes)

@@ -28,6 +28,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
         "unseen": found.unseen,
         "tries": found.tries,
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
+        "resonant_modes": list(found.resonant_modes),
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
 

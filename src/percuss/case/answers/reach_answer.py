@@ -1,11 +1,11 @@
-"""How far the parameters of a case may move before its motion is lost, and what comes then."""
+"""How far the parameters of a case may move before its motion is lost, and what comes then, in its own units."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from percuss.case.answers.reach_in_words import CaseReach
+from percuss.case.answers.case_reach import CaseReach
 from percuss.case.case import Case, checked_case
 from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily
@@ -129,3 +129,6 @@ def _range(name: str, value: float) -> tuple[float, float]:
         return 0.0, 1.0
     low = 0.0 if short in _FROM_NOTHING else value / _WIDE
     return (low, _WIDE * value) if value > 0.0 else (_WIDE * value, -low)
+
+
+# -- in words --

@@ -5,17 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import heading_dict
 from percuss.case.answers.machine_motion import MachineMotion
+from percuss.case.answers.orbits_json import orbit_dict
 from percuss.case.answers.simulation_json import motion_dict
 from percuss.case.answers.told_motion import ToldMotion
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import callback, count, positive
 from percuss.simulate import Stop, Trajectory
+from percuss.stability import orbit_multipliers
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import MachineTrajectory, Progress, Summary
+    from percuss.steady import PeriodicOrbit
 
 __all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
 
@@ -56,6 +60,13 @@ class SimulationAnswer(ToldMotion):
         """Means over the settled part of the motion."""
         return self.motion.summary
 
+    @cached_property
+    def orbit(self) -> PeriodicOrbit | None:
+        """The periodic orbit that the motion has settled on, see `percuss.explore.orbit_of`; or None."""
+        from percuss.explore import orbit_of  # loads the compiler
+
+        return orbit_of(self.motion)
+
     @property
     def history(self) -> HistoryReport | None:
         """What was found in the recording, or None when the load is a formula or the motion comes from a file."""
@@ -68,7 +79,9 @@ class SimulationAnswer(ToldMotion):
 
     def _told(self, last: int | None) -> dict[str, Any]:
         heading = heading_dict(self.name, self.title, self.system, self.notes)
-        return {**heading, **motion_dict(self.motion, self.warnings, last)}
+        found = self.orbit
+        orbit = None if found is None else orbit_dict(found, orbit_multipliers(found).values)
+        return {**heading, **motion_dict(self.motion, self.warnings, last), "orbit": orbit}
 
 
 def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:

@@ -32,7 +32,7 @@ from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Happening", "crossings", "end_of"]
+__all__ = ["Happening", "crossings", "end_of", "to_corner"]
 
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
@@ -63,6 +63,7 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
     """
     found = [*_deaths(segment), *_corners(segment, passed), *([] if fresh else _halvings(segment))]
     first = min(found, key=lambda one: one.place) if found else None
+    segment = to_corner(segment, first)
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
     if stays_off(orbit):
@@ -71,6 +72,13 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
             return first
         last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
     return _contact(segment, orbit, last) or first
+
+
+def to_corner(segment: Segment, first: Happening | None) -> Segment:
+    """The part of a segment up to a corner: what is beyond it says nothing about the way there."""
+    if first is None or first.kind is not BranchEvent.CORNER:
+        return segment
+    return Segment(segment.curve, segment.start, first.point)
 
 
 def _happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
@@ -133,7 +141,9 @@ def _corners(segment: Segment, passed: Passed) -> list[Happening]:
 
         before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
         near = _happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
-        found.append(near._replace(point=landed(curve, near.point, i, passed)))
+        point = landed(curve, near.point, i, passed)
+        place = float(segment.start.tangent @ (point.x - segment.start.x))
+        found.append(near._replace(point=point, place=place))
     return found
 
 
@@ -157,19 +167,19 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
     return min(found, key=lambda one: one.place) if found else None
 
 
-def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
-    """Folds, flips and pairs on the unit circle up to a place of a segment, in order.
+def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[Happening]:
+    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
 
     Parameters
     ----------
     segment
         The step.
-    last
-        The place at which it ends.
+    first, last
+        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
     """
-    stop, curve = segment.at(last), segment.curve
+    start, stop, curve = segment.at(first), segment.at(last), segment.curve
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -178,12 +188,12 @@ def crossings(segment: Segment, last: float, fresh: bool) -> list[Happening]:
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    if not fresh and segment.start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(segment.start) * fold(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, 0.0, last)))
-    if flip(segment.start) * flip(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, 0.0, last)))
+    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
+        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
+    if flip(start) * flip(stop) < 0.0:
+        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
     if curve.modes:
-        places = sorted([0.0, *(one.place for one in found), last])
+        places = sorted([first, *(one.place for one in found), last])
         found += [one for low, high in pairwise(places) for one in _pairs(segment, low, high)]
     return sorted(found, key=lambda one: one.place)
 

@@ -11,7 +11,7 @@ import numpy as np
 from percuss.errors import Interrupted, LoadError, PercussError
 from percuss.explore.continuation.corners import beside, is_later, landed, step_ahead, step_row, steps_passed
 from percuss.explore.continuation.dips import may_vanish_twice
-from percuss.explore.continuation.happenings import Happening, crossings, end_of
+from percuss.explore.continuation.happenings import Happening, crossings, end_of, to_corner
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.segment import Segment
@@ -29,6 +29,7 @@ _ASIDE = 0.5  # of a step, by which its end may be beside the tangent
 _FLIGHT = 0.5  # share of a flight by which it may change in a step
 _QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
 _NEAR_LIMIT = 10.0  # steps within which a limit explains why the walk does not go on
+_INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
 _ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
@@ -103,7 +104,7 @@ class _Walker:
         self.size = _FIRST * math.sqrt(curve.impacts)
         self.passed = steps_passed(curve.motion(start.x))
         self.walk = Walk([start], [self._outside(start)])
-        self.ended = False
+        self.ended, self.cornered = False, False
 
     def _outside(self, point: CurvePoint) -> int:
         return unstable(self.curve.motion(point.x))
@@ -124,13 +125,19 @@ class _Walker:
                 if not self.fresh and self.size > _REFINED and may_vanish_twice(segment):
                     raise Strayed("more may happen in the step than its ends show")
                 happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
-                last = segment.length if happening is None else happening.place
-                between = crossings(segment, last, self.fresh)
+                part = to_corner(segment, happening)
+                between = crossings(part, *self._smooth(part, happening), self.fresh)
             except Strayed:
                 continue
             self._went(segment, between, happening, target.limit)
             return
         self._shorter()
+
+    def _smooth(self, segment: Segment, happening: Happening | None) -> tuple[float, float]:
+        """The part of a step between corners."""
+        last = segment.length if happening is None else happening.place
+        corner = happening is not None and happening.kind is BranchEvent.CORNER
+        return _INSIDE * last if self.cornered else 0.0, last * (1.0 - _INSIDE) if corner else last
 
     def _went(
         self, segment: Segment, between: list[Happening], happening: Happening | None, limit: BranchEvent | None
@@ -160,7 +167,7 @@ class _Walker:
         self.walk.unstable.append(self.walk.unstable[-1])
 
     def _arrive(self, point: CurvePoint) -> None:
-        self.here = point
+        self.here, self.cornered = point, False
         self.walk.points.append(point)
         self.walk.unstable.append(self._outside(point))
         self.passed = steps_passed(self.curve.motion(point.x))
@@ -286,7 +293,7 @@ class _Walker:
             return
         turned = tangent[-1] * corner.point.tangent[-1] < 0.0
         kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
-        self.here = CurvePoint(x, tangent, corner.point.steps)
+        self.here, self.cornered = CurvePoint(x, tangent, corner.point.steps), True
         self.walk.happened.append(Happening(kind, corner.place, corner.point, which))
         self.walk.points.append(self.here)
         self.walk.unstable.append(unstable(orbit))

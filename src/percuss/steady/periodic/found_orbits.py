@@ -77,6 +77,12 @@ class FoundOrbits(Shown):
         """z=p/n."""
         return f"z={self.impacts}/{self.periods}"
 
+    @property
+    def resonant_modes(self) -> tuple[int, ...]:
+        """The elastic modes n that come back by themselves after the cycle of a root: internal resonance."""
+        roots = (*self.orbits, *self.rejected)
+        return tuple(sorted({n for root in roots for n in root.resonant_modes}))
+
     def __str__(self) -> str:
         found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
         if self.complete:

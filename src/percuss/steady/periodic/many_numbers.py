@@ -1,7 +1,7 @@
 """det K(ξ) for many ξ at once: every mode is a pole of K(ξ) of rank two, which needs to be looked at only once.
 
-With M_n the map of mode n through the cycle, r_j what the shift of impact j leaves of it a cycle later and R_i how
-its state after the first impact moves the striking end over flight i, K(ξ) is A_0 + ξA_1 + Σ R_i (ξ − M_n)⁻¹ r_j, the
+With M_n the map of mode n through the cycle, r_j what the shift of impact j leaves of it a cycle later and R_i how its
+state after the first impact moves the striking end over flight i, K(ξ) is A_0 + ξA_1 + Σ R_i (ξ − M_n)⁻¹ r_j, the
 column of the first impact ξ times; and (ξ − M)⁻¹ = (ξ + adj)/det(ξ − M) for a 2×2 matrix.
 """
 
@@ -61,7 +61,7 @@ class ManyNumbers(NamedTuple):
         a, b, c, e = self.blocks
         weight = 1.0 / ((xi[:, None] - a) * (xi[:, None] - e) - b * c)
         p = self.steady.shape[0] - 1
-        found = self.steady + xi[:, None, None] * self.turned
+        found: ComplexArray = np.asarray(self.steady + xi[:, None, None] * self.turned, dtype=complex)
         elastic = (xi[:, None] * weight) @ self.first.reshape(-1, p * p) + weight @ self.second.reshape(-1, p * p)
         elastic = elastic.reshape(-1, p, p)
         elastic[:, :, 0] *= xi[:, None]
@@ -93,7 +93,7 @@ def _rows(chain: ImpactChain, passage: Passage) -> Array:
         u, v = (
             tuple(alpha * (a * u[k] + b * v[k]) for k in range(2)),
             tuple(beta * (c * u[k] + e * v[k]) for k in range(2)),
-        )  # type: ignore[assignment]
+        )
     return found
 
 

@@ -78,10 +78,9 @@ const moveOnly = () => data.info && data.moved?.length === 1 && data.moved[0] ==
 const want = settled(() => {
   if (!ready() || data.problems.length || !uptodate()) return;
   const axis = along();
-  wantSettled({ axis, modes: view.bmodes, now: since });
   const begin = beginning();
   const now = JSON.stringify([since, axis.name, axis.from, axis.to, view.begin || [view.m, view.orbit], view.depth, view.bmodes]);
-  if (now === key) return;
+  if (now === key) return simulated();
   if (!begin) return nothing("There is no steady motion to begin with: choose another one under “Other motions”, or move a slider.");
   key = now;
   put(parts.status, "Following …");
@@ -102,6 +101,7 @@ const askBranches = latest(
     const stopped = branches.some(({ points }) => points.some(({ type }) => type === "stopped"));
     put(parts.status, stopped ? "It took too long: this is what was followed so far." : `${modes(question.modes)} Click on a branch, drag along it, or use the arrow keys.`);
     placed();
+    simulated();
     repaint();
   },
   (error, question) => {
@@ -121,7 +121,16 @@ function nothing(words) {
   put(parts.readout);
   put(parts.status, words);
   noMotion("");
+  simulated();
   repaint();
+}
+
+/** Simulations over what the diagram shows, where they are wanted. */
+function simulated() {
+  const { name, unit, from, to } = askedRange(along());
+  const seen = view.alongr || !branches.length ? { from, to } : reached();
+  const range = { from: Math.max(from, seen.from), to: Math.min(to, seen.to) };
+  wantSettled({ name, unit, ...range, modes: view.bmodes, now: since });
 }
 
 /* the orbits of another label */
@@ -194,8 +203,8 @@ const repaint = framed(() => {
   const height = view.up === "phase" ? phaseNow() : chosen()?.quick.impact_velocity;
   const design = now === undefined ? null : { x: now, y: height ?? null };
   const range = view.alongr || !branches.length ? askedRange(axis) : reached(now);
-  const simulated = { dots: settledDots(view.up), heights: settledHeights(view.up) };
-  parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design, simulated));
+  const settled = { dots: settledDots(view.up), heights: settledHeights(view.up) };
+  parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design, settled));
   const { canvas, frame, spec, scale } = parts.chart;
   if (design) canvas.dataset.design = `${design.x}`;
   if (frame) {
@@ -207,7 +216,7 @@ const repaint = framed(() => {
 });
 
 /** How far the branches reach, and the present design, with some room. */
-function reached(now) {
+function reached(now = undefined) {
   const [from, to] = span([branches.flatMap(({ rows }) => rows.map(({ value }) => value)), now === undefined ? [] : [now]], 0.03);
   return { from, to };
 }

@@ -1,7 +1,6 @@
 // What simulations settle on over the parameter of the diagram, as dots below the branches: told while they come in.
 
 import { Refusal, stream } from "./api.js";
-import { askedRange } from "./branches_choices.js";
 import { familyOf, theme } from "./colours.js";
 import { h, put } from "./dom.js";
 import { percent } from "./format.js";
@@ -27,10 +26,10 @@ export function settledRow(repaint) {
   return h("div", { class: "row middle map-status" }, label, parts.bar, parts.words);
 }
 
-/** Simulate for this question, unless that is under way or there; `now` tells questions apart. */
-export function wantSettled({ axis, modes, now }) {
+/** Simulate over a parameter's range, unless that is under way or there; `now` tells cases apart. */
+export function wantSettled({ name, unit, from, to, modes, now }) {
   parts.box.checked = Boolean(view.settled);
-  const wish = view.settled ? JSON.stringify([now, axis.name, axis.from, axis.to, modes]) : "";
+  const wish = view.settled ? JSON.stringify([now, name, from, to, modes]) : "";
   if (wish === key) return;
   key = wish;
   running?.abort();
@@ -39,7 +38,7 @@ export function wantSettled({ axis, modes, now }) {
   parts.bar.hidden = true;
   put(parts.words, "");
   changed();
-  if (wish) simulate({ case: data.tables, along: askedRange(axis), modes, values: VALUES, impacts: IMPACTS }, wish);
+  if (wish) simulate({ case: data.tables, along: { name, unit, from, to }, modes, values: VALUES, impacts: IMPACTS }, wish);
 }
 
 /** Nothing is simulated any more. */
@@ -88,7 +87,7 @@ export function settledDots(up) {
   }
   return [...kinds]
     .filter(([family, { x }]) => families[family] && x.length)
-    .map(([family, { x, y }]) => ({ type: "points", x, y, shape: "dot", size: DOT, colour: families[family].colour, name: `settled: ${families[family].name}` }));
+    .map(([family, { x, y }]) => ({ type: "points", x, y, shape: "dot", size: DOT, under: true, colour: families[family].colour, name: `settled: ${families[family].name}` }));
 }
 
 /** How far the dots reach up. */

@@ -90,21 +90,26 @@ export function paint(pen, spec, frame) {
   pen.beginPath();
   pen.rect(left - 1, top - 1, right - left + 2, bottom - top + 2);
   pen.clip();
+  for (const item of spec.items) if (item.under) marks(pen, item, frame);
   for (const item of spec.items) if (item.type !== "points" && item.type !== "label") draw(pen, item, frame, colours);
   pen.restore();
   for (const item of spec.items) {
-    if (item.type === "points") {
-      for (let i = 0; i < item.x.length; i++) {
-        const x = px(item.x[i]);
-        const y = py(item.y[i]);
-        if (x < left - 1 || x > right + 1 || y < top - 1 || y > bottom + 1 || Number.isNaN(y)) continue;
-        mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour);
-      }
+    if (item.type === "points" && !item.under) {
+      marks(pen, item, frame);
     } else if (item.type === "label") {
       pen.fillStyle = item.colour ?? colours.ink;
       pen.textAlign = item.align ?? "left";
       pen.fillText(item.text, px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
     }
+  }
+}
+
+function marks(pen, item, { left, right, top, bottom, px, py }) {
+  for (let i = 0; i < item.x.length; i++) {
+    const x = px(item.x[i]);
+    const y = py(item.y[i]);
+    if (x < left - 1 || x > right + 1 || y < top - 1 || y > bottom + 1 || Number.isNaN(y)) continue;
+    mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour);
   }
 }
 

@@ -1,0 +1,238 @@
+"""What happens on branches and is rare: twice within a step, closed loops, ends that orbits seldom come to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from percuss import Load, System
+from percuss.errors import PercussError
+from percuss.explore import Branch, BranchEvent, SystemFamily, follow
+from percuss.explore.continuation.indicators import outside, unstable
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.explore.continuation.walking import _Walker
+from percuss.model import External, Kept, Reversed, UniformBar
+from percuss.stability import orbit_multipliers
+from percuss.stability.outside_number import outside_number
+from percuss.steady import PeriodicOrbit, orbit_near, orbits
+
+HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+
+
+@dataclass(frozen=True)
+class Bent:
+    """Systems whose mean load has a least value, `least`, where the parameter is 0."""
+
+    least: float
+
+    def system(self, values: Mapping[str, float]) -> System:
+        return SystemFamily(HAMMER).system({"mean": self.least + values["bent"] ** 2})
+
+    def check(self, names: Mapping[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, Any]:
+        return {}
+
+
+@pytest.fixture(scope="module")
+def straight() -> Branch:
+    """z=2/1 over the mean load: an impact dies, flip, fold, touch."""
+    start = orbit_near(HAMMER, [0.39, 2.32], modes=0)
+    assert start is not None
+    return follow(start, "mean", (0.3, 1.0))
+
+
+def bent(straight: Branch, kind: str, depth: float, value: float, upper: bool) -> tuple[Branch, float]:
+    """The branch through a parameter that goes past a point of a kind by `depth` and comes back, and where it does."""
+    point = straight.at(BranchEvent(kind))[0]
+    family = Bent(point.value - depth)
+    mean = family.least + value**2
+    crossed = np.flatnonzero(np.diff(np.sign(straight.values - mean)))
+    near = straight.times[crossed[-1 if upper else 0]]
+    start = orbit_near(SystemFamily(HAMMER).system({"mean": mean}), near, modes=0)
+    assert start is not None
+    return follow(start, "bent", (-0.4, 0.4), family=family, value=value), math.sqrt(depth)
+
+
+# -- twice within a step ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize(
+    ("kind", "value", "upper"),
+    [("flip", 0.1, False), ("grazing_impact_dies", 0.3, False), ("grazing_touch", 0.3, True), ("fold", 0.0, False)],
+)
+def test_what_happens_twice_is_met_twice(straight: Branch, kind: str, depth: float, value: float, upper: bool) -> None:
+    """However near to each other: at ±√depth of a parameter whose square the mean load follows."""
+    branch, place = loop(straight, depth) if kind == "fold" else bent(straight, kind, depth, value, upper)
+    found = [point.value for point in branch.at(BranchEvent(kind)) if abs(point.value) < 2.0 * place]
+    if BranchEvent(kind).ends:
+        assert np.abs(found) == pytest.approx([place] * len(found), abs=1e-9)
+        assert branch.ends[0].kind.value == kind
+    else:
+        assert sorted(found) == pytest.approx([-place, place], abs=1e-9)
+
+
+def loop(straight: Branch, depth: float) -> tuple[Branch, float]:
+    """A closed branch between two folds."""
+    fold = straight.at(BranchEvent.FOLD)[0]
+    family = Bent(fold.value - depth)
+    index = int(np.argmax(straight.values))
+    near = straight.times[index - 1]
+    start = orbit_near(family.system({"bent": 0.0}), near, modes=0)
+    assert start is not None
+    return follow(start, "bent", (-0.4, 0.4), family=family, value=0.0), math.sqrt(depth)
+
+
+def test_a_closed_branch_ends_at_its_start(straight: Branch) -> None:
+    branch, place = bent(straight, "flip", 1e-2, 0.1, False)
+    assert [end.kind for end in branch.ends] == [BranchEvent.CLOSED] * 2
+    assert [end.value for end in branch.ends] == [0.1, 0.1]
+    assert branch.phases[-1] == pytest.approx(branch.phases[0], abs=1e-12)
+    kinds = [point.kind.value for point in branch.points[1:-1]]
+    assert sorted(kinds) == ["flip", "flip", "fold", "fold"]
+    assert place == pytest.approx(0.1)
+
+
+# -- ends -------------------------------------------------------------------------------------------------------------
+
+
+def test_without_restitution_it_ends_where_the_bar_would_stay_on_the_wall() -> None:
+    system = HAMMER.with_restitution(0.0).with_load_factor(0.25)
+    branch = follow(orbits(system, 1, 1, modes=0).orbits[0], "mean", (0.05, 1.0))
+    end = branch.ends[1]
+    assert end.kind is BranchEvent.STICKING
+    assert end.impact == 1
+    assert float(end.orbit.system.load.value(end.orbit.phase)) == pytest.approx(0.0, abs=1e-10)  # it begins to push
+
+
+def stalled(curve: SolutionCurve, x: np.ndarray) -> BranchEvent:
+    """What a walk says that can take no further step."""
+    walker = _Walker(curve, CurvePoint(x, np.eye(x.size)[-1], 0), (-math.inf, math.inf), False)
+    walker.size = 1e-9
+    walker._shorter()
+    assert walker.ended
+    return walker.walk.happened[-1].kind
+
+
+def test_it_says_that_a_mode_comes_back_by_itself() -> None:
+    """ω_1 = 2 without damping: after a load period the first mode is where it was, whatever its amplitude."""
+    system = System(s=2.0 / math.pi * (1.0 + 1e-9), d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0))
+    orbit = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
+    curve = SolutionCurve(SystemFamily(system), "s", 1, 1, 1, 1.0)
+    x = np.array([*orbit.times, orbit.rigid_rebounds[0], system.s])
+    assert stalled(curve, x) is BranchEvent.RESONANCE
+
+
+def test_it_says_that_impacts_fall_together() -> None:
+    curve = SolutionCurve(SystemFamily(HAMMER), "mean", 2, 1, 0, 1.0)
+    assert stalled(curve, np.array([1.0, 1.0 + 1e-7, -1.0, 0.62])) is BranchEvent.COALESCENCE
+
+
+def test_a_load_that_only_pulls_ends_it() -> None:
+    """Through the amplitude of a load factor: the mean load vanishes, and with it every motion that keeps striking."""
+    start = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
+    branch = follow(start, "load_factor")
+    assert branch.points[0].kind is BranchEvent.NO_PUSH
+    assert branch.points[0].value == pytest.approx(0.0, abs=1e-12)
+
+
+# -- multipliers outside the circle -----------------------------------------------------------------------------------
+
+
+@st.composite
+def motions(draw: st.DrawFn) -> PeriodicOrbit:
+    """Motions at any times, orbits or not: what is counted is the linearised motion."""
+    modes, p, n = draw(st.integers(0, 20)), draw(st.integers(1, 4)), draw(st.integers(1, 3))
+    law = draw(st.sampled_from([Kept, Reversed]))(draw(st.floats(0.0, 0.95)))
+    load = draw(st.sampled_from([Load.harmonic(0.4, 1.0), Load.square(1.0, 1.3), Load.fourier([0.5, 1.0, 0.3j])]))
+    system = System(UniformBar(draw(st.floats(0.5, 8.0)), External(draw(st.floats(0.001, 3.0)))), load, law)
+    flights = np.array([draw(st.floats(0.05, 1.0)) for _ in range(p)])
+    ends = np.cumsum(flights) / flights.sum() * 2.0 * math.pi * n
+    return PeriodicOrbit(system, n, tuple((draw(st.floats(0.0, 6.0)) + np.append(0.0, ends[:-1])).tolist()), modes)
+
+
+@given(motions())
+def test_the_number_outside_is_that_of_the_multipliers(orbit: PeriodicOrbit) -> None:
+    if np.abs(orbit.speeds).min() < 1e-6 * np.abs(orbit.speeds).max():
+        return
+    moduli = orbit_multipliers(orbit).moduli
+    beyond = 1e-7
+    counted = outside_number(orbit, beyond)
+    near = np.abs(moduli / (1.0 + beyond) - 1.0).min() < 1e-8
+    assert near or counted == np.count_nonzero(moduli > 1.0 + beyond)
+
+
+def test_a_dying_impact_has_no_number() -> None:
+    start = orbit_near(HAMMER, [0.39, 2.32], modes=0)
+    assert start is not None
+    death = follow(start, "mean", (0.3, 0.65)).at(BranchEvent.DEATH)[0]
+    assert unstable(death.orbit) == outside(None) == -1
+
+
+# -- both ways --------------------------------------------------------------------------------------------------------
+
+
+def drawn(seed: int, modes: int) -> tuple[PeriodicOrbit, str, float] | None:
+    """An orbit of some system, a parameter and its value; None where none is found."""
+    random = np.random.default_rng(seed)
+    load = [Load.harmonic(0.6, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3)][seed % 3]
+    law = [Kept, Reversed][random.integers(2)](random.uniform(0.1, 0.9))
+    body = UniformBar(random.uniform(1.0, 8.0), External(random.uniform(0.01, 0.5)))
+    p, n = int(random.integers(1, 3)), int(random.integers(1, 3))
+    try:
+        found = orbits(System(body, load, law), p, n, modes=modes, tries=40, seed=seed).orbits
+    except PercussError:
+        return None
+    name = str(random.choice(["mean", "restitution"]))
+    if not found:
+        return None
+    orbit = found[random.integers(len(found))]
+    return orbit, name, orbit.system.load.mean if name == "mean" else float(orbit.system.restitution)
+
+
+def both_ways(seed: int, modes: int) -> bool:
+    """Whether a branch was met; that from another orbit of it the same events are met is asserted."""
+    start = drawn(seed, modes)
+    if start is None:
+        return False
+    orbit, name, value = start
+    between = (0.93 * value, min(1.04 * value, 1.0 if name == "restitution" else math.inf))
+    branch = follow(orbit, name, between)
+    assert BranchEvent.LOST not in {point.kind for point in branch.points}
+    middle = branch.values.size // 3
+    there = float(branch.values[middle])
+    family = SystemFamily(orbit.system)
+    rebound = orbit.rebound
+    other = PeriodicOrbit(
+        family.system({name: there}), orbit.periods, tuple(branch.times[middle].tolist()), orbit.modes, rebound
+    ).from_first
+    if not other.admissible:  # an end
+        return True
+    again = follow(other, name, between, family=family, value=there)
+    expected, found = ([(p.kind.value, p.value) for p in one.points] for one in (branch, again))
+    if expected[0][0] == "closed":
+        expected, found = sorted(expected[1:-1]), sorted(found[1:-1])
+    elif expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-8:
+        found.reverse()
+    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
+    assert [at for _, at in found] == pytest.approx([at for _, at in expected], rel=0, abs=1e-8)
+    return True
+
+
+@pytest.mark.parametrize("modes", [0, 8])
+def test_the_same_events_are_met_both_ways(modes: int) -> None:
+    assert any([both_ways(seed, modes) for seed in (3, 4)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modes", [0, 8, 32])
+def test_the_same_events_are_met_both_ways_on_many(modes: int) -> None:
+    assert sum(both_ways(seed, modes) for seed in range(100, 112 if modes < 32 else 104)) > 2
