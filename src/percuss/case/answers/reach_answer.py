@@ -129,6 +129,3 @@ def _range(name: str, value: float) -> tuple[float, float]:
         return 0.0, 1.0
     low = 0.0 if short in _FROM_NOTHING else value / _WIDE
     return (low, _WIDE * value) if value > 0.0 else (_WIDE * value, -low)
-
-
-# -- in words --
