@@ -105,6 +105,7 @@ NO_DOORS: dict[str, str] = {
             "steady.Field",
             "case.RecordedAnswer",
             "steady.FoundOrbits",
+            "steady.FoundRestCycles",
             "steady.Interval",
             "steady.ModalState",
             "steady.Nearest",
@@ -116,6 +117,7 @@ NO_DOORS: dict[str, str] = {
             "steady.RecordedSwitch.port",
             "steady.RecordedValve",
             "steady.Rest",
+            "steady.RestCycle",
             "steady.RigidCycle",
             "steady.SelfExcited",
             "steady.Sensitivity",
@@ -590,6 +592,10 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
+        ),
+        "steady.rest_cycles": (steady.rest_cycles, {"system": SYSTEM, "modes": 0, "most": 2}, {}),
+        "steady.FoundRestCycles.labelled": (
+            steady.rest_cycles(SYSTEM, modes=0, most=2).labelled, {"label": "chatter/1"}, {"label": {"text", "number in quotes"}},
         ),
         "steady.parameter_column": (
             steady.parameter_column, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9},

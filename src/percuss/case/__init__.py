@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-    from percuss.case.answers.case_reach import CaseReach
     from percuss.case.answers.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploration_jobs import basins_job_of, experiment_job_of
     from percuss.case.answers.gauge_record import MeasuredGauge
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
     from percuss.case.answers.point_curves_answer import point_curves_answer
     from percuss.case.answers.reach_answer import reach_answer
+    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -85,7 +85,7 @@ _HOME = {
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
-    "CaseReach": "answers.case_reach",
+    "CaseReach": "answers.reach_in_words",
     "SampleMachine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
     "MachineMotion": "answers.machine_motion",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.case_reach import ends_in_words
 from percuss.case.answers.first_lines import every, name_of, summary_of
 from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.reach_in_words import ends_in_words
 from percuss.case.answers.steady_json import rest_note
 from percuss.cli.ends_section import ends_section
 from percuss.cli.orbit_section import orbit_section

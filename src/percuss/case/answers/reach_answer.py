@@ -1,11 +1,11 @@
-"""How far the parameters of a case may move before its motion is lost, and what comes then, in its own units."""
+"""How far the parameters of a case may move before its motion is lost, and what comes then."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from percuss.case.answers.case_reach import CaseReach
+from percuss.case.answers.reach_in_words import CaseReach
 from percuss.case.case import Case, checked_case
 from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily

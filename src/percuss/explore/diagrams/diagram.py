@@ -13,7 +13,7 @@ from percuss.errors import Interrupted
 from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, DiagramJob, diagram_job
 from percuss.explore.diagrams.lines import DiagramBranch, lines_from, with_new
-from percuss.explore.diagrams.settled import SettledMotion, settled_motions
+from percuss.explore.diagrams.settled import SettledMotion, settled_at
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from percuss.explore.jobs.archive import Archive
     from percuss.simulate import Stop
 
-__all__ = ["Diagram", "diagram"]
+__all__ = ["Diagram", "carried_diagram", "diagram"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ class Diagram(Shown):
         settled = [
             one
             for i, value in enumerate(axis.values.tolist())
-            for one in settled_motions(passes, i, value, scales[i], float(load_scales[i]))
+            for one in settled_at(passes, i, value, scales[i], float(load_scales[i]))
         ]
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
         motions = tuple(line for line in lines if line.possible)
@@ -112,7 +112,8 @@ class Diagram(Shown):
         """A row for each impact of what was simulated and of each orbit of the branches, and the events, with units."""
         from percuss.explore.diagrams.diagram_dataset import dataset_of
 
-        return dataset_of(self.axis, self.modes, self.settled, self.branches, self.is_si)
+        about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
+        return dataset_of(self.axis, self.settled, self.branches, self.is_si, about)
 
     def __str__(self) -> str:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -37,9 +37,13 @@ class _Row(NamedTuple):
 
 
 def dataset_of(
-    axis: Axis, modes: int, settled: Sequence[SettledMotion], branches: Sequence[DiagramBranch], is_si: bool
+    axis: Axis,
+    settled: Sequence[SettledMotion],
+    branches: Sequence[DiagramBranch],
+    is_si: bool,
+    about: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """The parts of a diagram over the dimensions ``row``, of impacts, and ``event``.
+    """A diagram over the dimensions ``row``, one impact each, and ``event``, with the attributes `about`.
 
     Raises
     ------
@@ -72,7 +76,7 @@ def dataset_of(
         about = {"units": "J", "long_name": "mean kinetic energy before a blow"}
         variables["energy_J"] = ("row", table["energy"] * table["energy_scale"], about)
     variables |= _events(branches, unit)
-    return xarray.Dataset(variables, attrs={"kind": "diagram", "parameter": name, "modes": modes})
+    return xarray.Dataset(variables, attrs=dict(about))
 
 
 def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:

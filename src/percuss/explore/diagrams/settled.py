@@ -1,4 +1,4 @@
-"""The motions that simulations settle on at the values of a diagram's parameter."""
+"""What the passes of a diagram settled on at a value of the parameter, each motion once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from percuss.explore.jobs.job import Columns
 from percuss.model.checks import Array
 from percuss.shown import Shown
 
-__all__ = ["SettledMotion", "settled_motions"]
+__all__ = ["SettledMotion", "settled_at"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SettledMotion(Shown):
     scales: tuple[float, float] | None = None
 
 
-def settled_motions(passes: Columns, i: int, value: float, scales: Array, load_scale: float) -> list[SettledMotion]:
+def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale: float) -> list[SettledMotion]:
     """What the passes settled on at value number i."""
     names = ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders", "invariants")
     there = np.flatnonzero(passes["code"][:, i] != UNKNOWN)

@@ -1,4 +1,4 @@
-"""How far one parameter of a case may move before a motion is lost, in words and as plain values."""
+"""How far a parameter of a case may move, as a value, as a sentence in the units of the case, and as JSON."""
 
 from __future__ import annotations
 
@@ -13,22 +13,6 @@ from percuss.explore.continuation.reaching import Reach, ReachEnd
 from percuss.shown import Shown
 
 __all__ = ["CaseReach", "ends_in_words", "reach_dict", "reach_in_words"]
-
-_WHERE = {
-    BranchEvent.FOLD: "where the motion ceases to exist",
-    BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
-    BranchEvent.FLIP: "where the period doubles",
-    BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
-    BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
-    BranchEvent.TOUCH: "where the bar touches the wall between two blows",
-    BranchEvent.DEATH: "where the blow has no speed left",
-    BranchEvent.STICKING: "where the bar would rest on the wall after a blow",
-    BranchEvent.NO_PUSH: "where the load stops pushing",
-    BranchEvent.NO_SYSTEM: "beyond which there is no such hammer",
-    BranchEvent.RESONANCE: "where an elastic mode resonates",
-    BranchEvent.COALESCENCE: "where two blows fall together",
-    BranchEvent.LOST: "beyond which the motion could not be followed",
-}
 
 
 @dataclass(frozen=True)
@@ -56,6 +40,23 @@ class CaseReach(Shown):
 
     def __str__(self) -> str:
         return reach_in_words(self)
+
+
+_WHERE = {
+    BranchEvent.FOLD: "where the motion ceases to exist",
+    BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
+    BranchEvent.FLIP: "where the period doubles",
+    BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
+    BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
+    BranchEvent.TOUCH: "where the bar touches the wall between two blows",
+    BranchEvent.DEATH: "where the blow has no speed left",
+    BranchEvent.STICKING: "where the bar would rest on the wall after a blow",
+    BranchEvent.NO_PUSH: "where the load stops pushing",
+    BranchEvent.NO_SYSTEM: "beyond which there is no such hammer",
+    BranchEvent.RESONANCE: "where an elastic mode resonates",
+    BranchEvent.COALESCENCE: "where two blows fall together",
+    BranchEvent.LOST: "beyond which the motion could not be followed",
+}
 
 
 def reach_in_words(row: CaseReach) -> str:
