@@ -124,6 +124,19 @@ def test_other_motions_are_searched_and_followed(desk: Desk) -> None:
     until(page, "document.querySelector('#branches').dataset.branches === 'z=1/1'")
 
 
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> None:
+    page = desk.open(f"panel=branches&{RIGID}&alongr=0.68:0.72&depth=0")
+    followed(page)
+    assert not any(url.endswith("/api/diagram") for url in desk.asked)
+    page.check("#branches-simulate")
+    expect(page.locator("#branches-settled")).to_have_text(re.compile("^Found: .*z=1/1"))
+    expect(page.locator("#panel-branches .legend")).to_contain_text("settled: z=1/1")
+    until(page, "location.hash.includes('settled=1')")
+    page.uncheck("#branches-simulate")
+    expect(page.locator("#panel-branches .legend")).not_to_contain_text("settled")
+
+
 def test_what_cannot_be_followed_is_said(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open(f"panel=branches&{RIGID.replace('0.7', '3')}")

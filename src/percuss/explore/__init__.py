@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
     from percuss.explore.diagrams.diagram import Diagram as Diagram
-    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
     from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.settled import SettledMotion as SettledMotion
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -96,7 +96,7 @@ _HOME = {
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
-    "SettledMotion": "diagrams.diagram",
+    "SettledMotion": "diagrams.settled",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
