@@ -932,7 +932,7 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "explore.switched_seeds": (
             explore.switched_seeds,
-            {"system": SYSTEM, "impacts": 3, "periods": 1, "modes": 4, "reach": 0.01, "tries": 1}, {"reach": REAL},
+            {"system": SYSTEM, "impacts": 3, "periods": 1, "modes": 4, "reach": 0.01, "tries": 1}, {},
         ),
         "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
@@ -1006,7 +1006,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
             {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False},
-            {"modes": OPTIONAL},
+            {"modes": OPTIONAL, "switch": {"bool"}},
         ),
         "case.rest_cycles_answer": (
             room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
