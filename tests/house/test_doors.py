@@ -253,7 +253,9 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    **dict.fromkeys(["blow.Outcome", "blow.Ending", "explore.BranchEvent"], "a word, made from its sentence"),
+    **dict.fromkeys(
+        ["blow.Outcome", "blow.Ending", "explore.BranchEvent", "explore.CurveEvent"], "a word, made from its sentence"
+    ),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
