@@ -16,6 +16,7 @@ from percuss.model.checks import Array, count, finite, instance, numbers, text
 from percuss.shown import Shown
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
+from percuss.steady.resting.releases import release_phases
 from percuss.steady.resting.search import cycle_through
 
 __all__ = ["RestBranch", "RestBranchPoint", "RestEvent", "follow_rest_cycle"]
@@ -23,6 +24,8 @@ __all__ = ["RestBranch", "RestBranchPoint", "RestEvent", "follow_rest_cycle"]
 _EXACT = 2e-13  # of the parameter, to which a point is located
 _JUMP = 1.4  # factor by which a flight may change in a step
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
+_BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
+_NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 
@@ -206,16 +209,35 @@ class _Walker:
                 continue
             size = 0.4 * min(size, abs(end - here))
             if size < _EXACT * max(1.0, abs(here)):
+                gone = self._release_lost(here, math.copysign(_BARELY * max(1.0, abs(here)), end - here))
+                if gone is not None:
+                    return rows, RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, _NO_RELEASE)
                 return rows, self._end(here, cycle, chains, is_system)
         return rows, RestBranchPoint(RestEvent.LIMIT, here, cycle, "the branch goes on")
+
+    def _release_lost(self, value: float, ahead: float) -> float | None:
+        """Where the load ceases to let go, if it does hardly beyond a value: there it moves the bar by rounding only."""
+
+        def releases(at: float) -> bool:
+            try:
+                return bool(release_phases(self.systems.system({self.name: at}).load).size)
+            except PercussError:
+                return True
+
+        low, high = value, value + ahead
+        if releases(high):
+            return None
+        while abs(high - low) > _EXACT * max(1.0, abs(value)):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if releases(middle) else (low, middle)
+        return high
 
     def _end(self, value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
         """What ends the branch between a cycle and what was followed just beyond."""
         if not is_system:
             return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
         if not chains:
-            told = "the load never turns from push to pull: the bar rests on the wall for good"
-            return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, told)
+            return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, _NO_RELEASE)
         other = _first_other(cycle.chains, chains)
         if other is not None:
             kind, phase = other
@@ -224,12 +246,14 @@ class _Walker:
             return RestBranchPoint(kind, value, cycle, f"{told}: what follows jumps", phase)
         if float(cycle.rest_times.min()) < _SHORT:
             what = "chatter" if cycle.chatters else "impact before the rest"
-            told = (
-                f"the end of the {what} meets the next release, and the bar rests no more there; beyond, motions z=p/"
-            )
-            told += f"{cycle.periods} have impacts without bound as this point is approached" if cycle.chatters else "n"
+            told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
+            if cycle.chatters:
+                told += (
+                    f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
+                )
             return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-        return RestBranchPoint(RestEvent.CHANGE, value, cycle, "the bar comes back to this release after other rests")
+        told = "the bar comes back to this release after other rests"
+        return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
 
 
 def _alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
