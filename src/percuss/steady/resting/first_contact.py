@@ -39,7 +39,7 @@ def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
     begin, end
         Between which times, since the start of the leg. The gap at `begin` is negative, or 0 and falling.
     """
-    low, width = begin, _first_window(leg)
+    low, width = begin, _first_window(leg, begin)
     while low < end:
         wide = min(width, end - low)
         found = _within(leg, low, low + wide)
@@ -49,9 +49,11 @@ def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
     return None
 
 
-def _first_window(leg: Leg) -> float:
+def _first_window(leg: Leg, begin: float) -> float:
     """Some times the flight to be expected of a bar that has just struck, and not longer than y'' stays the same."""
     speed, force, jerk = -leg.rate, leg.acceleration, sum(leg.jerks)
+    if leg.start.gap == 0.0 and speed <= 0.0 and begin > 0.0:
+        return min(begin, _WIDEST)  # let go: as long as the load has pulled
     if leg.start.gap < 0.0 or speed <= 0.0 or jerk == 0.0:
         return _WIDEST
     steady = abs(force) / jerk + 2.0 * math.sqrt(speed / jerk)

@@ -14,7 +14,7 @@ from percuss.steady.resting.leg import Swing
 from percuss.steady.resting.releases import release_phases, time_to_release
 from percuss.steady.resting.rest_cycle import FoundRestCycles, RestCycle
 
-__all__ = ["MOST_PERIODS", "Way", "rest_cycles", "way_from"]
+__all__ = ["MOST_PERIODS", "Way", "cycle_through", "rest_cycles", "way_from"]
 
 MOST_PERIODS = 256
 _MOST_MODES = 4096
@@ -162,3 +162,38 @@ def _later(chain: Chain, by: float) -> Chain:
     moved = tuple(impact._replace(time=impact.time + by) for impact in chain.impacts)
     return Chain(chain.release + by, moved, None if chain.rest is None else chain.rest + by, chain.chatters,
                  chain.stop + by)  # fmt: skip
+
+
+def cycle_through(
+    system: System, release: float, *, modes: int, most: int
+) -> tuple[RestCycle | None, tuple[Chain, ...], float | None]:
+    """The cycle through the release phase nearest to one that is given.
+
+    Parameters
+    ----------
+    system, modes
+        The system and N.
+    release
+        About when the bar is let go, in rad of the load.
+    most
+        Load periods after which a return is given up.
+
+    Returns
+    -------
+    tuple
+        The cycle, or None; all chains that were followed; the release phase, None where the load lets go nowhere.
+    """
+    releases = tuple(float(phase) for phase in release_phases(system.load))
+    if not releases:
+        return None, (), None
+    off = np.abs(np.mod(np.asarray(releases) - release + math.pi, TURN) - math.pi)
+    start = here = int(np.argmin(off))
+    swing, ways, path, late = Swing(system, modes), {}, [], 0.0
+    while here >= 0 and here not in path and late < TURN * most:
+        path.append(here)
+        ways[here] = way_from(swing, releases, here, TURN * most)
+        late += ways[here].end - releases[here]
+        here = ways[here].next
+    chains = tuple(chain for number in path for chain in ways[number].chains)
+    closed = here == start and late < TURN * (most + 0.5)
+    return (_cycle(swing, releases, ways, path) if closed else None), chains, releases[start]

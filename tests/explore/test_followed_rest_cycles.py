@@ -1,0 +1,57 @@
+"""Cycles with rest followed through a parameter: onsets with known values, closed forms, both directions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from percuss import Load, System
+from percuss.errors import ParameterError
+from percuss.explore.continuation.rest_branch import RestEvent, follow_rest_cycle
+from percuss.steady import RestCycle, rest_cycles
+
+
+def only(system: System, modes: int = 0) -> RestCycle:
+    (cycle,) = rest_cycles(system, modes=modes).cycles
+    return cycle
+
+
+@pytest.mark.parametrize(("restitution", "onset"), [(0.2, 0.457825216970), (0.5, 0.626037331650)])
+def test_chatter_begins_at_an_onset_and_ends_where_nothing_is_let_go(restitution: float, onset: float) -> None:
+    system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(0.8, 1.0))
+    branch = follow_rest_cycle(only(system), "mean", (0.4, 1.1), points=5)
+    first, last = branch.points
+    assert (branch.label, first.kind, last.kind) == ("chatter/1", RestEvent.ONSET, RestEvent.RELEASE_LOST)
+    assert first.value == pytest.approx(onset, rel=0, abs=1e-10)
+    assert last.value == pytest.approx(1.0, rel=0, abs=1e-10)
+    assert "z=p/1" in first.beyond
+    assert branch.rest_times[0] < 1e-3 and branch.rest_times.min() == branch.rest_times[0]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.2])
+def test_the_onset_under_a_square_load_is_closed(restitution: float) -> None:
+    whole = 1.0 + math.sqrt(2.0) + 2.0 * math.sqrt(2.0) * restitution / (1.0 - restitution)
+    system = System(s=5.0, d=0.0, restitution=restitution, load=Load.square(1.0, 1.75))
+
+    class Squares:
+        def system(self, values: dict[str, float]) -> System:
+            return system.with_load(Load.square(1.0, values["kappa"]))
+
+        def check(self, names: dict[str, str]) -> None: ...
+
+        def describe(self) -> dict[str, str]:
+            return {}
+
+    branch = follow_rest_cycle(only(system), "kappa", (1.2, 1.9), family=Squares(), value=1.75, points=9)
+    assert (branch.points[0].kind, branch.points[1].kind) == (RestEvent.ONSET, RestEvent.LIMIT)
+    assert branch.points[0].value == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-10)
+
+
+def test_bad_input() -> None:
+    cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
+    for wrong in ((0.9, 1.0), (1.0, 0.3)):
+        with pytest.raises(ParameterError):
+            follow_rest_cycle(cycle, "mean", wrong)
+    with pytest.raises(ParameterError):
+        follow_rest_cycle(cycle, "nonsense", (0.3, 1.0))
