@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from percuss import Load, System
-from percuss.explore import follow
+from percuss.explore import diagram, follow
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.family import SystemFamily
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, parameter_column
@@ -181,6 +181,16 @@ def searches() -> list[Row]:
     return rows
 
 
+def diagrams() -> list[Row]:
+    """A diagram as it is made unless anything else is asked for, on one core."""
+    system = System(s=20.0, d=0.0048, restitution=0.5, load=Load.harmonic(0.7, 1.0))
+    start = time.process_time()
+    found = diagram(system, "load_factor=0.3:1.2:120", workers=1)
+    took = time.process_time() - start
+    told = f"{len(found.branches)} branches, {len(found.settled)} settled motions, on one core"
+    return [(f"a default diagram, N = {found.modes}", f"{took:.1f} s", "60 s", told)]
+
+
 def compiling() -> list[Row]:
     """The kernels for orbits, compiled into an empty cache."""
     code = (
@@ -198,4 +208,4 @@ def compiling() -> list[Row]:
 
 def orbits_of_any_kind() -> list[Row]:
     """All of them."""
-    return [*points(), *branches(), *searches(), *compiling()]
+    return [*points(), *branches(), *searches(), *diagrams(), *compiling()]

@@ -141,3 +141,20 @@ def test_what_cannot_be_answered_is_told(
 ) -> None:
     assert main([hammer if word == "CASE" else word for word in arguments]) == 2
     assert told in capsys.readouterr().err
+
+
+def test_cycles_with_rest_by_their_label(hammer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(hammer).read_text(encoding="utf-8").replace("mean = 0.62", "mean = 0.8")
+    Path(hammer).write_text(text, encoding="utf-8")
+    assert main(["orbits", hammer, "--label", "chatter/1", "--json"]) == 0
+    (cycle,) = json.loads(capsys.readouterr().out)["orbits"]
+    assert (cycle["label"], cycle["multipliers"], cycle["stable"]) == ("chatter/1", [[0.0, 0.0]], True)
+    assert cycle["release_phase"] == pytest.approx(2.4980915447965089, abs=1e-12)
+    assert cycle["rest_phase"] == pytest.approx(6.0181578458150141, abs=1e-12)
+    assert cycle["impacts"][0]["phase"] == pytest.approx(5.153035058850553, abs=1e-12)
+    assert main(["orbits", hammer, "--label", "chatter/1"]) == 0
+    told = capsys.readouterr().out
+    assert "1 cycle chatter/1" in told and "6.018157846" in told
+    assert main(["orbits", hammer, "--label", "rest/1"]) == 0
+    assert "0 cycles rest/1" in capsys.readouterr().out
+    assert main(["orbits", hammer, "--label", "chatter/1", "--up-to", "2/1"]) == 2

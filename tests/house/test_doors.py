@@ -108,6 +108,7 @@ NO_DOORS: dict[str, str] = {
             "steady.Field",
             "case.RecordedAnswer",
             "steady.FoundOrbits",
+            "steady.FoundRestCycles",
             "steady.Interval",
             "steady.ModalState",
             "steady.Nearest",
@@ -119,6 +120,7 @@ NO_DOORS: dict[str, str] = {
             "steady.RecordedSwitch.port",
             "steady.RecordedValve",
             "steady.Rest",
+            "steady.RestCycle",
             "steady.RigidCycle",
             "steady.SelfExcited",
             "steady.Sensitivity",
@@ -625,6 +627,10 @@ def table(folder: Path) -> dict[str, Entry]:
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
         ),
+        "steady.rest_cycles": (steady.rest_cycles, {"system": SYSTEM, "modes": 0, "most": 2}, {}),
+        "steady.FoundRestCycles.labelled": (
+            steady.rest_cycles(SYSTEM, modes=0, most=2).labelled, {"label": "chatter/1"}, {"label": TEXT},
+        ),
         "steady.parameter_column": (
             steady.parameter_column, {"orbit": several, "family": SYSTEM.with_load_factor, "value": 0.9},
             {"value": REAL},
@@ -924,6 +930,10 @@ def table(folder: Path) -> dict[str, Entry]:
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
         ),
+        "explore.switched_seeds": (
+            explore.switched_seeds,
+            {"system": SYSTEM, "impacts": 3, "periods": 1, "modes": 4, "reach": 0.01, "tries": 1}, {},
+        ),
         "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
             explore.orbit_seeds,
@@ -995,8 +1005,11 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
-            {"modes": OPTIONAL},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False},
+            {"modes": OPTIONAL, "switch": {"bool"}},
+        ),
+        "case.rest_cycles_answer": (
+            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
             room_of_cases.branch_answer,

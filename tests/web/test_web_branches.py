@@ -13,7 +13,8 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import Page, expect
 
 from percuss.cli import main
-from web_desk import Desk, slide, until
+from percuss.explore import BranchEvent
+from web_desk import Desk, knows, slide, until
 
 RIGID = "bmodes=0&system.s=5&system.d=0&system.restitution=0.5&load.kind=harmonic&load.mean=0.7&load.amplitude=1"
 STILL = [{"reduced_motion": "reduce"}]
@@ -58,6 +59,7 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
         assert float(cells[0]) == pytest.approx(point["value"], rel=1e-6) and cells[1] == label
         assert rows.nth(i).get_attribute("data-event") == point["type"]
         assert cells[3] == point["beyond"].replace("load_factor", "load factor p₀/p₁")
+    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in BranchEvent}  # all have words
     fold = next(point for _, point in points if point["type"] == "fold")
     page.click("tr[data-event=fold] button")
     expect(page.locator("#branches-readout")).to_contain_text(f"{fold['value']:.4f}"[:-1])

@@ -12,6 +12,7 @@ from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
 
 if TYPE_CHECKING:
+    from percuss.case import Case
     from percuss.cli.report_parts import Report
     from percuss.steady import FoundOrbits
 
@@ -24,13 +25,15 @@ _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
 a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
 search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
-others. Each is proved to stay off the wall between its impacts. All numbers are dimensionless: phases of the load in
-rad, speeds in the scales of the case."""
+others. Each is proved to stay off the wall between its impacts. Cycles in which the bar comes to rest on the wall, at
+the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. All numbers are
+dimensionless: phases of the load in rad, speeds in the scales of the case."""
 
 _EXAMPLES = """\
   percuss orbits pneumatic-jackleg --label 2/1
   percuss orbits case.toml --label 1/1 --up-to 3/2 --modes 0
-  percuss orbits case.toml --label 3/2 --tries 5000 --json"""
+  percuss orbits case.toml --label 3/2 --tries 5000 --json
+  percuss orbits pneumatic-jackleg --label chatter/1"""
 
 
 def _parser() -> Parser:
@@ -42,13 +45,15 @@ def _parser() -> Parser:
         metavar="P/N",
         type=typed_label,
         default="1/1",
-        help="impacts and load periods of a cycle (default 1/1)",
+        help="impacts and load periods of a cycle, or chatter/N or rest/N for cycles with rest (default 1/1)",
     )
     add("--up-to", metavar="P/N", type=typed_label, help="also all labels with more impacts or periods, up to these")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
     add("--motions", metavar="N", type=whole, default=64, help="motions simulated to start from where they nearly come "
         "back (default 64; 0 for none)")  # fmt: skip
+    add("--switch", action="store_true", help="start also from what begins at flips, and of rigid bars at grazings, of "
+        "shorter orbits followed through the mean load")  # fmt: skip
     add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
     add("--json", action="store_true", help="print the orbits as JSON")
     return parser
@@ -57,10 +62,12 @@ def _parser() -> Parser:
 def typed_label(text: str) -> str:
     """P/N as it was typed, looked at."""
     from percuss.case.answers.orbits_answer import parsed_label
+    from percuss.case.answers.rest_cycles_answer import is_rest_label
     from percuss.errors import ParameterError
 
     try:
-        parsed_label(text)
+        if not is_rest_label(text):
+            parsed_label(text)
     except ParameterError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
@@ -71,10 +78,15 @@ def run(arguments: Sequence[str]) -> int:
     from percuss.case import orbits_answer
     from percuss.case.answers.orbits_answer import parsed_label
     from percuss.case.answers.orbits_json import orbits_dict
+    from percuss.case.answers.rest_cycles_answer import is_rest_label
 
     parser = _parser()
     options = parser.parsed(arguments)
     case = named_case(options.case)
+    if any(is_rest_label(label) for label in (options.label, options.up_to or "")):
+        if options.up_to is not None:
+            parser.error("argument --up-to: cycles with rest have no order: give their label alone")
+        return _resting(case, options.label, options.modes, options.json)
     first = parsed_label(options.label)
     last = first if options.up_to is None else parsed_label(options.up_to)
     if last[0] < first[0] or last[1] < first[1]:
@@ -85,7 +97,15 @@ def run(arguments: Sequence[str]) -> int:
 
         orbits_ready()
     found = [
-        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed, motions=options.motions)
+        orbits_answer(
+            case,
+            label,
+            modes=options.modes,
+            tries=options.tries,
+            seed=options.seed,
+            motions=options.motions,
+            switch=options.switch,
+        )
         for label in labels
     ]
     if options.json:
@@ -95,6 +115,21 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.report_printing import show
 
         show(_report(case.title, found))
+    return 0
+
+
+def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
+    """The cycles with rest of a label; returns the exit code."""
+    from percuss.case.answers.rest_cycles_answer import rest_cycles_answer, rest_cycles_dict
+
+    found = rest_cycles_answer(case, modes=kept)
+    if as_json:
+        print(json.dumps(rest_cycles_dict(found, label), indent=1, allow_nan=False))
+    else:
+        from percuss.cli.report_printing import show
+        from percuss.cli.rest_report import rest_report
+
+        show(rest_report(case.title, found, label))
     return 0
 
 
@@ -109,7 +144,7 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
         rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
         if rows:
             sections.append(Grid(one.label, columns, rows))
-        share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
+        share = "none met" if one.unseen is None else f"{one.unseen:.2g}, by {one.ended} tries that ended at an orbit"
         lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
         lines += [
             (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.branch_starts import switched_seeds as switched_seeds
     from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
@@ -111,6 +112,7 @@ _HOME = {
     "lyapunov_many": "lyapunov",
     "orbit_of": "motion_orbits",
     "orbit_seeds": "close_returns",
+    "switched_seeds": "branch_starts",
     "machine_parameters": "valve_parameters",
     "reach": "continuation.reaching",
     "sweep": "sweeps",

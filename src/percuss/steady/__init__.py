@@ -29,6 +29,7 @@ from percuss.steady.recorded import (
     recorded_valve,
 )
 from percuss.steady.rest import Rest, rest_on_wall
+from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
 from percuss.steady.self_excited import (
     BlankBlow,
     ElasticCycle,
@@ -61,6 +62,7 @@ __all__ = [
     "Field",
     "ForceRecord",
     "FoundOrbits",
+    "FoundRestCycles",
     "Interval",
     "ModalState",
     "Nearest",
@@ -73,6 +75,7 @@ __all__ = [
     "RecordedSwitch",
     "RecordedValve",
     "Rest",
+    "RestCycle",
     "Rhythm",
     "RigidCycle",
     "SIReport",
@@ -96,6 +99,7 @@ __all__ = [
     "pressure_over",
     "recorded_together",
     "recorded_valve",
+    "rest_cycles",
     "rest_on_wall",
     "self_excited_motion",
     "sensitivities",

@@ -1,0 +1,55 @@
+"""The report of `percuss orbits` on cycles with rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.numerals import counted
+from percuss.case.answers.rest_cycles_answer import rest_cycles_dict
+from percuss.cli.report_parts import PLAIN, Grid, Report, Section
+
+if TYPE_CHECKING:
+    from percuss.steady import FoundRestCycles
+
+__all__ = ["rest_report"]
+
+_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
+_MOST = 4
+"""Impacts of which a line tells."""
+
+
+def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
+    """The cycles of a label, and where the other releases lead."""
+    told = rest_cycles_dict(found, label)["label"]
+    cycles = found.labelled(told)
+    sections: list[Section | Grid] = []
+    if cycles:
+        rows = tuple(
+            (
+                str(number),
+                f"{cycle.release_phase:.9f}",
+                _few(cycle.phases.tolist()),
+                _few(cycle.speeds.tolist()),
+                f"{cycle.rest_phase:.9f}",
+            )
+            for number, cycle in enumerate(cycles, 1)
+        )
+        sections.append(Grid(told, _COLUMNS, rows))
+    lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
+    for release, number in zip(found.releases, found.leads_to, strict=True):
+        end = (
+            found.cycles[number].label
+            if number >= 0
+            else f"no return within {found.most} load periods, or rounding decides when"
+        )
+        lines.append((f"released at {release:.6f} rad", end))
+    if not found.releases:
+        lines.append(("release", "the load never turns from push to pull"))
+    sections.append(Section(f"{told}: from the releases", tuple(lines)))
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
+    return Report(title, summary, PLAIN, tuple(sections))
+
+
+def _few(values: list[float]) -> str:
+    told = ", ".join(f"{value:.6f}" for value in values[:_MOST])
+    return told + (", …" if len(values) > _MOST else "")

@@ -1,0 +1,164 @@
+"""All cycles with rest of a system: one flight chain for each phase at which the load lets go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model import System
+from percuss.model.checks import count, instance
+from percuss.steady.resting.chain import Chain, chain_from
+from percuss.steady.resting.leg import Swing
+from percuss.steady.resting.releases import release_phases, time_to_release
+from percuss.steady.resting.rest_cycle import FoundRestCycles, RestCycle
+
+__all__ = ["MOST_PERIODS", "Way", "rest_cycles", "way_from"]
+
+MOST_PERIODS = 256
+_MOST_MODES = 4096
+_MOST_RELEASES = 256
+_LATER = 1e-13  # rad, by which rounding may be late
+_SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
+TURN = 2.0 * math.pi
+
+
+class Way:
+    """What a bar that is let go at one of the release phases does until it is let go at one of them again.
+
+    Attributes
+    ----------
+    chains
+        One, or several where a bar that is laid down while the load pulls is let go at once.
+    next
+        Number of the release phase at its end; −1 where there is none.
+    end
+        When it is let go there.
+    """
+
+    def __init__(self, swing: Swing, releases: tuple[float, ...], first: float, most: float) -> None:
+        self.chains: list[Chain] = []
+        self.next, self.end = -1, math.inf
+        phases = np.asarray(releases)
+        time: float = first
+        while time < first + most and len(self.chains) < _MOST_RELEASES:
+            chain = chain_from(swing, time, first + most)
+            self.chains.append(chain)
+            if chain.rest is None:
+                return
+            wait, number = time_to_release(swing.system.load, phases, chain.rest)
+            time = chain.rest + wait
+            if number >= 0:
+                turns = round((time - releases[number]) / TURN)
+                self.next, self.end = number, releases[number] + TURN * turns
+                return
+
+
+def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
+    """The way from a release phase to the next; `most`: rad after which it is given up."""
+    return Way(swing, releases, releases[number], most)
+
+
+def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
+    """… which is no return where a bar that is let go hardly later comes back at another time."""
+    way = way_from(swing, releases, number, most)
+    if way.next < 0 or way.end - releases[number] < _SHORT:
+        return way
+    other = Way(swing, releases, releases[number] + _LATER, most)
+    if (other.next, other.end) != (way.next, way.end):
+        way.next = -1
+    return way
+
+
+def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRestCycles:
+    """All periodic motions that rest on the wall for a part of every cycle.
+
+    A bar that rests has forgotten how it came there, and leaves undeformed and from rest at a phase at which the load
+    begins to pull. There are finitely many of these, so that following the bar from each of them to its next rest finds
+    every such motion; no guess is needed, and none can be missed but those with more load periods than allowed and
+    those whose length rounding decides. The bar comes to rest where infinitely many impacts have piled up in finite
+    time (complete chatter), or with R = 0 at the first impact under a load that pushes. The conventions of rest and
+    release are those of the simulation.
+
+    Parameters
+    ----------
+    system
+        The bar, its load and its contact.
+    modes
+        N: the bar has the modes 0 … N, in the forced part, too.
+    most
+        Load periods of a cycle, 1 to 256.
+
+    Raises
+    ------
+    ResonanceError
+        When an undamped bar is driven exactly at one of its own frequencies.
+    ParameterError
+        For numbers out of range; for a body that is held, on which the load alone does not tell the force at the wall.
+
+    References
+    ----------
+    C. Budd and F. Dux, Chattering and related behaviour in impact oscillators, Phil. Trans. R. Soc. Lond. A 347 (1994)
+    365–389.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0))
+    >>> for cycle in rest_cycles(system, modes=0).cycles:
+    ...     print(cycle.label, round(cycle.release_phase, 9), round(cycle.rest_phase, 9))
+    chatter/1 2.498091545 6.018157846
+    """
+    instance("system", system, System)
+    if not system.body.is_free:
+        raise ParameterError("body", system.body.kind, "a free body: what holds another presses it on the wall, too")
+    kept = count("modes", modes, least=0, most=_MOST_MODES)
+    longest = count("most", most, most=MOST_PERIODS)
+    swing = Swing(system, kept)
+    releases = tuple(float(phase) for phase in release_phases(system.load))
+    ways: dict[int, Way] = {}
+    leads_to: dict[int, int] = {-1: -1}
+    cycles: list[RestCycle] = []
+    for start in range(len(releases)):
+        path: list[int] = []
+        here = start
+        while here not in leads_to and here not in path:
+            path.append(here)
+            ways[here] = _sure_way(swing, releases, here, TURN * longest)
+            here = ways[here].next
+        if here in path:
+            cycle = _cycle(swing, releases, ways, path[path.index(here) :])
+            if cycle.periods <= longest:
+                cycles.append(cycle)
+            found = len(cycles) - 1 if cycle.periods <= longest else -1
+        else:
+            found = leads_to[here]
+        leads_to.update(dict.fromkeys(path, found))
+    order = sorted(range(len(cycles)), key=lambda number: cycles[number].release_phase)
+    place = {-1: -1} | {number: i for i, number in enumerate(order)}
+    return FoundRestCycles(
+        system, kept, longest, tuple(cycles[number] for number in order), releases,
+        tuple(place[leads_to[number]] for number in range(len(releases))),
+    )  # fmt: skip
+
+
+def _cycle(swing: Swing, releases: tuple[float, ...], ways: dict[int, Way], numbers: list[int]) -> RestCycle:
+    """The cycle through some release phases, told from the least of them on."""
+    first = numbers.index(min(numbers))
+    chains: list[Chain] = []
+    late = 0.0
+    for number in numbers[first:] + numbers[:first]:
+        way = ways[number]
+        chains += [_later(chain, late) for chain in way.chains]
+        late += way.end - releases[way.next]
+    return RestCycle(swing.system, round(late / TURN), swing.modes, tuple(chains))
+
+
+def _later(chain: Chain, by: float) -> Chain:
+    """A chain some load periods later."""
+    if by == 0.0:
+        return chain
+    moved = tuple(impact._replace(time=impact.time + by) for impact in chain.impacts)
+    return Chain(chain.release + by, moved, None if chain.rest is None else chain.rest + by, chain.chatters,
+                 chain.stop + by)  # fmt: skip
