@@ -583,7 +583,7 @@ def test_refusals():
     with pytest.raises(ParameterError, match="beside"):
         boundaries(system, ("mean", [1.0]), y)
     with pytest.raises(ParameterError, match="restitution, load_factor"):
-        boundaries(system, ("stiffness", [1.0]), y)
+        boundaries(system, ("hardness", [1.0]), y)
     with pytest.raises(ParameterError, match="square load"):
         boundaries(system, x, ("kappa", 1.1, 1.9))
     with pytest.raises(ParameterError, match="reduced, exact"):
