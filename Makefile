@@ -14,7 +14,8 @@ DEV := $(VENV)/dev.stamp
 KERNELS := $(VENV)/kernels.stamp
 
 # A file of tests stays with one worker, so that what it makes is made once; tests/conftest.py puts the longest first.
-SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# Three workers, also on two cores: those with a browser wait much of their time.
+SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 # The suite starts hundreds of processes; without bytecode beside the sources each would compile the package again.
 export PYTHONDONTWRITEBYTECODE =

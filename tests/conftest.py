@@ -21,5 +21,5 @@ def pytest_configure() -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest file, that of the page, first: what comes last is then short, and no core waits for the other."""
+    """The longest files, those of the page, first: what comes last is then short, and no core waits for the other."""
     items.sort(key=lambda item: item.get_closest_marker("browser") is None)
