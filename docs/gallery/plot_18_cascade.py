@@ -15,7 +15,7 @@ from percuss.explore import follow
 from percuss.steady import orbits
 
 system = System(s=20.0, d=0.005, restitution=0.8, load=Load.harmonic(mean=0.95, amplitude=1.0))
-branch = follow(orbits(system, 1, modes=0).orbits[-1], "load_factor", (0.785, 0.96), switch=3)
+branch = follow(orbits(system, 1, modes=0).orbits[-1], "load_factor", (0.79, 0.96), switch=5)
 
 fig, (ax, right) = plt.subplots(1, 2, width_ratios=[3, 1], layout="constrained")
 for number, one in enumerate(branch.family()):
@@ -27,7 +27,7 @@ for number, one in enumerate(branch.family()):
 for row in branch.cascade:
     ax.axvline(row.value, color="0.6", linewidth=0.6)
 ax.set(xlabel="load factor $p_0/p_1$ (dimensionless)", ylabel="impact phase φ [rad]")
-ax.set_title("Four flips, R = 0.8, rigid bar")
+ax.set_title("Six flips, R = 0.8, rigid bar")
 ax.legend()
 ratios = [row.ratio for row in branch.cascade if row.ratio is not None]
 right.plot(range(1, len(ratios) + 1), ratios, "o")

@@ -286,7 +286,7 @@ def test_exact_and_reduced_flips_meet_for_stiff_bars():
 
 
 def test_elastic_instability_that_b77_cannot_see():
-    """Theory §5: between two spirals an elastic pair grows, where the reduced criterion says stable."""
+    """Theory §5: between two crossings of pairs an elastic mode flips, where the reduced criterion says stable."""
     system = pneumatic(5.0, 0.0, 0.8)
     found = boundaries(system, ("s", [5.0]), ("load_factor", 0.7, 1.2), 2, "exact", modes=8, kinds=("neimark-sacker",))
     assert found.curves
@@ -583,7 +583,7 @@ def test_refusals():
     with pytest.raises(ParameterError, match="beside"):
         boundaries(system, ("mean", [1.0]), y)
     with pytest.raises(ParameterError, match="restitution, load_factor"):
-        boundaries(system, ("stiffness", [1.0]), y)
+        boundaries(system, ("hardness", [1.0]), y)
     with pytest.raises(ParameterError, match="square load"):
         boundaries(system, x, ("kappa", 1.1, 1.9))
     with pytest.raises(ParameterError, match="reduced, exact"):

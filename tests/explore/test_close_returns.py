@@ -9,7 +9,8 @@ import pytest
 
 from percuss import Load, System
 from percuss.errors import ParameterError
-from percuss.explore import orbit_seeds
+from percuss.explore import orbit_seeds, switched_seeds
+from percuss.explore.branch_starts import SWITCHED
 from percuss.explore.close_returns import SIMULATED
 from percuss.stability import orbit_multipliers
 from percuss.steady import orbits
@@ -51,3 +52,24 @@ def test_what_is_none_is_refused() -> None:
         orbit_seeds(hammer.system, 0)
     with pytest.raises(ParameterError):
         orbit_seeds(hammer.system, 2, motions=0)
+
+
+def test_a_doubled_orbit_is_found_from_the_flip_of_the_shorter_one() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.588, 1.0))
+    plain = orbits(system, 4, 4, modes=0, tries=2)
+    found = orbits(system, 4, 4, modes=0, tries=2, near=switched_seeds(system, 4, 4, modes=0, reach=0.03))
+    assert not plain.orbits
+    assert found.sources[SWITCHED].orbits == 1
+
+
+def test_an_orbit_with_an_impact_more_is_found_from_a_grazing() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.53, 1.0))
+    rows = switched_seeds(system, 3, 1, modes=0, reach=0.02)[SWITCHED]
+    found = orbits(system, 3, 1, modes=0, tries=1, near={SWITCHED: rows})
+    assert found.sources[SWITCHED].orbits >= 1
+    assert all(orbit.admissible for orbit in found.orbits)
+
+
+def test_nothing_begins_where_nothing_shorter_exists() -> None:
+    system = System(s=5.0, d=0.2, restitution=0.1, load=Load.harmonic(1.5, 1.0))
+    assert switched_seeds(system, 3, 2, modes=4)[SWITCHED].shape == (0, 3)

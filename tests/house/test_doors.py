@@ -41,11 +41,14 @@ from percuss.model import (
     External,
     KelvinVoigt,
     Machine,
+    ModalBody,
+    Mounted,
     Port,
     Ratio,
     Reversed,
     Section,
     SectionedBar,
+    SizedModes,
     SteppedBar,
     Supply,
     Table,
@@ -211,6 +214,7 @@ NO_DOORS: dict[str, str] = {
             "case.MachineMotion",
             "case.SimulationAnswer",
             "case.SteadyAnswer",
+            "case.StructureAnswer",
             "case.WavesAnswer",
             "steady.ModalState.first",
             "stability.LinearMap.dense",
@@ -249,7 +253,9 @@ NO_DOORS: dict[str, str] = {
         ],
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
-    **dict.fromkeys(["blow.Outcome", "blow.Ending", "explore.BranchEvent"], "a word, made from its sentence"),
+    **dict.fromkeys(
+        ["blow.Outcome", "blow.Ending", "explore.BranchEvent", "explore.CurveEvent"], "a word, made from its sentence"
+    ),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
@@ -285,6 +291,21 @@ SHORT = Stop(impacts=3)
 VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
+HELD = """
+[body]
+kind = "mounted"
+spring = 0.5
+dashpot = 0.1
+[system]
+restitution = 0.5
+[load]
+kind = "harmonic"
+mean = 0.1
+amplitude = 1.0
+"""
+MODES: dict[str, Any] = {"omega": (1.5,), "delta": (0.1,), "contact": (1.0,), "drive": (1.0,)}
+SIGNED = {"contact": {"-1"}, "drive": {"-1"}, "gap": {"-1"}}
+STRUCTURE = System(ModalBody(**MODES, gap=0.1), Load.harmonic(0.1, 1.0), Kept(0.5))
 MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
 FED_CYCLE = steady.self_excited_motion(
     MACHINE.with_valve(dataclasses.replace(VALVE, supply=Supply(0.7, 15.0))), modes=0
@@ -356,6 +377,7 @@ def table(folder: Path) -> dict[str, Entry]:
     rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
     recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
     case = Case.from_text(PLAIN, "plain.toml")
+    structure = Case.from_text(HELD, "held.toml")
     answer = room_of_cases.steady_answer(case)
     simulated = room_of_cases.simulation_answer(case)
     by_waves = room_of_cases.waves_answer(case, cells=16)
@@ -400,6 +422,17 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Bar.body": (bar.body, {"angular_frequency": 2.0}, {}),
         "model.UniformBar": (UniformBar, {"s": 1.0, "damping": External(0.1)}, {}),
         "model.UniformBar.place": (UniformBar(1.0).place, {"number": 0}, {}),
+        "model.HeldBody.place": (Mounted(1.0).place, {"number": 0}, {}),
+        "model.Mounted.place": (Mounted(1.0).place, {"number": 0}, {}),
+        "model.ModalBody.place": (ModalBody(**MODES).place, {"number": 0}, {}),
+        "model.Mounted": (
+            Mounted, {"stiffness": 1.0, "dashpot": 0.1, "s": 4.0, "damping": External(0.1), "gap": 0.1},
+            {"s": {"inf"}, "gap": {"-1"}},
+        ),
+        "model.ModalBody": (ModalBody, {**MODES, "gap": 0.1}, SIGNED),
+        "model.SizedModes": (SizedModes, {**MODES, "gap": 0.1}, SIGNED),
+        "model.SizedModes.body": (SizedModes(**MODES).body, {"angular_frequency": 2.0}, {}),
+        "model.SizedModes.natural_frequencies": (SizedModes(**MODES).natural_frequencies, {"modes": 1}, {}),
         "model.SteppedBar": (
             SteppedBar, {"s": 1.0, "impedances": (1.0, 2.0), "transit_times": (1.0, 1.0), "damping": External(0.1)}
             | {"lengths": (1.0, 2.0)},
@@ -540,6 +573,9 @@ def table(folder: Path) -> dict[str, Entry]:
             steady.timed_states, {"system": SYSTEM, "law": timed, "periods": 1, "modes": 4}, {"modes": OPTIONAL},
         ),
         "steady.TimedStates.curve": (slow.curve, {"phase": 1.0}, {"phase": ANY_NUMBERS}),
+        "steady.SteadyStates.contact_place": (
+            steady_states(STRUCTURE).contact_place, {"phase": 1.0}, {"phase": ANY_NUMBERS}
+        ),
         "steady.SteadyStates.rigid_velocity": (states.rigid_velocity, {"phase": 1.0}, {"phase": ANY_NUMBERS}),
         **{
             f"steady.Orbit.{name}": (
@@ -896,6 +932,10 @@ def table(folder: Path) -> dict[str, Entry]:
             {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "impacts": 20, "discard": 2},
             {"start": OPTIONAL},
         ),
+        "explore.switched_seeds": (
+            explore.switched_seeds,
+            {"system": SYSTEM, "impacts": 3, "periods": 1, "modes": 4, "reach": 0.01, "tries": 1}, {},
+        ),
         "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
             explore.orbit_seeds,
@@ -967,8 +1007,8 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2},
-            {"modes": OPTIONAL},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False},
+            {"modes": OPTIONAL, "switch": {"bool"}},
         ),
         "case.rest_cycles_answer": (
             room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
@@ -1043,6 +1083,10 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.waves_answer": (
             room_of_cases.waves_answer, {"case": case, "progress": None, "quiet": True, "cells": 16},
             {"progress": OPTIONAL | {"class"}, "quiet": {"bool"}},
+        ),
+        "case.structure_answer": (
+            room_of_cases.structure_answer, {"case": structure, "periods": [1], "modes": 4},
+            {"periods": PLACES, "modes": OPTIONAL},
         ),
         "case.steady_answer": (
             room_of_cases.steady_answer, {"case": case, "periods": [1], "modes": 4, "starts": 0},

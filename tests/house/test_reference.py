@@ -512,7 +512,8 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
                 **{path: described["steady"][path] for path in ("system", "body", "contact", "history")},
             }
             if "orbit" in found:  # that is told as in a list of orbits
-                wanted |= {path.replace("orbits[]", "orbit"): keys for path, keys in described["orbits"].items() if path}
+                told = described["orbits"].items()
+                wanted |= {path.replace("orbits[]", "orbit"): keys for path, keys in told if path}
         if command == "machine --blow":  # the answer of machine for one that runs, and more
             wanted = {**described["machine"], **wanted, "": described["machine"][""] | wanted[""]}
             for path in ("failed_condition", "supply", "machine.supply"):

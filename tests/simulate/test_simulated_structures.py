@@ -108,7 +108,11 @@ def test_the_first_impact_is_that_of_an_integrator(body, mean, place, speed, tim
 def test_a_structure_that_the_load_holds_to_the_wall_ends_there():
     motion = run(System(BODY, Load.harmonic(5.0, 1.0), Kept(0.3)), Start.rigid(-0.5))
     assert motion.outcome == "rest" and motion.label == "rest"
-    assert motion.events.impact_velocity[motion.events.code == motion.events.code[0]][-1] < 1e-4
+    struck = motion.events.of("impact")
+    assert struck.impact_velocity[-1] < 1e-4 and abs(motion.energy_balance().imbalance) < 1e-9
+    assert motion.displacement[-1] == pytest.approx(motion.displacement[len(struck) - 1], abs=1e-12)
+    assert motion.velocity[-1] == pytest.approx(0.0, abs=1e-12)
+    assert motion.gap([motion.end_time]) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_wall_out_of_reach_is_never_struck():

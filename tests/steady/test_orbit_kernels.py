@@ -14,6 +14,7 @@ from percuss.model import Body, External, KelvinVoigt, Kept, Mounted, Ratio, Rev
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import flight_check
+from percuss.steady.periodic.compiled_passage import compiled_passage
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.kernels import layout
 from percuss.steady.periodic.kernels.looking import singularity
@@ -85,7 +86,13 @@ def likely(chain: ImpactChain, passage: Passage) -> float:
     if chain.system.load.is_piecewise and chain.modes:
         whole = np.expm1(np.pi * (-known.damping + 2j * np.sqrt(known.omega**2 - 0.25 * known.damping**2 + 0j)))
         least *= min(1.0, float(np.abs(whole).min()) ** 2)
-    return 1e-12 * size / max(least, 1e-30)
+    return rounding(chain) * size / max(least, 1e-30)
+
+
+def rounding(chain: ImpactChain) -> float:
+    """Of what is a few numbers: that of the angle ω_N T where it is large."""
+    fastest = float(chain.known.omega.max(initial=1.0))
+    return 1e-12 + 32.0 * float(np.finfo(float).eps) * fastest * chain.period
 
 
 @given(case=chains(), xi=st.sampled_from([1.0, -1.0]) | st.floats(-2.0, 2.0))
@@ -114,6 +121,28 @@ def test_compiled_equations_are_the_plain_ones(case: tuple[ImpactChain, Array], 
     assert room.impacts[layout.OFF] == pytest.approx(passage.gap, rel=0, abs=error * wide * chain.period)
     assert room.whole[layout.CLOSURE] == pytest.approx(float(passage.closure), rel=0, abs=error * wide)
     assert room.matrix[: p + 1, : p + 1] == pytest.approx(matrix, rel=0, abs=error_of_matrix * wide)
+
+
+@given(case=chains(), rebound=st.floats(-5.0, 0.0))
+def test_a_compiled_passage_is_the_plain_one(case: tuple[ImpactChain, Array], rebound: float) -> None:
+    chain, times = case
+    rebound = rebound if chain.system.body.is_free else 0.0
+    try:
+        plain = chain.passage(times, np.array(rebound))
+    except ResonanceError:
+        assume(False)
+    error = likely(chain, plain)
+    assume(error < 1e-7)
+    made = compiled_passage(chain, times, rebound)
+    for name in set(Passage._fields) - {"step", "blocks"}:
+        one, other = getattr(made, name), getattr(plain, name)
+        size = 1.0 + float(np.abs(other).max(initial=0.0)) + abs(rebound)
+        assert np.shape(one) == np.shape(other)
+        assert one == pytest.approx(other, rel=0, abs=error * size * (1.0 + chain.period) ** 2), name
+    for one, other in zip([*made.step[:4], *made.blocks], [*plain.step[:4], *plain.blocks], strict=True):
+        assert one == pytest.approx(
+            other, rel=0, abs=10.0 * rounding(chain) * (1.0 + float(np.abs(other).max(initial=0.0)))
+        )
 
 
 @pytest.mark.parametrize(("p", "n", "modes"), [(1, 1, 3), (2, 1, 0), (2, 1, 8), (3, 1, 0), (4, 1, 2)])

@@ -115,6 +115,24 @@ def test_a_load_that_repeats_sooner_has_fewer_orbits() -> None:
 
 
 @pytest.mark.parametrize(
+    "load",
+    [Load.harmonic(0.62, 1.0), Load.fourier([0.5, 1.0, 0.4j, -0.2]), Load.steps([0.1, 1.5, 3.5], [1.4, 0.5, -0.9])],
+)
+@pytest.mark.parametrize("modes", [0, 3])
+def test_a_load_that_comes_later_has_the_same_orbits_later(load: Load, modes: int) -> None:
+    system = System(s=5.0, d=0.01, restitution=0.5, load=load)
+    later = System(s=5.0, d=0.01, restitution=0.5, load=load.shifted(1.0))
+    for p, n in ((1, 1), (2, 1)):
+        found = orbits(system, p, n, modes=modes, tries=16).orbits
+        moved = [np.array(orbit.times) + 1.0 for orbit in orbits(later, p, n, modes=modes, tries=16).orbits]
+        rows = np.array(moved).reshape(-1, p)
+        assert len(found) == len(moved)
+        for orbit in found:
+            off = np.abs(differences(np.array(orbit.times), rows, orbit.period, TURN)).max(axis=-1).min()
+            assert off < 1e-9
+
+
+@pytest.mark.parametrize(
     ("load", "turn"),
     [
         (Load.harmonic(0.5, 1.0), TURN),

@@ -13,7 +13,8 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import Page, expect
 
 from percuss.cli import main
-from web_desk import Desk, slide, until
+from percuss.explore import BranchEvent
+from web_desk import Desk, knows, slide, until
 
 RIGID = "bmodes=0&system.s=5&system.d=0&system.restitution=0.5&load.kind=harmonic&load.mean=0.7&load.amplitude=1"
 STILL = [{"reduced_motion": "reduce"}]
@@ -58,6 +59,7 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
         assert float(cells[0]) == pytest.approx(point["value"], rel=1e-6) and cells[1] == label
         assert rows.nth(i).get_attribute("data-event") == point["type"]
         assert cells[3] == point["beyond"].replace("load_factor", "load factor p₀/p₁")
+    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in BranchEvent}  # all have words
     fold = next(point for _, point in points if point["type"] == "fold")
     page.click("tr[data-event=fold] button")
     expect(page.locator("#branches-readout")).to_contain_text(f"{fold['value']:.4f}"[:-1])
@@ -122,6 +124,19 @@ def test_other_motions_are_searched_and_followed(desk: Desk) -> None:
     expect(page.locator("#branches-events tbody tr")).to_have_count(4)  # impact dies, flip, fold, touch
     page.get_by_role("button", name="The head's motion").click()
     until(page, "document.querySelector('#branches').dataset.branches === 'z=1/1'")
+
+
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> None:
+    page = desk.open(f"panel=branches&{RIGID}&alongr=0.68:0.72&depth=0")
+    followed(page)
+    assert not any(url.endswith("/api/diagram") for url in desk.asked)
+    page.check("#branches-simulate")
+    expect(page.locator("#branches-settled")).to_have_text(re.compile("^Found: .*z=1/1"))
+    expect(page.locator("#panel-branches .legend")).to_contain_text("settled: z=1/1")
+    until(page, "location.hash.includes('settled=1')")
+    page.uncheck("#branches-simulate")
+    expect(page.locator("#panel-branches .legend")).not_to_contain_text("settled")
 
 
 def test_what_cannot_be_followed_is_said(desk: Desk, request: pytest.FixtureRequest) -> None:

@@ -844,7 +844,8 @@ def test_pictures(desk: Desk) -> None:
         "case": "panel=case&machine=hydraulic-drifter",
         "map": "panel=map&machine=mini-breaker",
         "orbits": "panel=orbits&machine=hydraulic-drifter",
-        "branches": "panel=branches&machine=hydraulic-drifter",
+        "branches": "panel=branches&bmodes=0&depth=3&alongr=0.75:1&settled=1&spot=0.8,2.84&system.s=20&system.d=0.005"
+        "&system.restitution=0.8&load.kind=harmonic&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
         "motion": "panel=motion&machine=hydraulic-drifter",
         "machine": "panel=machine&machine=valve-breaker",
         "blow": "panel=blow&machine=stepped-drifter",
@@ -859,6 +860,8 @@ def test_pictures(desk: Desk) -> None:
         if name == "map":
             page.wait_for_selector("#map[data-fine][data-curves]", timeout=120_000)
             page.wait_for_timeout(8000)  # the last points of the curves
+        if name == "branches":
+            expect(page.locator("#branches-settled")).to_contain_text("Found", timeout=120_000)
         if name == "motion":
             page.click("#play")
         if name == "machine":

@@ -426,7 +426,14 @@ _FIELDS = {
     "/api/machine": {"modes": 2, "points": 9, "whole": False, "machine": "valve-drifter"},
     "/api/blow": {"show": "start", "frames": 3, "cells": 4, "whole": False},
     "/api/simulate": {"start": {"position": -0.5}, "simulation": {"modes": 2, "impacts": 20}, "events": 3},
-    "/api/follow/motion": {"name": "load_factor", "value": 0.35, "times": [1.98], "periods": 1, "modes": 1, "frames": 3},
+    "/api/follow/motion": {
+        "name": "load_factor",
+        "value": 0.35,
+        "times": [1.98],
+        "periods": 1,
+        "modes": 1,
+        "frames": 3,
+    },
     "/api/place": {"values": {"restitution": 0.2, "load.frequency": 17.0}},
 }
 _KEYS = [

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from percuss.case.answers.measured_gauge import measured_gauge
     from percuss.case.answers.orbits_answer import branch_answer, orbits_answer
     from percuss.case.answers.point_curves_answer import point_curves_answer
-    from percuss.case.answers.reach_answer import CaseReach, reach_answer
+    from percuss.case.answers.reach_answer import reach_answer
+    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.rest_cycles_answer import rest_cycles_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
@@ -86,7 +87,7 @@ _HOME = {
     "Case": "case",
     "CaseErrors": "file_format.problems",
     "CaseFamily": "parameters.case_family",
-    "CaseReach": "answers.reach_answer",
+    "CaseReach": "answers.reach_in_words",
     "SampleMachine": "catalogue.sample_cases",
     "MachineAnswer": "answers.machine_answer",
     "MachineMotion": "answers.machine_motion",

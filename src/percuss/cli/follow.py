@@ -70,7 +70,7 @@ def run(arguments: Sequence[str]) -> int:
         branch = branch_answer(
             case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
         )
-        if options.curve is not None:
+        if options.curve is not None and not watch.asked():
             from percuss.case import point_curves_answer
 
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)

@@ -10,7 +10,7 @@ from percuss.case.answers.clock_note import clock_in_short
 from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.steady_report import system_section
+from percuss.cli.system_section import system_section
 
 if TYPE_CHECKING:
     from percuss.case import SimulationAnswer

@@ -52,6 +52,8 @@ def _parser() -> Parser:
     add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
     add("--motions", metavar="N", type=whole, default=64, help="motions simulated to start from where they nearly come "
         "back (default 64; 0 for none)")  # fmt: skip
+    add("--switch", action="store_true", help="start also from what begins at flips, and of rigid bars at grazings, of "
+        "shorter orbits followed through the mean load")  # fmt: skip
     add("--seed", metavar="N", type=whole, default=0, help="of the random starts (default 0)")
     add("--json", action="store_true", help="print the orbits as JSON")
     return parser
@@ -95,7 +97,15 @@ def run(arguments: Sequence[str]) -> int:
 
         orbits_ready()
     found = [
-        orbits_answer(case, label, modes=options.modes, tries=options.tries, seed=options.seed, motions=options.motions)
+        orbits_answer(
+            case,
+            label,
+            modes=options.modes,
+            tries=options.tries,
+            seed=options.seed,
+            motions=options.motions,
+            switch=options.switch,
+        )
         for label in labels
     ]
     if options.json:
@@ -134,7 +144,7 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
         rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
         if rows:
             sections.append(Grid(one.label, columns, rows))
-        share = "none met" if one.unseen is None else f"{one.unseen:.2g}"
+        share = "none met" if one.unseen is None else f"{one.unseen:.2g}, by {one.ended} tries that ended at an orbit"
         lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
         lines += [
             (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")

@@ -156,9 +156,12 @@ def _check_report(parser: Parser, path: str) -> None:
 
 def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> int:
     """The answer for a structure that is held."""
-    for name in ("plot", "report"):
-        if getattr(options, name) is not None:
-            parser.error(f"argument --{name}: not for a structure that is held; 'percuss follow' draws its motions")
+    for name in ("plot", "report", "reach", "reach_of", "starts"):
+        if getattr(options, name) not in (None, False):
+            parser.error(
+                f"argument --{name.replace('_', '-')}: not for a structure that is held; 'percuss follow' and "
+                "'percuss experiment' answer for it"
+            )
     from percuss.case import structure_answer
     from percuss.cli.report_printing import show
     from percuss.cli.structure_report import structure_report

@@ -1,4 +1,4 @@
-"""The report of `percuss steady` on a structure that is held, and what was understood of one."""
+"""The report of `percuss steady` on a structure that is held."""
 
 from __future__ import annotations
 
@@ -7,33 +7,17 @@ from typing import TYPE_CHECKING
 from percuss.case.answers.first_lines import every
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
+from percuss.cli.system_section import system_section
 
 if TYPE_CHECKING:
     from percuss.case.answers.structure_answer import StructureAnswer, StructureMotion
-    from percuss.model import System
     from percuss.steady import SteadyStates
 
-__all__ = ["structure_report", "structure_rows"]
-
-
-def structure_rows(system: System) -> list[tuple[str, str]]:
-    """What was understood of the structure."""
-    body, bar = system.body, system.bar
-    rows = [("structure", str(body) if bar is None else str(bar))]
-    known = body.modes(body.kept(4), system.load.at)
-    told = ", ".join(number(omega, 6) for omega in known.omega)
-    rows.append(("modes", f"ω = {told} per radian of the load, damped by {', '.join(map(number, known.damping))}"))
-    if bar is not None and system.frequency is not None:
-        rows.append(("frequencies", ", ".join(quantity(f, "Hz") for f in bar.natural_frequencies(known.size).tolist())))
-    gap = number(body.gap) if bar is None else quantity(body.gap * system.length_scale, "m")
-    rows.append(("gap", f"{gap}, restitution R = {number(system.restitution)}"))
-    return rows
+__all__ = ["structure_report"]
 
 
 def structure_report(answer: StructureAnswer) -> Report:
     """The report of `percuss steady`."""
-    from percuss.cli.steady_report import system_section
-
     sections = [system_section(answer.name, answer.system, answer.notes)]
     for states, motions in zip(answer.states, answer.motions, strict=True):
         sections.append(_existence(states))

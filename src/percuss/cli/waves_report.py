@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.cli.steady_report import system_section
+from percuss.cli.system_section import system_section
 
 if TYPE_CHECKING:
     from percuss.blow.machine import Impacts, MachineMotion

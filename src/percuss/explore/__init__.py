@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
+    from percuss.explore.branch_starts import switched_seeds as switched_seeds
     from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
@@ -32,10 +33,10 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
     from percuss.explore.diagrams.diagram import Diagram as Diagram
-    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
     from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.settled import SettledMotion as SettledMotion
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -95,7 +96,7 @@ _HOME = {
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
     "STALLS": "machine_quantities",
-    "SettledMotion": "diagrams.diagram",
+    "SettledMotion": "diagrams.settled",
     "Share": "attractors.shares",
     "Sweep": "sweeps",
     "SystemFamily": "family",
@@ -111,6 +112,7 @@ _HOME = {
     "lyapunov_many": "lyapunov",
     "orbit_of": "motion_orbits",
     "orbit_seeds": "close_returns",
+    "switched_seeds": "branch_starts",
     "machine_parameters": "valve_parameters",
     "reach": "continuation.reaching",
     "sweep": "sweeps",

@@ -12,6 +12,7 @@ from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterErro
 from percuss.explore.jobs.job import Columns
 from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, Quantity, columns_of, needs
 from percuss.model import System
+from percuss.model.body import need_free
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
@@ -109,6 +110,8 @@ def cell_columns(
                 out["rest"][i] = rest_on_wall(system).possible
             if wanted & {"orbits", "exact"}:
                 _orbits(out, i, system, periods[i], asked, "exact" in wanted)
+            if "lyapunov" in wanted:
+                need_free(system.body, "the Lyapunov exponent")
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = failure(error)
     if wanted & {"simulation", "lyapunov"}:
@@ -215,7 +218,7 @@ def simulated_columns(
         begins = [start for i in rows if (start := starts[i]) is not None]
         if "simulation" in needs(asked.names):
             _simulated(out, rows, members, begins, asked)
-        if "lyapunov" in out:
+        if "lyapunov" in out and all(system.body.is_free for system in members):
             _lyapunov(out, rows, members, begins, asked)
 
 

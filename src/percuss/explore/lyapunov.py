@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
 from percuss.model import System
+from percuss.model.body import need_free
 from percuss.model.checks import Array, count, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
@@ -94,6 +95,9 @@ class LyapunovMany(Shown):
         )
 
 
+_EXPONENT = "the Lyapunov exponent"
+
+
 def lyapunov_exponent(
     system: System, start: Start | None = None, *, modes: int = 0, impacts: int = 2000, discard: int = 500
 ) -> Lyapunov:
@@ -139,6 +143,7 @@ def lyapunov_exponent(
     Lyapunov exponent -0.130572 ± ... per impact, -0.130572 per load period (2000 impacts)
     """
     used, before = _numbers(impacts, discard)
+    need_free(instance("system", system, System).body, _EXPONENT)
     stop = Stop(impacts=used + before + 1, periodic=False)
     return _of(run(system, start, modes=modes, stop=stop), used, before)
 
@@ -173,7 +178,7 @@ def lyapunov_many(
         [systems] if isinstance(systems, System) else list(several("systems", systems, "a System, or a list of them"))
     )
     for system in whole:
-        instance("systems", system, System)
+        need_free(instance("systems", system, System).body, _EXPONENT)
     begins: Sequence[Start] | Starts = (
         [Start.rigid()] if starts is None else [starts] if isinstance(starts, Start) else starts
     )

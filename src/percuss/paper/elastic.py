@@ -113,7 +113,7 @@ def _paint_limits(figure: Figure, picture: Picture) -> None:
     axes.plot(c["s"], c["flip"], ".", color=COLOURS[2], markersize=4, label=f"flip, exact multipliers, {MODES} modes")
     axes.plot(
         c["s"], c["neimark_sacker"], "x", color=COLOURS[3], markersize=4,
-        label="an elastic pair leaves the circle",
+        label="Neimark–Sacker: a pair leaves the circle",
     )  # fmt: skip
     axes.fill([], [], color="#d3ece3", label="stable by the exact multipliers")
     axes.set_xscale("log")

@@ -13,6 +13,7 @@ from percuss.model import System
 from percuss.notebook import watched
 from percuss.simulate.engine import Progress, Stretch, follow
 from percuss.simulate.events import Events
+from percuss.simulate.held_rest import laid_down
 from percuss.simulate.restored import restored
 from percuss.simulate.simulated_motion import SimulatedMotion, unresolved
 from percuss.simulate.stop import Stop
@@ -31,6 +32,7 @@ def go_on(motion: Kind, stop: Stop, progress: Callable[[Progress], object] | Non
     snapshot = restored(motion)
     with watched(progress) as watch:
         stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, watch)
+    stretch = laid_down(motion.spectrum, stretch)
     whole = Stretch(
         Events.of_all([motion.events, stretch.events]),
         np.concatenate([motion.states, stretch.states]),

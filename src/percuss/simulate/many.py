@@ -103,7 +103,7 @@ def simulate_many(
 
 def _kept(systems: System | Sequence[System], modes: int) -> int:
     """How many of so many modes all of the systems have."""
-    listed = [systems] if isinstance(systems, System) else systems
+    listed: Sequence[object] = systems if isinstance(systems, list | tuple) else [systems]
     bodies = [system.body for system in listed if isinstance(system, System)]
     return min((body.chosen(modes) for body in bodies if isinstance(body, HeldBody)), default=modes)
 

@@ -10,6 +10,7 @@ from percuss.notebook import watched
 from percuss.simulate.engine import Progress, follow
 from percuss.simulate.flight import Anchor
 from percuss.simulate.going_on import ending
+from percuss.simulate.held_rest import laid_down
 from percuss.simulate.kernels.codes import RESTING
 from percuss.simulate.snapshot import begin
 from percuss.simulate.start import Start
@@ -74,7 +75,7 @@ def run(
         snapshot.z.copy(),
     )
     with watched(progress) as watch:
-        stretch = follow(table, snapshot, stop, start.time, watch)
+        stretch = laid_down(spectrum, follow(table, snapshot, stop, start.time, watch))
     return Trajectory(
         system=system,
         modes=spectrum.modes,

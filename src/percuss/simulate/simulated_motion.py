@@ -142,6 +142,8 @@ class SimulatedMotion(Shown):
     def _between(self, i: int, times: Array) -> Modes:
         rests = self.events.code[i] == REST if i >= 0 else self.resting
         nothing = np.zeros((self.modes + 1, times.size))
+        if rests and not self.system.body.is_free and i >= 0:  # as it was struck last
+            return Modes(self._at(i)[0][:, None] + nothing, nothing)
         if rests:
             return Modes(nothing, nothing)
         if i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER:

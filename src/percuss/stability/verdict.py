@@ -190,7 +190,9 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Red
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
     if kind is Reason.ELASTIC:  # what B77's criterion cannot see
         note = orbit.system.contact.elastic_growth
-        return f"elastic mode {mode} grows by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
+        flips = abs(first.imag) <= TURNING * modulus and first.real < 0.0
+        how = "turns over and grows" if flips else "grows"
+        return f"elastic mode {mode} {how} by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
     if kind is Reason.SPIRAL:
         turn = abs(float(np.angle(first)))
         grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"

@@ -121,5 +121,8 @@ def _made(asked: CaseAsked, harmonics: int) -> Case:
     else:
         assert asked.case is not None
         case = case_of(asked.case, harmonics=harmonics)
+    if case.tables.body is not None:
+        remedy = "'percuss steady', 'percuss orbits' and 'percuss follow' answer for it"
+        raise CaseError(case.file, "body", None, "a structure that is held: the workbench shows free bars", remedy)
     case.machine() if case.is_machine else case.system()
     return case

@@ -14,9 +14,9 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.errors import ParameterError
-from percuss.explore import Axis, follow, orbit_seeds
+from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
-from percuss.model.checks import count, text
+from percuss.model.checks import count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import check_pushes
@@ -51,7 +51,14 @@ def parsed_label(label: str) -> tuple[int, int]:
 
 
 def orbits_answer(
-    case: Case, label: str, *, modes: int | None = None, tries: int = 400, seed: int = 0, motions: int = 64
+    case: Case,
+    label: str,
+    *,
+    modes: int | None = None,
+    tries: int = 400,
+    seed: int = 0,
+    motions: int = 64,
+    switch: bool = False,
 ) -> FoundOrbits:
     """The orbits z=p/n of a case; see `percuss.steady.orbits`.
 
@@ -67,6 +74,8 @@ def orbits_answer(
         As for `percuss.steady.orbits`.
     motions
         How many are simulated to start from their close returns; 0 for none.
+    switch
+        Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
 
     Raises
     ------
@@ -90,6 +99,8 @@ def orbits_answer(
     if drawn and impacts > 1:
         check_pushes(system)
         near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed)
+    if flag("switch", switch) and impacts > 1:
+        near |= switched_seeds(system, impacts, periods, modes=kept)
     return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near)
 
 

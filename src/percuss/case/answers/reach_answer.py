@@ -1,58 +1,27 @@
-"""How far the parameters of a case may move before its motion is lost, and what comes then, in its own units."""
+"""How far the parameters of a case may move before its motion is lost, and what comes then."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from percuss.case.answers.json_values import number as plain_number
-from percuss.case.answers.numerals import number
+from percuss.case.answers.reach_in_words import CaseReach
 from percuss.case.case import Case, checked_case
 from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.parameter_list import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.reaching import Reach, ReachEnd, reach
+from percuss.explore.continuation.reaching import reach
 from percuss.model.checks import callback, count, instance, several, text
-from percuss.shown import Shown
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit
 
-__all__ = ["CaseReach", "ends_in_words", "reach_answer", "reach_dict", "reach_in_words", "varied_parameters"]
+__all__ = ["reach_answer", "varied_parameters"]
 
 _USUAL = ("load.mean", "load.frequency")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
 _ENDS = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)}
 _FROM_NOTHING = ("load_factor", "mean", "amplitude", "d", "damping", "damping_ratio", "drag", "eta")
-
-
-@dataclass(frozen=True)
-class CaseReach(Shown):
-    """How far one parameter of a case may move.
-
-    Parameters
-    ----------
-    name, label, unit
-        Of the parameter.
-    value
-        That of the case, in the unit.
-    found
-        How far it may move; None where it cannot be told.
-    refusal
-        Why not.
-    """
-
-    name: str
-    label: str
-    unit: str
-    value: float
-    found: Reach | None
-    refusal: str = ""
-
-    def __str__(self) -> str:
-        return reach_in_words(self)
 
 
 def reach_answer(
@@ -160,70 +129,3 @@ def _range(name: str, value: float) -> tuple[float, float]:
         return 0.0, 1.0
     low = 0.0 if short in _FROM_NOTHING else value / _WIDE
     return (low, _WIDE * value) if value > 0.0 else (_WIDE * value, -low)
-
-
-# -- in words --
-
-_WHERE = {
-    BranchEvent.FOLD: "where the motion ceases to exist",
-    BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
-    BranchEvent.FLIP: "where the period doubles",
-    BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
-    BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
-    BranchEvent.TOUCH: "where the bar touches the wall between two blows",
-    BranchEvent.DEATH: "where the blow has no speed left",
-    BranchEvent.STICKING: "where the bar would rest on the wall after a blow",
-    BranchEvent.NO_PUSH: "where the load stops pushing",
-    BranchEvent.NO_SYSTEM: "beyond which there is no such hammer",
-    BranchEvent.RESONANCE: "where an elastic mode resonates",
-    BranchEvent.COALESCENCE: "where two blows fall together",
-    BranchEvent.LOST: "beyond which the motion could not be followed",
-}
-
-
-def reach_in_words(row: CaseReach) -> str:
-    """One sentence of a parameter."""
-    return f"{row.label} = {ends_in_words(row)}"
-
-
-def ends_in_words(row: CaseReach) -> str:
-    """The sentence behind the name of the parameter."""
-    unit = f" {row.unit}" if row.unit else ""
-    head = f"{number(row.value)}{unit}"
-    if row.found is None:
-        return f"{head}: {row.refusal}"
-    below, above = (_end(one, unit) for one in (row.found.below, row.found.above))
-    return f"{head}: down to {below}; up to {above}"
-
-
-def _end(end: ReachEnd, unit: str) -> str:
-    then = "" if end.then is None else f" (then {end.then})"
-    if end.is_open:
-        return f"{number(end.value)}{unit} and further"
-    return f"{number(end.value)}{unit}, {_WHERE.get(end.kind, end.kind.words)}{then}"
-
-
-def reach_dict(rows: Sequence[CaseReach]) -> list[dict[str, Any]]:
-    """The same in plain values."""
-    return [
-        {
-            "parameter": row.name,
-            "label": row.label,
-            "unit": row.unit,
-            "value": row.value,
-            "below": None if row.found is None else _end_dict(row.found.below),
-            "above": None if row.found is None else _end_dict(row.found.above),
-            "text": reach_in_words(row),
-        }
-        for row in rows
-    ]
-
-
-def _end_dict(end: ReachEnd) -> dict[str, Any]:
-    return {
-        "type": end.kind.value,
-        "value": plain_number(end.value),
-        "phase": plain_number(end.orbit.phase),
-        "beyond": end.beyond,
-        "then": end.then,
-    }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
 from percuss.case.answers.ends import Ends, ends_of, not_followed
 from percuss.case.answers.json_values import contact_dict, heading_dict, plain
-from percuss.case.answers.reach_answer import reach_dict
+from percuss.case.answers.reach_in_words import reach_dict
 from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
 from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
@@ -20,7 +20,7 @@ from percuss.stability import stability_of
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states
 
 if TYPE_CHECKING:
-    from percuss.case.answers.reach_answer import CaseReach
+    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.case import Case
     from percuss.model import System, Timed
     from percuss.recordings.history import HistoryReport

@@ -110,12 +110,12 @@ def boundaries(
     (array([0.31830989, 0.59114693, 1.27323954]), array([0.26851464, 0.470072  , 0.75684712]))
     """
     family = family_of(system)
-    _refuse_structures(family)
     callback("halt", halt)
     callback("progress", progress)
     if samples is not None:
         count("samples", samples, least=2, most=10**6)
     x_name, values, y_name, low, high = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
+    _refuse_structures(family, {y_name: low} if x_name == PERIODS else {x_name: float(values[0]), y_name: low})
     meter = Meter(values.size, 0, progress)
 
     def given_up() -> bool:
@@ -251,10 +251,10 @@ def _speed(line: Line, crossing: Crossing) -> float:
     return motion.impact_velocity
 
 
-def _refuse_structures(family: Family) -> None:
+def _refuse_structures(family: Family, values: dict[str, float]) -> None:
     """ParameterError where the bodies are held, whose motions B77 (14) does not tell of."""
     try:
-        body = family.system({}).body
-    except PercussError:  # there is no system without values of x and y
+        body = family.system(values).body
+    except PercussError:  # there is no system in this corner
         return
     need_free(body, "boundary curves; `follow` finds those of structures")

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.errors import PercussError
+from percuss.explore.continuation.followed_orbit import FollowedOrbit
 from percuss.explore.continuation.parameter_rows import ParameterRows
 from percuss.explore.family import Family
 from percuss.halting import look
@@ -128,7 +129,7 @@ class SolutionCurve:
             if len(self._motions) > _KEPT:
                 self._motions.clear()
             system, times = self.system(self.value(x)), tuple(x[:p].tolist())
-            self._motions[key] = PeriodicOrbit(system, self.periods, times, self.modes, float(x[p]))
+            self._motions[key] = FollowedOrbit(system, self.periods, times, self.modes, float(x[p]))
         return self._motions[key]
 
     def unknowns(self, orbit: PeriodicOrbit, value: float) -> Array:

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import Interrupted
-from percuss.explore.attractors.grouping import labels, matched
 from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, DiagramJob, diagram_job
 from percuss.explore.diagrams.lines import DiagramBranch, lines_from, with_new
-from percuss.explore.diagrams.passes import UNKNOWN
+from percuss.explore.diagrams.settled import SettledMotion, settled_at
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
-from percuss.model.checks import Array
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
@@ -27,37 +25,7 @@ if TYPE_CHECKING:
     from percuss.explore.jobs.archive import Archive
     from percuss.simulate import Stop
 
-__all__ = ["Diagram", "SettledMotion", "diagram"]
-
-
-@dataclass(frozen=True)
-class SettledMotion(Shown):
-    """A motion that simulations settle on at one value of the parameter; dimensionless.
-
-    Parameters
-    ----------
-    value
-        Of the parameter.
-    label
-        As `percuss.simulate.Trajectory.label` has it.
-    members
-        How many of the simulations at this value settled on it.
-    phases, speeds
-        Of the impacts of a cycle, or of the last ones of a motion without a cycle: of the first simulation. Of a long
-        chatter the fastest ones.
-    energy
-        Mean kinetic energy before a main blow; NaN without blows.
-    scales
-        Metres per second and joules of a speed and an energy of 1; None for a system without units.
-    """
-
-    value: float
-    label: str
-    members: int
-    phases: Array = field(repr=False)
-    speeds: Array = field(repr=False)
-    energy: float
-    scales: tuple[float, float] | None = None
+__all__ = ["Diagram", "carried_diagram", "diagram"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +85,7 @@ class Diagram(Shown):
         settled = [
             one
             for i, value in enumerate(axis.values.tolist())
-            for one in _settled(passes, i, value, scales[i], float(load_scales[i]))
+            for one in settled_at(passes, i, value, scales[i], float(load_scales[i]))
         ]
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
         motions = tuple(line for line in lines if line.possible)
@@ -144,7 +112,8 @@ class Diagram(Shown):
         """A row for each impact of what was simulated and of each orbit of the branches, and the events, with units."""
         from percuss.explore.diagrams.diagram_dataset import dataset_of
 
-        return dataset_of(self)
+        about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
+        return dataset_of(self.axis, self.settled, self.branches, self.is_si, about)
 
     def __str__(self) -> str:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
@@ -153,36 +122,6 @@ class Diagram(Shown):
         )
         head = f"Diagram over {self.axis.name} from {low:.9g} to {high:.9g}: {settled}, {len(self.branches)} branches"
         return "\n".join([head, *(f"  {line}".replace("\n", "\n  ") for line in self.branches)])
-
-
-def _settled(passes: Columns, i: int, value: float, scales: Array, load_scale: float) -> list[SettledMotion]:
-    """What the passes settled on at value number i."""
-    names = ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders", "invariants")
-    there = np.flatnonzero(passes["code"][:, i] != UNKNOWN)
-    if not there.size:
-        return []
-    here = {name: passes[name][there, i] for name in names}
-    number, words = matched(here, load_scale), labels(here)
-    found = []
-    for group in range(int(number.max()) + 1):
-        members = np.flatnonzero(number == group)
-        row = int(there[members[0]])
-        kept = np.isfinite(passes["phases"][row, i])
-        energies = passes["blow_energy"][there[members], i]
-        energy = float(energies[np.isfinite(energies)].mean()) if np.isfinite(energies).any() else np.nan
-        made = (float(scales[0]), float(scales[1])) if scales[0] > 0.0 else None
-        found.append(
-            SettledMotion(
-                value,
-                str(words[members[0]]),
-                members.size,
-                passes["phases"][row, i, kept],
-                passes["speeds"][row, i, kept],
-                energy,
-                made,
-            )
-        )
-    return found
 
 
 def diagram(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,8 +13,9 @@ from percuss.errors import MissingExtraError
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.diagrams.diagram import Diagram
+    from percuss.explore.axis import Axis
     from percuss.explore.diagrams.lines import DiagramBranch
+    from percuss.explore.diagrams.settled import SettledMotion
 
 __all__ = ["dataset_of"]
 
@@ -35,8 +36,14 @@ class _Row(NamedTuple):
     energy_scale: float
 
 
-def dataset_of(found: Diagram) -> xarray.Dataset:
-    """The diagram over the dimensions ``impact`` and ``event``.
+def dataset_of(
+    axis: Axis,
+    settled: Sequence[SettledMotion],
+    branches: Sequence[DiagramBranch],
+    is_si: bool,
+    about: Mapping[str, Any],
+) -> xarray.Dataset:
+    """A diagram over the dimensions ``row``, one impact each, and ``event``, with the attributes `about`.
 
     Raises
     ------
@@ -47,8 +54,8 @@ def dataset_of(found: Diagram) -> xarray.Dataset:
         import xarray
     except ImportError:
         raise MissingExtraError("xarray", "io") from None
-    name, unit = found.axis.name, found.axis.unit or "1"
-    rows = [*_simulated(found), *(row for i, line in enumerate(found.branches, 1) for row in _of_branch(i, line))]
+    name, unit = axis.name, axis.unit or "1"
+    rows = [*_simulated(settled), *(row for i, line in enumerate(branches, 1) for row in _of_branch(i, line))]
     table = dict(zip(_Row._fields, (np.array(column) for column in zip(*rows, strict=True)), strict=True))
     if not rows:
         table = {field: np.array([]) for field in _Row._fields}
@@ -63,17 +70,17 @@ def dataset_of(found: Diagram) -> xarray.Dataset:
         "speed": ("row", table["speed"], {"units": "1", "long_name": "speed of the striking end just before it"}),
         "energy": ("row", table["energy"], {"units": "1", "long_name": "mean kinetic energy before a blow"}),
     }
-    if found.is_si:
+    if is_si:
         about = {"units": "m/s", "long_name": "speed of the striking end just before it"}
         variables["speed_m_s"] = ("row", table["speed"] * table["speed_scale"], about)
         about = {"units": "J", "long_name": "mean kinetic energy before a blow"}
         variables["energy_J"] = ("row", table["energy"] * table["energy_scale"], about)
-    variables |= _events(found, unit)
-    return xarray.Dataset(variables, attrs={"kind": "diagram", "parameter": name, "modes": found.modes})
+    variables |= _events(branches, unit)
+    return xarray.Dataset(variables, attrs=dict(about))
 
 
-def _simulated(found: Diagram) -> Iterator[_Row]:
-    for number, one in enumerate(found.settled, 1):
+def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:
+    for number, one in enumerate(settled, 1):
         scales = one.scales or (math.nan, math.nan)
         for i, (phase, speed) in enumerate(zip(one.phases.tolist(), one.speeds.tolist(), strict=True), 1):
             yield _Row("simulated", number, one.label, one.value, 1, i, phase, speed, one.energy, *scales)
@@ -89,8 +96,8 @@ def _of_branch(number: int, line: DiagramBranch) -> Iterator[_Row]:
             yield _Row("branch", number, line.label, *same, i, phase, speed, *energies)
 
 
-def _events(found: Diagram, unit: str) -> dict[str, Any]:
-    points = [(i, point) for i, line in enumerate(found.branches, 1) for point in line.points]
+def _events(branches: Sequence[DiagramBranch], unit: str) -> dict[str, Any]:
+    points = [(i, point) for i, line in enumerate(branches, 1) for point in line.points]
     values = np.array([point.value for _, point in points])
     return {
         "event_branch": ("event", np.array([i for i, _ in points], dtype=np.int64), {"long_name": "of which branch"}),

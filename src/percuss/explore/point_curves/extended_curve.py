@@ -18,6 +18,7 @@ from percuss.explore.boundary_curves.roots import bracketed_roots
 from percuss.explore.continuation.solution_curve import Strayed
 from percuss.explore.family import Family
 from percuss.explore.point_curves.conditions import Condition
+from percuss.explore.point_curves.quick_motion import QuickMotion
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
@@ -66,6 +67,7 @@ class ExtendedCurve:
     modes: int
     condition: Condition
     _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
+    _systems: dict[tuple[float, float], System] = field(default_factory=dict, repr=False, compare=False)
 
     def renewed(self, x: Array) -> ExtendedCurve:
         """The same curve with what belongs to a place on it taken anew."""
@@ -83,9 +85,13 @@ class ExtendedCurve:
 
     def system(self, values: tuple[float, float]) -> System:
         """The system at values of the parameters; PercussError where there is none, or its load does not push."""
-        found = self.family.system(dict(zip(self.names, values, strict=True)))
-        check_pushes(found)
-        return found
+        if values not in self._systems:
+            if len(self._systems) > _KEPT:
+                self._systems.clear()
+            found = self.family.system(dict(zip(self.names, values, strict=True)))
+            check_pushes(found)
+            self._systems[values] = found
+        return self._systems[values]
 
     def refusal(self, values: tuple[float, float]) -> PercussError | None:
         """Why there can be no orbit at values."""
@@ -103,7 +109,7 @@ class ExtendedCurve:
                 self._motions.clear()
             system = self.system(self.values(x))
             times = self.condition.placed(system, x[:p])
-            self._motions[key] = PeriodicOrbit(system, self.periods, tuple(times.tolist()), self.modes, float(x[p]))
+            self._motions[key] = QuickMotion(system, self.periods, tuple(times.tolist()), self.modes, float(x[p]))
         return self._motions[key]
 
     def off(self, x: Array) -> Array:

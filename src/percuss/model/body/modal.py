@@ -12,7 +12,7 @@ from percuss.model.body.body import Body, Shape
 from percuss.model.body.damping import Damping, Table
 from percuss.model.body.held import MOST_GAP, HeldBody
 from percuss.model.body.sized import Piece, SizedBody
-from percuss.model.checks import Array, finite, non_negative, numbers, positive
+from percuss.model.checks import Array, count, finite, non_negative, numbers, positive
 from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["GAP", "MOST_MODES", "ModalBody", "SizedModes"]
@@ -218,12 +218,14 @@ class SizedModes(SizedBody):
         return ()
 
     def body(self, angular_frequency: float) -> Body:
-        omega, delta = (tuple(w / angular_frequency for w in values) for values in (self.omega, self.delta))
+        scale = positive("angular_frequency", angular_frequency)
+        omega, delta = (tuple(w / scale for w in values) for values in (self.omega, self.delta))
         return ModalBody(omega, delta, self.contact, self.drive, self.gap)
 
     def natural_frequencies(self, modes: int) -> Array:
         squares = np.array(self.omega) ** 2 - (0.5 * np.array(self.delta)) ** 2
-        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))[:modes]
+        found = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
+        return np.asarray(found[: count("modes", modes, most=1 << 20)])
 
     def __str__(self) -> str:
         n = len(self.omega)

@@ -16,7 +16,7 @@ from percuss.model.body.held import HeldBody
 from percuss.model.body.modal import GAP, MOST_MODES, _gap
 from percuss.model.body.sized import Piece, SizedBody
 from percuss.model.body.uniform import LEAST_S, MOST_S
-from percuss.model.checks import Array, instance, non_negative, positive
+from percuss.model.checks import Array, count, instance, non_negative, positive
 from percuss.model.parameter import Parameter, of_field
 
 __all__ = ["Mounted", "SizedMounted"]
@@ -208,15 +208,16 @@ class SizedMounted(SizedBody):
         return () if self.bar is None else self.bar.pieces
 
     def body(self, angular_frequency: float) -> Body:
-        k, c = self.spring / (self.mass * angular_frequency**2), self.dashpot / (self.mass * angular_frequency)
+        scale = positive("angular_frequency", angular_frequency)
+        k, c = self.spring / (self.mass * scale**2), self.dashpot / (self.mass * scale)
         gap = self.gap / self.length
         if self.bar is None:
             return Mounted(k, c, gap=gap)
-        own = self.bar.body(angular_frequency)
+        own = self.bar.body(scale)
         return Mounted(k, c, own.s, own.damping, gap)
 
     def natural_frequencies(self, modes: int) -> Array:
-        found = self.body(1.0).modes(modes)
+        found = self.body(1.0).modes(count("modes", modes, most=1 << 20))
         squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
         return np.asarray(np.sqrt(squares) / (2.0 * np.pi))
 

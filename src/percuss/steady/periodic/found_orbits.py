@@ -58,6 +58,8 @@ class FoundOrbits(Shown):
         cases.
     sources
         Where the starts came from: ``"random times"``, and what was given besides.
+    ended
+        From how many tries `unseen` is estimated; it is worth little where these are few.
     """
 
     system: System
@@ -71,6 +73,7 @@ class FoundOrbits(Shown):
     unseen: float | None
     complete: bool
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
+    ended: int = 0
 
     @property
     def label(self) -> str:
@@ -88,6 +91,13 @@ class FoundOrbits(Shown):
         if self.complete:
             head = f"{self.label}: {found}, complete (proved)"
         else:
-            estimate = "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen:.2g}"
+            estimate = _estimate(self.unseen, self.ended)
             head = f"{self.label}: {found} in {self.tries} tries, {estimate}"
         return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
+
+
+def _estimate(unseen: float | None, ended: int) -> str:
+    """What is told of orbits that may be missing."""
+    if unseen is None:
+        return "no estimate of what is missing"
+    return f"unseen share {unseen:.2g} (by {ended} tr{'ies' if ended > 1 else 'y'})"

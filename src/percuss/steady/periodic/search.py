@@ -119,7 +119,7 @@ def orbits(
     ended = sum(met.values())
     unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
     sources[RANDOM] = Tally(wanted, search.good - before)
-    return search.result(sum(tally.tries for tally in sources.values()), unseen, sources=sources)
+    return search.result(sum(tally.tries for tally in sources.values()), unseen, sources=sources, ended=ended)
 
 
 def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
@@ -260,6 +260,7 @@ class _Search:
         *,
         complete: bool = False,
         sources: Mapping[str, Tally] | None = None,
+        ended: int = 0,
     ) -> FoundOrbits:
         """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain = self.chain
@@ -270,7 +271,7 @@ class _Search:
         dropped = {reason: counted[reason] for reason in Drop if counted[reason]}
         return FoundOrbits(
             chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
-            sources or {},
+            sources or {}, ended,
         )  # fmt: skip
 
 

@@ -58,7 +58,7 @@ class Chain:
     stop: float
 
 
-def chatter_left(leg: Leg, restitution: float) -> float | None:
+def chatter_left(leg: Leg, factor: float) -> float | None:
     """How long it takes until the impacts after this one have piled up; None where that is not certain, or not known.
 
     Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to
@@ -69,14 +69,14 @@ def chatter_left(leg: Leg, restitution: float) -> float | None:
     ----------
     leg
         The flight after an impact.
-    restitution
-        R, between 0 and 1.
+    factor
+        −R, by which the law multiplies velocities; between -1 and 0.
     """
     swing, w, d = leg.swing, -leg.rate, leg.swing.system.d
     push = leg.acceleration - d * w
     if push <= 0.0:
         return None
-    left = 2.0 * w / ((1.0 - restitution) * push)
+    left = 2.0 * w / ((1.0 + factor) * push)
     if left > _LONGEST:
         return None
     smooth, elastic = leg.jerks
@@ -193,17 +193,17 @@ class _Follower:
 
     def _rests(self, speed: float) -> tuple[float | None, bool]:
         """How long until the bar lies on the wall, if it does without leaving, and whether it chatters until then."""
-        leg, restitution = self.leg, -self.law.velocity_factor
+        leg, factor = self.leg, self.law.velocity_factor
         push = float(self.swing.system.load.value(leg.time))
         scale = abs(leg.drift) + float(np.abs(self.swing.end) @ self.swing.harmonics) + speed
         if -leg.rate <= _STILL * scale:
-            held = (restitution == 0.0 and push > 0.0) or leg.acceleration >= 0.0
-            return (0.0 if held else None), restitution > 0.0 and len(self.impacts) > 1
+            held = (factor == 0.0 and push > 0.0) or leg.acceleration >= 0.0
+            return (0.0 if held else None), factor < 0.0 and len(self.impacts) > 1
         if self._is_held(push):
-            return 0.0, restitution > 0.0 and len(self.impacts) > 1
-        if not 0.0 < restitution < 1.0:
+            return 0.0, factor < 0.0 and len(self.impacts) > 1
+        if not -1.0 < factor < 0.0:
             return None, False
-        left = chatter_left(leg, restitution)
+        left = chatter_left(leg, factor)
         if left is None or 2.0 * left > self.swing.breaks_after(leg.time) - leg.time:
             return None, False
         return left, True
@@ -211,7 +211,7 @@ class _Follower:
     def _is_held(self, push: float) -> bool:
         """Whether the load holds the bar, by a law that turns the strain over, for less than a contact."""
         system = self.swing.system
-        if system.contact.keeps_strain or not 0.0 < system.restitution < 1.0:
+        if system.contact.keeps_strain or not -1.0 < self.law.velocity_factor < 0.0:
             return False
         contact = 2.0 * system.body.transit_time
         return self.flight < contact and 0.0 <= -2.0 * self.leg.start.rigid <= push * contact

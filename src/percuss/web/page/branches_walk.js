@@ -36,6 +36,7 @@ function rowsOf({ branch, points }) {
   }));
   let from = 0;
   for (const point of points) {
+    if (!point.orbit?.impacts.length) continue; // nothing to be marked
     const { segment, share } = nearest(rows, point, from);
     const row = matched(between(rows[segment], rows[segment + 1] ?? rows[segment], share), point);
     const known = [segment, segment + 1].find((i) => rows[i] && near(rows[i], row));
