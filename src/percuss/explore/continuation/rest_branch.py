@@ -216,7 +216,7 @@ class _Walker:
         return rows, RestBranchPoint(RestEvent.LIMIT, here, cycle, "the branch goes on")
 
     def _release_lost(self, value: float, ahead: float) -> float | None:
-        """Where the load ceases to let go, if it does hardly beyond a value: there it moves the bar by rounding only."""
+        """Where the load ceases to let go, if that is hardly beyond a value: pulls move the bar by rounding there."""
 
         def releases(at: float) -> bool:
             try:
