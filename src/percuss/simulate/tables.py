@@ -151,7 +151,7 @@ def tabled_modes(spectrum: ElasticModes, bar: np.void) -> Modes:
     elif law == RATIO:
         bar["base_half"] = half[0]
     bar["wane"], slowest = (2.0 * own.max(), 2.0 * own.min()) if own.size else (0.0, np.inf)
-    bar["lasting"] = 2.0 / slowest if slowest > 0.0 else np.inf
+    bar["lasting"] = 2.0 / slowest if slowest > 1e-300 else np.inf
     return Modes(
         omega=omega,
         lam=oscillates * lam,
