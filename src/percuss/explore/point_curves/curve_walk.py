@@ -14,9 +14,10 @@ from percuss.explore.continuation.corners import Passed, step_of, steps_passed
 from percuss.explore.continuation.solution_curve import Strayed
 from percuss.explore.point_curves.clearance import Clearance, clearance
 from percuss.explore.point_curves.codimension_two import tests_of
-from percuss.explore.point_curves.conditions import Corner, Multiplier, Pair, Touch
+from percuss.explore.point_curves.conditions import Corner, Touch
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
 from percuss.steady.periodic.sameness import differences, load_turn
 

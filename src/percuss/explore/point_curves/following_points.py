@@ -13,10 +13,11 @@ from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.solution_curve import Strayed
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch
 from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
 from percuss.halting import halting
 from percuss.model import System
