@@ -19,12 +19,12 @@ from percuss.explore.continuation.indicators import (
     unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rises import rise
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import (
     CurvePoint,
     Number,
-    Strayed,
     twice,
     where_it_vanishes,
 )

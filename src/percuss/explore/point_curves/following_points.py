@@ -10,7 +10,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchPoint
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch
