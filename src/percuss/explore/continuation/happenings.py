@@ -37,6 +37,7 @@ __all__ = ["Happening", "crossings", "end_of", "to_corner"]
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
 _CLOSE_TO_HALF = 0.1  # share of the way to the place where the halves are one: nearer there are two tangents
+_BEYOND_FLIP = 0.02  # share of the first step of a branch, nearer than which rounding decides which way it leads
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
 
@@ -177,9 +178,12 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
     first, last
         The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
-        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
+        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: folds are then
+        looked for from a little beyond it on.
     """
     start, stop, curve = segment.at(first), segment.at(last), segment.curve
+    inner = max(first, _BEYOND_FLIP * last) if fresh else first
+    turning = segment.at(inner)
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -188,8 +192,8 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
+    if turning.tangent[-1] * stop.tangent[-1] < 0.0 and fold(turning) * fold(stop) < 0.0:
+        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, inner, last)))
     if flip(start) * flip(stop) < 0.0:
         found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
     if curve.modes:
