@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
+from percuss.explore.continuation.circle_crossings import crossings
 from percuss.explore.continuation.corners import beyond_corner, corner_ahead, steps_passed
 from percuss.explore.continuation.dips import may_vanish_twice
-from percuss.explore.continuation.happenings import Happening, crossings, end_of, to_corner
+from percuss.explore.continuation.happenings import Happening, end_of, to_corner
 from percuss.explore.continuation.homecoming import home
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
