@@ -101,6 +101,21 @@ def test_a_closed_branch_ends_at_its_start(straight: Branch) -> None:
     assert place == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize("restitution", [0.571, 0.57123, 0.57124])
+def test_a_doubled_branch_that_soon_turns_back_has_its_fold(restitution: float) -> None:
+    """Near the restitution at which the flip changes its side: however near the fold is, values turn only at folds."""
+    load = Load.fourier([0.8, 1.0, 0.4 * np.exp(0.325j)])
+    system = System(s=5.0, d=0.0, restitution=restitution, load=load)
+    branch = follow(orbits(system, 1, 1, modes=0).orbits[-1], "mean", (0.52, 1.0), switch=1)
+    doubled = next(one for one in branch.switched if one.label == "z=2/2")
+    ways = np.sign(np.diff(doubled.values))
+    folds = doubled.at(BranchEvent.FOLD)
+    assert len(folds) == np.count_nonzero(ways[1:] != ways[:-1]) == 2
+    assert 0.0 < abs(folds[0].value - doubled.points[0].value) < 1e-6
+    for fold in folds:
+        assert np.abs(orbit_multipliers(fold.orbit).values - 1.0).min() < 1e-4
+
+
 # -- ends -------------------------------------------------------------------------------------------------------------
 
 

@@ -8,12 +8,13 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from percuss.explore.continuation.next_point import Strayed, unit_tangent
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Passed", "beside", "is_later", "landed", "step_ahead", "step_of", "step_row", "step_time", "steps_passed"]
+__all__ = ["Passed", "beyond_corner", "corner_ahead", "step_of", "steps_passed"]
 
 Passed: TypeAlias = npt.NDArray[np.int64]
 """How many steps of the load there are before each impact."""
@@ -88,7 +89,39 @@ def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -
             break
     orbit = beside(curve, point, which, not later)
     matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
-    return CurvePoint(point.x, curve.tangent(matrix, near.tangent), point.steps)
+    return CurvePoint(point.x, unit_tangent(matrix, near.tangent), point.steps)
+
+
+def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
+    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
+
+    Strayed where none does within so much of the curve.
+    """
+    near = [one for i in range(curve.impacts) if (one := step_ahead(curve, here, i, passed))]
+    if not near:
+        raise Strayed("the load has no steps")
+    place, which = min(near)
+    if not 0.0 <= place <= reach:
+        raise Strayed("no step of the load is near")
+    start = here.x + place * here.tangent
+    return start, landed(curve, CurvePoint(start, here.tangent, 0), which, passed), which
+
+
+def beyond_corner(
+    curve: SolutionCurve, corner: CurvePoint, which: int, passed: Passed
+) -> tuple[CurvePoint, PeriodicOrbit, Passed]:
+    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way; or Strayed.
+
+    With it, the motion just beyond, and how many steps of the load there are before each impact there.
+    """
+    later = is_later(curve, corner, which, passed)
+    orbit = beside(curve, corner, which, later)
+    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(corner.x)))
+    row = step_row(curve, corner.x, which, int(passed[which]) - (not later))
+    tangent = unit_tangent(matrix, row if later else -row)
+    after = np.array(passed)
+    after[which] += 1 if later else -1
+    return CurvePoint(corner.x, tangent, corner.steps), orbit, after
 
 
 def is_later(curve: SolutionCurve, point: CurvePoint, which: int, passed: Passed) -> bool:

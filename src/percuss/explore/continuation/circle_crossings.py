@@ -1,0 +1,137 @@
+"""The folds, flips and pairs on the unit circle in a step along a curve of orbits."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from percuss.explore.continuation.happenings import Happening, happening
+from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
+from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.resonances import resonant_places
+from percuss.explore.continuation.segment import Segment
+from percuss.explore.continuation.solution_curve import CurvePoint
+from percuss.model.checks import ComplexArray
+from percuss.stability.multipliers import TURNING
+
+__all__ = ["crossings"]
+
+_ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
+_BEYOND_FLIP = 0.02  # share of the first step of a branch, nearer than which rounding decides which way it leads
+_LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
+_NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
+
+
+def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[Happening]:
+    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
+
+    Parameters
+    ----------
+    segment
+        The step.
+    first, last
+        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
+    fresh
+        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
+        are then those from a little beyond it on.
+
+    Raises
+    ------
+    Strayed
+        Where the ends are not on one sheet of the branch.
+    """
+    places = resonant_places(segment, first, last) if segment.curve.modes else []
+    inside = [(place, point) for place in places if (point := _point(segment, place)) is not None]
+    points = [(first, segment.at(first)), *inside, (last, segment.at(last))]
+    found = []
+    for start, stop in pairwise(points):
+        found += _between(segment, start, stop, fresh and start[0] == first)
+    return sorted(found, key=lambda one: one.place)
+
+
+def _point(segment: Segment, place: float) -> CurvePoint | None:
+    """The point at a place; None where there is none."""
+    try:
+        return segment.at(place)
+    except Strayed:
+        return None
+
+
+def _between(
+    segment: Segment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
+) -> list[Happening]:
+    """Folds, flips and pairs between two places, given with their points."""
+    curve, (low, start), (high, stop) = segment.curve, first, last
+    inner = max(low, _BEYOND_FLIP * high) if fresh else low
+    beyond = segment.at(inner)
+
+    def fold(point: CurvePoint) -> float:
+        return indicator(curve.motion(point.x), 1.0)
+
+    def flip(point: CurvePoint) -> float:
+        return indicator(curve.motion(point.x), -1.0)
+
+    found = []
+    turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
+    away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
+        raise Strayed("on another sheet of the branch")
+    if turned and singular:
+        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
+    if flip(start) * flip(stop) < 0.0:
+        found.append(happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
+    if curve.modes:
+        places = sorted([low, *(one.place for one in found), high])
+        found += [one for here, there in pairwise(places) for one in _pairs(segment, here, there)]
+    return found
+
+
+def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
+    """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
+    curve, aside = segment.curve, _ASIDE * segment.length
+    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
+    if low >= high:
+        return []
+
+    def count(place: float) -> int:
+        return unstable(curve.motion(segment.at(place).x))
+
+    first, second = count(low), count(high)
+    if min(first, second) < 0 or abs(second - first) < 2:
+        return []
+    while high - low > _NARROW * segment.length:
+        middle = 0.5 * (low + high)
+        now = count(middle)
+        if abs(now - first) >= abs(second - now):
+            high, second = middle, now
+        else:
+            low, first = middle, now
+    return _pair(segment, low, high)
+
+
+def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
+    curve = segment.curve
+    both = [multipliers(curve.motion(segment.at(place).x)) for place in (low, high)]
+    outer = max(both, key=outside)
+    if outer is None:
+        return []
+    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0)]
+    if not beyond.size:
+        return []
+    seen = complex(beyond[np.argmin(np.abs(beyond))])
+
+    def modulus(point: CurvePoint) -> float:
+        values = multipliers(curve.motion(point.x))
+        return math.nan if values is None else abs(_nearest(values, seen)) - 1.0
+
+    if not modulus(segment.at(low)) * modulus(segment.at(high)) < 0.0:
+        return []
+    return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, low, high))]
+
+
+def _nearest(values: ComplexArray, to: complex) -> complex:
+    """The value that is nearest to another."""
+    return complex(values[np.argmin(np.abs(values - to))])
