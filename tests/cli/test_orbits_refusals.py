@@ -38,6 +38,7 @@ REFUSED = [
     ("orbits HAMMER --label 2.5/1", "impacts and load periods of a cycle"),
     ("orbits HAMMER --label 2/1/1", "impacts and load periods of a cycle"),
     ("orbits HAMMER --label -1/1", "--label"),
+    ("orbits HAMMER --label chatter/0", "impacts and load periods of a cycle"),
     ("orbits HAMMER --label 1/1 --up-to 65/1", "impacts = 65"),
     ("orbits HAMMER --label 3/1 --tries 99999999999", "--tries"),
     ("orbits HAMMER --label 3/1 --tries 0 --motions 0", "tries = 0"),
