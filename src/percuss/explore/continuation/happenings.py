@@ -19,6 +19,7 @@ from percuss.explore.continuation.indicators import (
     unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.resonances import resonant_places
 from percuss.explore.continuation.rises import rise
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import (
@@ -37,6 +38,7 @@ __all__ = ["Happening", "crossings", "end_of", "to_corner"]
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
 _CLOSE_TO_HALF = 0.1  # share of the way to the place where the halves are one: nearer there are two tangents
+_LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
 
@@ -178,8 +180,34 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
         The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
+
+    Raises
+    ------
+    Strayed
+        Where the ends are not on one sheet of the branch.
     """
-    start, stop, curve = segment.at(first), segment.at(last), segment.curve
+    found = []
+    places = [first, *(resonant_places(segment, first, last) if segment.curve.modes else ()), last]
+    points = [(place, segment.at(place)) for place in (first, last)]
+    points[1:1] = [(place, point) for place in places[1:-1] if (point := _on(segment, place)) is not None]
+    for start, stop in pairwise(points):
+        found += _between(segment, start, stop, fresh and start[0] == first)
+    return sorted(found, key=lambda one: one.place)
+
+
+def _on(segment: Segment, place: float) -> CurvePoint | None:
+    """The point at a place; None where there is none."""
+    try:
+        return segment.at(place)
+    except Strayed:
+        return None
+
+
+def _between(
+    segment: Segment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
+) -> list[Happening]:
+    """Folds, flips and pairs between two places, given with their points."""
+    curve, (low, start), (high, stop) = segment.curve, first, last
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -188,14 +216,18 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
+    turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
+    away = min(abs(start.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
+        raise Strayed("on another sheet of the branch")
+    if not fresh and turned and singular:
+        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, low, high)))
     if flip(start) * flip(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
+        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
     if curve.modes:
-        places = sorted([first, *(one.place for one in found), last])
-        found += [one for low, high in pairwise(places) for one in _pairs(segment, low, high)]
-    return sorted(found, key=lambda one: one.place)
+        places = sorted([low, *(one.place for one in found), high])
+        found += [one for here, there in pairwise(places) for one in _pairs(segment, here, there)]
+    return found
 
 
 def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
