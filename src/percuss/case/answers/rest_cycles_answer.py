@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["is_rest_label", "rest_cycle_dict", "rest_cycles_answer", "rest_cycles_dict"]
 
-_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*(\d{1,3})\s*", re.ASCII)
+_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*([1-9]\d{0,2})\s*", re.ASCII)
 
 
 def is_rest_label(label: str) -> bool:

@@ -125,13 +125,18 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
 
     def modulus(point: CurvePoint) -> float:
         values = multipliers(curve.motion(point.x))
-        return math.nan if values is None else abs(_nearest(values, seen)) - 1.0
+        return math.nan if values is None else abs(nearest(values, seen)) - 1.0
 
-    if not modulus(segment.at(low)) * modulus(segment.at(high)) < 0.0:
+    inner, end = (low, high) if outer is both[1] else (high, low)
+    away = inner - end
+    while modulus(segment.at(inner)) >= 0.0 and abs(away) < segment.length:  # counted is only what is clearly outside
+        inner, away = inner + away, 2.0 * away
+    first, last = sorted((inner, end))
+    if not modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
         return []
-    return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, low, high))]
+    return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, last))]
 
 
-def _nearest(values: ComplexArray, to: complex) -> complex:
+def nearest(values: ComplexArray, to: complex) -> complex:
     """The value that is nearest to another."""
     return complex(values[np.argmin(np.abs(values - to))])
