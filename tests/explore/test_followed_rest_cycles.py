@@ -8,7 +8,7 @@ import pytest
 
 from percuss import Load, System
 from percuss.errors import ParameterError
-from percuss.explore.continuation.rest_branch import RestEvent, follow_rest_cycle
+from percuss.explore import RestEvent, follow_rest_cycle
 from percuss.steady import RestCycle, rest_cycles
 
 
@@ -55,3 +55,20 @@ def test_bad_input() -> None:
             follow_rest_cycle(cycle, "mean", wrong)
     with pytest.raises(ParameterError):
         follow_rest_cycle(cycle, "nonsense", (0.3, 1.0))
+
+
+def test_what_has_been_followed_is_kept_when_it_is_stopped() -> None:
+    asked = 0
+
+    def halt() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 400
+
+    cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
+    branch = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=halt)
+    assert {point.kind for point in branch.points} == {RestEvent.STOPPED}
+    assert branch.values.size > 1 and 0.8 in branch.values
+    assert (branch.points[0].value, branch.points[1].value) == (branch.values[0], branch.values[-1])
+    at_once = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=lambda: True)
+    assert at_once.values.tolist() == [0.8]
