@@ -170,6 +170,17 @@ def test_cycles_with_rest_by_their_label(hammer: str, capsys: pytest.CaptureFixt
     assert main(["orbits", hammer, "--label", "chatter/1", "--up-to", "2/1"]) == 2
 
 
+def test_cycles_with_rest_are_listed_after_the_orbits(hammer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(hammer).read_text(encoding="utf-8").replace("mean = 0.62", "mean = 0.8")
+    Path(hammer).write_text(text, encoding="utf-8")
+    asked = ["orbits", hammer, "--up-to", "2/1", "--tries", "20", "--motions", "0"]
+    assert main([*asked, "--json"]) == 0
+    assert [answer["label"] for answer in json.loads(capsys.readouterr().out)] == ["z=1/1", "z=2/1", "chatter/1"]
+    assert main(asked) == 0
+    told = capsys.readouterr().out
+    assert ", 1 cycle with rest, 0 elastic modes." in told and "6.018157846" in told
+
+
 def test_a_cycle_with_rest_followed(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = Path(hammer).read_text(encoding="utf-8").replace("mean = 0.62", "mean = 0.8")
     Path(hammer).write_text(text, encoding="utf-8")

@@ -1022,7 +1022,7 @@ def table(folder: Path) -> dict[str, Entry]:
             {"modes": OPTIONAL, "switch": {"bool"}},
         ),
         "case.rest_cycles_answer": (
-            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
+            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0, "most": 2}, {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
             room_of_cases.branch_answer,

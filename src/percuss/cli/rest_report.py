@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from percuss.explore import RestBranch
     from percuss.steady import FoundRestCycles
 
-__all__ = ["rest_branch_report", "rest_report"]
+__all__ = ["rest_branch_report", "rest_report", "rest_sections"]
 
 _COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
 _MOST = 4
@@ -23,6 +23,13 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     """The cycles of a label, and where the other releases lead."""
     told = rest_cycles_dict(found, label)["label"]
     cycles = found.labelled(told)
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
+    return Report(title, summary, PLAIN, rest_sections(found, told))
+
+
+def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
+    """The parts of a report on the cycles of a label."""
+    cycles = found.labelled(label)
     sections: list[Section | Grid] = []
     if cycles:
         rows = tuple(
@@ -35,7 +42,7 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
             )
             for number, cycle in enumerate(cycles, 1)
         )
-        sections.append(Grid(told, _COLUMNS, rows))
+        sections.append(Grid(label, _COLUMNS, rows))
     lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
     for release, number in zip(found.releases, found.leads_to, strict=True):
         end = (
@@ -46,9 +53,8 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
         lines.append((f"released at {release:.6f} rad", end))
     if not found.releases:
         lines.append(("release", "the load never turns from push to pull"))
-    sections.append(Section(f"{told}: from the releases", tuple(lines)))
-    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
-    return Report(title, summary, PLAIN, tuple(sections))
+    sections.append(Section(f"{label}: from the releases", tuple(lines)))
+    return tuple(sections)
 
 
 def rest_branch_report(title: str, branch: RestBranch) -> Report:
