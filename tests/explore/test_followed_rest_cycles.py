@@ -48,6 +48,19 @@ def test_the_onset_under_a_square_load_is_closed(restitution: float) -> None:
     assert branch.points[0].value == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-10)
 
 
+def test_one_rest_more_begins_where_an_impact_meets_the_zero_of_the_load() -> None:
+    """R = 0: an impact while the load pulls is followed by flight, one while it pushes by rest until the release."""
+    system = System(s=5.0, d=0.0, restitution=0.0, load=Load.fourier([0.67, 1.0, 0.55 - 0.06j]))
+    branch = follow_rest_cycle(only(system), "mean", (0.665, 0.685), points=3)
+    end = branch.points[1]
+    assert (branch.points[0].kind, end.kind) == (RestEvent.LIMIT, RestEvent.ONSET)
+    assert end.beyond.startswith("the bar comes to rest once more")
+    load = system.load.with_mean(end.value)
+    assert float(load.value(end.cycle.phases[0])) == pytest.approx(0.0, rel=0, abs=1e-10)
+    beyond = only(system.with_load(load.with_mean(end.value + 1e-3)))
+    assert (end.cycle.rest_phases.size, beyond.rest_phases.size) == (1, 2)
+
+
 def test_bad_input() -> None:
     cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
     for wrong in ((0.9, 1.0), (1.0, 0.3)):

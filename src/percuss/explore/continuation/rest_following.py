@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -198,6 +199,10 @@ class _Walker:
                 )
             return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
         told = "the bar comes back to this release after other rests"
+        waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
+        if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
+            told = "the bar comes to rest once more: just before another release, which an impact meets here"
+            return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
         return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
 
 
