@@ -37,6 +37,7 @@ __all__ = ["Happening", "crossings", "end_of", "to_corner"]
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
 _CLOSE_TO_HALF = 0.1  # share of the way to the place where the halves are one: nearer there are two tangents
+_LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
 
@@ -178,6 +179,11 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
         The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
+
+    Raises
+    ------
+    Strayed
+        Where the ends are not on one sheet of the branch.
     """
     start, stop, curve = segment.at(first), segment.at(last), segment.curve
 
@@ -188,7 +194,11 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
+    turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
+    away = min(abs(start.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
+        raise Strayed("on another sheet of the branch")
+    if not fresh and turned and singular:
         found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
     if flip(start) * flip(stop) < 0.0:
         found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
