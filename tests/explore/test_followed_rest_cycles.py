@@ -61,6 +61,19 @@ def test_one_rest_more_begins_where_an_impact_meets_the_zero_of_the_load() -> No
     assert (end.cycle.rest_phases.size, beyond.rest_phases.size) == (1, 2)
 
 
+def test_a_touch_is_where_an_impact_dies_from_the_other_side() -> None:
+    """Of a rigid bar an impact without speed changes nothing, so that both branches end at the same place."""
+    load = Load.fourier([0.65, 1.0, 1.52 + 0.81j])
+    one, two = (only(System(s=5.0, d=0.0, restitution=0.0, load=load.with_mean(mean))) for mean in (0.609, 0.711))
+    touch = follow_rest_cycle(one, "mean", (0.609, 0.711), points=3).points[1]
+    death = follow_rest_cycle(two, "mean", (0.609, 0.711), points=3).points[0]
+    assert (touch.kind, death.kind) == (RestEvent.TOUCH, RestEvent.DEATH)
+    assert touch.value == pytest.approx(death.value, rel=0, abs=1e-10)
+    assert touch.touch_phase == pytest.approx(death.touch_phase, rel=0, abs=1e-5)
+    assert death.cycle.speeds[0] < 1e-5
+    assert death.cycle.speeds[1] == pytest.approx(touch.cycle.speeds[0], rel=0, abs=1e-5)
+
+
 def test_bad_input() -> None:
     cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
     for wrong in ((0.9, 1.0), (1.0, 0.3)):

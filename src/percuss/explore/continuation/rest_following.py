@@ -189,7 +189,8 @@ class _Walker:
             kind, phase = other
             touch = kind is RestEvent.TOUCH
             told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-            return RestBranchPoint(kind, value, cycle, f"{told}: what follows jumps", phase)
+            then = "what follows jumps" if cycle.modes else "what follows changes as the root of the distance from here"
+            return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase)
         if float(cycle.rest_times.min()) < _SHORT:
             what = "chatter" if cycle.chatters else "impact before the rest"
             told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
@@ -216,11 +217,9 @@ def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[
     for one, other in zip(chains, others, strict=False):
         if not (one.impacts and other.impacts):
             continue
-        fastest = max(impact.speed for impact in one.impacts)
         last, its_last = one.release, other.release
-        for mine, its in zip(one.impacts, other.impacts, strict=False):
-            if min(mine.speed, its.speed) < _FEW * fastest:
-                break
+        many = min(_notable(one), _notable(other))
+        for mine, its in zip(one.impacts[:many], other.impacts[:many], strict=True):
             ratio = (its.time - its_last) / (mine.time - last)
             if not 1.0 / _JUMP < ratio < _JUMP:
                 touch = ratio < 1.0
@@ -229,3 +228,9 @@ def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[
                 )
             last, its_last = mine.time, its.time
     return None
+
+
+def _notable(chain: Chain) -> int:
+    """How many impacts there are up to the last that is not of the end of a chatter."""
+    fastest = max(impact.speed for impact in chain.impacts)
+    return max(i for i, impact in enumerate(chain.impacts, 1) if impact.speed >= _FEW * fastest)
