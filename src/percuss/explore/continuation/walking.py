@@ -239,6 +239,8 @@ class _Walker:
         point = happening.point
         if happening.kind is not BranchEvent.CORNER:
             self._pass(point)
+            if happening.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
+                self.walk.unstable[-1] = self._outside(point)
             self.walk.happened.append(happening)
             self.ended = True
             return
