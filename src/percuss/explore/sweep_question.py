@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 __all__ = ["sweep_job"]
 
 _MOST_IMPACTS = 10**7
-
-_Made = TypeVar("_Made")
 
 
 def sweep_job(
@@ -108,9 +106,7 @@ def _check_some(job: SweepJob) -> System | Machine | None:
     family = job.family
     made: System | Machine | None = None
     if job.asks_systems:
-        make: Callable[[Mapping[str, float]], System | Machine]
-        make = family.machine if drives_itself(family) else family.system
-        made = _check_makes(job, make)
+        made = _check_makes(job, family.machine if drives_itself(family) else family.system)
         if "flow" in job.quantities and isinstance(made, Machine) and made.is_si and made.pressure is None:
             remedy = "give pressure, that of the supply, in [load]"
             raise ParameterError("quantities", "flow", "what needs no pressure: this machine has none", remedy)
@@ -119,7 +115,7 @@ def _check_some(job: SweepJob) -> System | Machine | None:
     return made
 
 
-def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], _Made]) -> _Made:
+def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> Any:
     refused: list[Exception] = []
     some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
     for place in product(*some.tolist()):
