@@ -1,10 +1,13 @@
 """Structures that are held, over two parameters and in diagrams: Budd & Dux's oscillator (Phil. Trans. R. Soc. A 347
 (1994) 365–389)."""
 
+import numpy as np
 import pytest
 
 from percuss.explore import BranchEvent, CurveEvent, follow, follow_point
+from percuss.explore.diagrams.passes import running_pass
 from percuss.model import Kept, Load, ModalBody, System
+from percuss.simulate import Stop
 from percuss.steady import orbits
 
 OMEGA = 2.8
@@ -39,3 +42,15 @@ def test_a_death_keeps_its_gap_whatever_the_restitution():
     curve = follow_point(death, ("gap", "restitution"), ((-0.2, 0.3), (0.72, 0.84)))
     assert curve.values[:, 0] == pytest.approx(swing, abs=1e-10)
     assert sorted(one.values[1] for one in curve.ends) == pytest.approx([0.72, 0.84])
+
+
+def test_a_motion_taken_along_meets_the_wall_of_each_gap():
+    """Its cycles are orbits of the system of their own gap, not of the one it began with."""
+    systems = [oscillator(0.8, gap) for gap in (-0.1, -0.095, -0.09)]
+    taken = running_pass(systems, 1, Stop(impacts=3000), 0, 0.0, 0, lambda: False)
+    for row, system in enumerate(systems):
+        p, n = int(taken["cycle_impacts"][row]), int(taken["cycle_periods"][row])
+        assert 1 <= p <= 3 and n <= 3
+        phases = np.sort(taken["phases"][row][:p])
+        known = [np.sort(orbit.phases) for orbit in orbits(system, p, n, tries=100).orbits]
+        assert min(float(np.abs(phases - other).max()) for other in known) < 1e-5
