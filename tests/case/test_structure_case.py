@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from percuss import plot
 from percuss.case import Case, orbits_answer, steady_answer, structure_answer
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
@@ -146,7 +147,7 @@ def test_answers_of_a_structure(folder, capsys):
         assert "gap" in capsys.readouterr().out
     assert main(["steady", "case.toml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["system"]["gap"] == 0.3
-    for unfit in (["--plot", "x.png"], ["--reach"], ["--starts", "3"]):
+    for unfit in (["--report", "x.html"], ["--reach"], ["--starts", "3"]):
         assert main(["steady", "case.toml", *unfit]) == 2
     assert main(["follow", "case.toml", "--orbit", "1/1", "--along", "gap=0.2:0.4", "--json"]) == 0
     ends = [point["value"] for point in json.loads(capsys.readouterr().out.split("percuss:")[0])["points"]]
@@ -159,3 +160,30 @@ def test_a_map_over_the_gap(folder):
     )
     assert found["exists"].tolist() == [True, True, False]
     assert found["margin"][1] == pytest.approx(1.0 - 0.6424329487950257, abs=1e-9)
+
+
+def test_a_map_leaves_out_what_only_free_bars_have(folder):
+    system = Case.read("case.toml").system()
+    found = sweep(system, "gap=0.1,0.3", workers=1)
+    assert found.quantities == ("exists", "orbits", "phase", "stable", "margin")
+    for name in ("reduced_stable", "reduced_margin", "rest", "lyapunov", "stress"):
+        with pytest.raises(ParameterError, match=f"quantities = '{name}'"):
+            sweep(system, "gap=0.1,0.3", quantities=["exists", name], workers=1)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("case.toml", "dimensionless"), ("mass.toml", "mm")])
+def test_the_picture_of_a_structure(folder, name, unit):
+    assert main(["steady", name, "--periods", "1,2", "--plot", "structure.png"]) == 0
+    assert (folder / "structure.png").stat().st_size > 5000
+    answer = structure_answer(Case.read(name), [1, 2])
+    load, contact, multipliers = plot.steady(answer).axes
+    assert contact.get_ylabel() == f"contact from the wall [{unit}]"
+    forward = [one for motions in answer.motions for one in motions if one.orbit.impact_velocity > 0.0]
+    assert len(contact.get_lines()) == len(forward) + 1  # and the wall
+    for line, one in zip(contact.get_lines(), forward, strict=False):
+        assert not one.orbit.admissible or max(line.get_ydata()) < 1e-9
+    assert len(load.get_lines()) == len(forward) + 2
+    assert sum(len(found.get_offsets()) for found in multipliers.collections) <= sum(
+        one.multipliers.values.size for one in forward
+    )
+    assert len(plot.steady(answer.states[0]).axes) == 3

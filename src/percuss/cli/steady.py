@@ -156,7 +156,7 @@ def _check_report(parser: Parser, path: str) -> None:
 
 def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> int:
     """The answer for a structure that is held."""
-    for name in ("plot", "report", "reach", "reach_of", "starts"):
+    for name in ("report", "reach", "reach_of", "starts"):
         if getattr(options, name) not in (None, False):
             parser.error(
                 f"argument --{name.replace('_', '-')}: not for a structure that is held; 'percuss follow' and "
@@ -167,10 +167,15 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
     from percuss.cli.structure_report import structure_report
 
     answer = structure_answer(case, options.periods, options.modes)
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.steady(answer), options.plot)
     if options.json:
         print(_json(answer))
     else:
         show(structure_report(answer))
+    tell_made(options.json, picture=options.plot)
     return 0
 
 

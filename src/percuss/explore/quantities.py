@@ -18,6 +18,7 @@ __all__ = [
     "CELL_OUTCOMES",
     "CYCLE_KINDS",
     "DEFAULT_QUANTITIES",
+    "OF_FREE_BARS",
     "QUANTITIES",
     "REASONS",
     "Quantity",
@@ -143,6 +144,14 @@ QUANTITIES: dict[str, Quantity] = {
 """Everything that can be asked of a cell, by name."""
 
 DEFAULT_QUANTITIES = ("exists", "orbits", "phase", "reduced_stable", "stable", "margin")
+
+OF_FREE_BARS = {
+    "reduced_stable": "B77's reduced criterion is one of bars that move as a whole: ask for stable",
+    "reduced_margin": "B77's reduced criterion is one of bars that move as a whole: ask for margin",
+    "rest": "what rests on the wall for good is a bar that moves as a whole",
+    "lyapunov": "the exponent is computed of bars that move as a whole: ask for label",
+}
+"""What only a free bar has, and what to ask of a structure that is held."""
 
 
 def checked(names: Sequence[str], known: Mapping[str, Quantity] = QUANTITIES) -> tuple[str, ...]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from percuss.explore.family import Family, drives_itself, family_of
 from percuss.explore.machine_quantities import DEFAULT_MACHINE_QUANTITIES, known_quantities
 from percuss.explore.own_quantities import SystemFunction, checked_functions
 from percuss.explore.parameters import PERIODS
-from percuss.explore.quantities import DEFAULT_QUANTITIES, checked
+from percuss.explore.quantities import DEFAULT_QUANTITIES, OF_FREE_BARS, checked
 from percuss.explore.sweep_job import SweepJob
-from percuss.model import Machine, System
+from percuss.model import Body, Machine, ModalBody, System
 from percuss.model.checks import Array, count, instance
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -53,7 +54,7 @@ def sweep_job(
     from percuss.simulate import Start, Stop
 
     family = family_of(what)
-    own = checked_functions({} if functions is None else functions)
+    own, by_default = checked_functions({} if functions is None else functions), quantities is None
     if quantities is None:
         quantities = DEFAULT_MACHINE_QUANTITIES if drives_itself(family) else DEFAULT_QUANTITIES
     names = checked(quantities, known_quantities(family)) if quantities or not own else ()
@@ -74,8 +75,8 @@ def sweep_job(
         discard=count("discard", discard, least=0, most=_MOST_IMPACTS),
         functions=own,
     )
-    _check_some(job)
-    return job
+    made = _check_some(job)
+    return job if made is None or made.body.is_free else _of_held(job, made.body, by_default)
 
 
 def _check_blows(family: Family, names: Sequence[str], axes: Sequence[Axis]) -> None:
@@ -90,9 +91,20 @@ def _check_blows(family: Family, names: Sequence[str], axes: Sequence[Axis]) -> 
         raise ParameterError(PERIODS, "on an axis", "quantities of the motion only", "a blow has no load periods")
 
 
-def _check_some(job: SweepJob) -> None:
-    """The refusal of the first cell, when none of several over the map has an answer: then the question is wrong."""
+def _of_held(job: SweepJob, body: Body, by_default: bool) -> SweepJob:
+    """The job for a structure that is held: without what only free bars have, which is refused if it was asked for."""
+    unfit = [name for name in job.quantities if name in OF_FREE_BARS]
+    if unfit and not by_default:
+        raise ParameterError("quantities", unfit[0], "quantities of a structure that is held", OF_FREE_BARS[unfit[0]])
+    if "stress" in job.quantities and isinstance(body, ModalBody):
+        raise ParameterError("quantities", "stress", "what a table of modes knows", "ask for blow_energy")
+    return replace(job, quantities=tuple(name for name in job.quantities if name not in unfit))
+
+
+def _check_some(job: SweepJob) -> System | Machine | None:
+    """What is made of a cell; the refusal of the first, when none of several over the map has an answer."""
     family = job.family
+    made: System | Machine | None = None
     if job.asks_systems:
         made = _check_makes(job, family.machine if drives_itself(family) else family.system)
         if "flow" in job.quantities and isinstance(made, Machine) and made.is_si and made.pressure is None:
@@ -100,9 +112,10 @@ def _check_some(job: SweepJob) -> None:
             raise ParameterError("quantities", "flow", "what needs no pressure: this machine has none", remedy)
     if isinstance(family, StrikingFamily) and "blow" in job.groups:
         _check_makes(job, family.blow)
+    return made
 
 
-def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> object:
+def _check_makes(job: SweepJob, made: Callable[[Mapping[str, float]], object]) -> Any:
     refused: list[Exception] = []
     some = np.unique([[0, n // 3, n // 2, 2 * n // 3, n - 1] for n in job.shape], axis=1)
     for place in product(*some.tolist()):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from percuss.stability import stability_of
 from percuss.steady import si_report
@@ -14,7 +14,15 @@ if TYPE_CHECKING:
     from percuss.stability import Stability, TimedStability
     from percuss.steady import Orbit, SIReport, SteadyStates, TimedOrbit, TimedStates
 
-__all__ = ["JudgedMotions", "JudgedOrbit", "JudgedPeriod", "JudgedTimed", "JudgedTimedOrbit", "judged_states"]
+__all__ = [
+    "JudgedMotions",
+    "JudgedOrbit",
+    "JudgedPeriod",
+    "JudgedStructure",
+    "JudgedTimed",
+    "JudgedTimedOrbit",
+    "judged_states",
+]
 
 
 class JudgedOrbit(Protocol):
@@ -72,6 +80,18 @@ class JudgedMotions(Protocol):
     def chosen(self) -> JudgedOrbit | None: ...
 
 
+@runtime_checkable
+class JudgedStructure(Protocol):
+    """A steady answer of a structure that is held: title and motions."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def states(self) -> Sequence[SteadyStates]: ...
+    @property
+    def motions(self) -> Sequence[Sequence[object]]: ...
+
+
 @dataclass(frozen=True)
 class _Orbit:
     orbit: Orbit
@@ -102,8 +122,14 @@ class _Motions:
         return min(found, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
 
 
-def judged_states(states: SteadyStates) -> JudgedMotions:
-    """Steady states that no case stands behind, as an answer has them."""
-    si = states.system.is_si
-    orbits = tuple(_Orbit(one, stability_of(one), si_report(one) if si else None) for one in states.orbits)
-    return _Motions(str(states.system), states.system, (_Period(states, orbits),))
+def judged_states(states: Sequence[SteadyStates], title: str = "") -> JudgedMotions:
+    """Steady states that no judged answer stands behind, as one has them; of held structures those that strike."""
+    system = states[0].system
+    free = system.body.is_free  # else for each blow there is one that strikes backwards
+    periods = []
+    for each in states:
+        shown = [orbit for orbit in each.orbits if free or orbit.impact_velocity > 0.0]
+        si = free and system.is_si
+        judged = tuple(_Orbit(one, stability_of(one), si_report(one) if si else None) for one in shown)
+        periods.append(_Period(each, judged))
+    return _Motions(title or str(system), system, tuple(periods))

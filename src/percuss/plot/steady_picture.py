@@ -11,7 +11,7 @@ from percuss import palette
 from percuss.model.checks import having
 from percuss.plot.axes import Units, stress_of, units_of
 from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
-from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, judged_states
+from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, JudgedStructure, judged_states
 from percuss.plot.timed_marks import timed_marks, timed_phase
 from percuss.steady import SteadyStates
 
@@ -28,14 +28,15 @@ EDGE = 1.7
 """How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
 
 
-def steady(answer: JudgedMotions | SteadyStates) -> Figure:
+def steady(answer: JudgedMotions | JudgedStructure | SteadyStates) -> Figure:
     """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
     over one period with the moments of impact and the band of the waveform criterion; (c) the striking end's gap
     between two impacts; (d) the multipliers on the unit circle; (e) the stress along the bar over time. Under a law of
     blows that take time (a) also shows its curve and its levels, with the phases of the force's centroid; all other
-    panels are those of B77's law, and (c) names both phases.
+    panels are those of B77's law, and (c) names both phases. A structure that is held has no v_f and no waves: three
+    panels show its load, its contact before the wall, and its multipliers.
 
     Raises
     ------
@@ -55,12 +56,16 @@ def steady(answer: JudgedMotions | SteadyStates) -> Figure:
     True
     """
     if isinstance(answer, SteadyStates):
-        shown: JudgedMotions = judged_states(answer)
+        shown: JudgedMotions = judged_states([answer])
+    elif isinstance(answer, JudgedStructure):
+        shown = judged_states(answer.states, answer.title)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
         shown = answer
-    figure = new_figure(11.0, 7.0)
     units = units_of(shown.system)
+    if not shown.system.body.is_free:
+        return _of_structure(shown, units)
+    figure = new_figure(11.0, 7.0)
     with style():
         grid = figure.add_gridspec(2, 3)
         _phases(figure.add_subplot(grid[0, 0]), shown)
@@ -73,10 +78,30 @@ def steady(answer: JudgedMotions | SteadyStates) -> Figure:
     return figure
 
 
+def _of_structure(shown: JudgedMotions, units: Units) -> Figure:
+    figure = new_figure(11.0, 4.0)
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    engine.set(rect=(0.0, 0.04, 1.0, 0.96))  # type: ignore[call-arg]  # of the constrained layout; room for the laws
+    with style():
+        load, contact, multipliers = figure.subplots(1, 3)
+        _load(load, shown, units)
+        _gap(contact, shown, units)
+        _multipliers(multipliers, shown)
+        contact.set_ylabel("contact from the wall" + (" [mm]" if shown.system.is_si else " [dimensionless]"))
+        load.set_title("(a) load, with the moments of impact")
+        contact.set_title("(b) the contact between two impacts")
+        multipliers.set_title("(c) multipliers: stable inside the circle")
+        titled(figure, shown.title)
+        _laws(figure, shown)
+    return figure
+
+
 def _laws(figure: Figure, answer: JudgedMotions) -> None:
     """What the motions rest on, in small print: the law of the contact and that of the damping."""
     system = answer.system
-    text = f"{system.contact.sentence}; damping: {system.body.damping.words}"
+    damping = f"; damping: {system.body.damping.words}" if system.body.is_free else ""
+    text = f"{system.contact.sentence}{damping}"
     figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)
 
 
@@ -145,7 +170,8 @@ def _load(axes: Any, answer: JudgedMotions, units: Units) -> None:
     axes.plot(phases, values * units.force, color=INK)
     axes.axhline(0.0, color=INK, linewidth=0.6)
     shown = _all_orbits(answer)
-    if shown:
+    banded = bool(shown) and answer.system.body.is_free
+    if banded:
         band = shown[0][1].stability.waveform
         lower, upper = band.force_lower * units.force, band.force_upper * units.force
         axes.axhspan(lower, upper, color=COLOURS[2], alpha=0.15, linewidth=0, label="stable if the blow falls here")
@@ -155,7 +181,7 @@ def _load(axes: Any, answer: JudgedMotions, units: Units) -> None:
     axes.set_title("(b) load, with the moments of impact")
     axes.set_ylabel(units.force_label)
     _phase_axis(axes)
-    if shown:
+    if banded:
         axes.legend(loc="best")
 
 

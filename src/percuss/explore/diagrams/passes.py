@@ -11,7 +11,7 @@ from percuss.explore.attractors.cycles import INVARIANTS, invariants_of
 from percuss.explore.attractors.grouping import matched
 from percuss.explore.attractors.start_distributions import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.jobs.job import Column, Columns
-from percuss.model import System
+from percuss.model import HeldBody, System
 
 if TYPE_CHECKING:
     from percuss.simulate import Ensemble, Start, Stop, Trajectory
@@ -133,6 +133,7 @@ def _followed(found: Columns, i: int, system: System, start: Start, modes: int, 
     """Simulate at value number i; the state in which the motion ends."""
     from percuss.simulate import simulate_many
 
+    start = _at_wall(system, start)
     many = simulate_many(system, start, modes=modes, stop=stop, keep="everything", threads=1)
     motion = many.trajectories[0]
     events = motion.events[motion.events.kind == "impact"]
@@ -161,6 +162,19 @@ def _end(motion: Trajectory) -> Start | None:
         return None
     u, v = motion.displacement[-1], motion.velocity[-1]
     return Start(tuple(u.tolist()), tuple(v.tolist()), float(motion.events.phase[-1]), gap=0.0)
+
+
+def _at_wall(system: System, start: Start) -> Start:
+    """The end of another system's motion as a start: a structure whose wall was elsewhere is bent until it is there."""
+    from percuss.simulate import Start
+    from percuss.simulate.spectrum import units
+
+    body, modes = system.body, len(start.displacement) - 1
+    if not isinstance(body, HeldBody) or not modes:
+        return start
+    u, shape = np.array(start.displacement[1:]), body.bent(modes, system.load.at)
+    by = body.gap - float(u @ units(body.modes(modes, system.load.at)))
+    return Start((-body.gap, *(u + by * shape).tolist()), start.velocity, start.time, gap=0.0)
 
 
 def _put(

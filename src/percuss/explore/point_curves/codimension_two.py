@@ -83,7 +83,8 @@ def _resonant(condition: Condition, of_orbit: Callable[..., Callable[[ExtendedPo
         number = condition.flight + 1
         times = np.insert(np.array(orbit.times), number, orbit.times[condition.flight] + extra[0])
         wide = PeriodicOrbit(orbit.system, orbit.periods, tuple(times.tolist()), orbit.modes, orbit.rigid_rebounds[0])
-        return growing(wide) if orbit.modes == 0 else 1.0  # of an elastic bar no impact begins at a touch
+        alone = orbit.modes + orbit.system.body.is_free == 1
+        return growing(wide) if alone else 1.0  # where several modes move no impact begins at a touch
 
     return [(CurveEvent.RESONANT_GRAZING, of_orbit(number))]
 

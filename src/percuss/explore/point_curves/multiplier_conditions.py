@@ -19,6 +19,7 @@ from percuss.steady import PeriodicOrbit
 __all__ = ["Multiplier", "Pair"]
 
 _NARROW = 1e-4  # of ξ from its inverse, nearer than which their difference quotient is taken at this distance
+_VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,9 @@ class Pair(Plain):
 
 
 def _border(matrix: Array | ComplexArray) -> tuple[Array, Array, Array]:
-    """Real borders and the lengths of the rows."""
+    """Real borders and the lengths of the rows; the longest for one that vanishes, as of a held body."""
     lengths = np.linalg.norm(matrix, axis=1)
+    lengths = np.where(lengths > _VANISHED * lengths.max(), lengths, lengths.max())
     left, _, right = np.linalg.svd(matrix / lengths[:, None])
     return _real(left[:, -1]), _real(right[-1].conj()), lengths
 
