@@ -114,7 +114,7 @@ def run(arguments: Sequence[str]) -> int:
     else:
         from percuss.cli.report_printing import show
 
-        show(_report(case.title, found))
+        show(_report(case.title, found, "elastic mode" if case.tables.body is None else "mode"))
     return 0
 
 
@@ -133,7 +133,7 @@ def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
     return 0
 
 
-def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
+def _report(title: str, found: Sequence[FoundOrbits], mode: str) -> Report:
     from percuss.case.answers.numerals import counted
     from percuss.cli.branch_report import orbit_row
     from percuss.cli.report_parts import PLAIN, Grid, Report, Section
@@ -155,9 +155,7 @@ def _report(title: str, found: Sequence[FoundOrbits]) -> Report:
             told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
                 ", …" if len(one.resonant_modes) > _MOST else ""
             )
-            lines.append(("free amplitude", f"of elastic modes {told}, which come back after a cycle by themselves"))
+            lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     total = sum(len(one.orbits) for one in found)
-    return Report(
-        title, f"{counted(total, 'orbit')}, {counted(found[0].modes, 'elastic mode')}.", PLAIN, tuple(sections)
-    )
+    return Report(title, f"{counted(total, 'orbit')}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))
