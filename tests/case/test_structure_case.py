@@ -187,3 +187,11 @@ def test_the_picture_of_a_structure(folder, name, unit):
         one.multipliers.values.size for one in forward
     )
     assert len(plot.steady(answer.states[0]).axes) == 3
+
+
+def test_words_of_a_structure(folder, capsys):
+    assert main(["follow", "case.toml", "--along", "restitution=0:0.8"]) == 0
+    told = capsys.readouterr().out
+    assert "the structure would pass through the wall; z=2/1 ends at 0.134250057" in told and "bar" not in told
+    assert main(["orbits", "case.toml"]) == 0
+    assert "1 orbit, 2 modes." in capsys.readouterr().out

@@ -122,7 +122,8 @@ def run(arguments: Sequence[str]) -> int:
     else:
         from percuss.cli.report_printing import show
 
-        show(_report(case.title, found, resting, rests))
+        mode = "elastic mode" if case.tables.body is None else "mode"
+        show(_report(case.title, found, resting, rests, mode))
     return 0
 
 
@@ -141,7 +142,9 @@ def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
     return 0
 
 
-def _report(title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str]) -> Report:
+def _report(
+    title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
+) -> Report:
     from percuss.case.answers.numerals import counted
     from percuss.cli.branch_report import orbit_row
     from percuss.cli.report_parts import PLAIN, Grid, Report, Section
@@ -164,10 +167,10 @@ def _report(title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles |
             told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
                 ", …" if len(one.resonant_modes) > _MOST else ""
             )
-            lines.append(("free amplitude", f"of elastic modes {told}, which come back after a cycle by themselves"))
+            lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
     told = counted(sum(len(one.orbits) for one in found), "orbit")
     if resting is not None:
         sections += [section for label in rests for section in rest_sections(resting, label)]
         told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
-    return Report(title, f"{told}, {counted(found[0].modes, 'elastic mode')}.", PLAIN, tuple(sections))
+    return Report(title, f"{told}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))

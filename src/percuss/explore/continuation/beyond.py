@@ -46,13 +46,16 @@ def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: 
         return f"impact {impact} falls on the other side of a step of the load, and the branch turns back"
     if kind is BranchEvent.NO_SYSTEM:
         return f"there is no such system: {refusal}" if refusal else kind.words
+    if kind is BranchEvent.STICKING:
+        if curve.motion(one.point.x).system.body.is_free:
+            return "the bar comes to rest on the wall and waits until the load pulls: a cycle with rest"
+        return "the structure comes to rest on the wall, which is beyond the law of its impacts"
     return _PLAIN.get(kind, kind.words)
 
 
 _PLAIN = {
     BranchEvent.HALVING: "the branch would go back over itself, half its period later",
     BranchEvent.COALESCENCE: "two impacts are one, so the label changes",
-    BranchEvent.STICKING: "the bar comes to rest on the wall and waits until the load pulls: a cycle with rest",
     BranchEvent.NO_PUSH: "the mean load does not push, so no motion keeps striking",
     BranchEvent.LIMIT: "the branch goes on",
     BranchEvent.CLOSED: "the branch is a closed loop, all of which is here",
@@ -101,7 +104,9 @@ def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
 
 def _grazing(curve: SolutionCurve, one: Happening, impact: int | None) -> str:
     touch = one.kind is BranchEvent.TOUCH
-    here = "the bar would pass through the wall" if touch else f"impact {impact} would strike backwards"
+    is_free = curve.motion(one.point.x).system.body.is_free
+    what = "bar" if is_free else "structure"
+    here = f"the {what} would pass through the wall" if touch else f"impact {impact} would strike backwards"
     label = f"z={curve.impacts + 1 if touch else curve.impacts - 1}/{curve.periods}"
     if curve.impacts == 1 and not touch:
         return here
@@ -112,4 +117,5 @@ def _grazing(curve: SolutionCurve, one: Happening, impact: int | None) -> str:
     if found is None:
         return f"{here}; no end of {label} was found near"
     event = "an impact without speed" if touch else "a touch"
-    return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: the bar is elastic"
+    why = "the bar is elastic" if is_free else "the structure has several modes"
+    return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: {why}"
