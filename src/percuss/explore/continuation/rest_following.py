@@ -221,11 +221,11 @@ def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[
         many = min(_notable(one), _notable(other))
         for mine, its in zip(one.impacts[:many], other.impacts[:many], strict=True):
             ratio = (its.time - its_last) / (mine.time - last)
-            if not 1.0 / _JUMP < ratio < _JUMP:
-                touch = ratio < 1.0
-                return RestEvent.TOUCH if touch else RestEvent.DEATH, float(
-                    np.mod(its.time if touch else mine.time, 2.0 * math.pi)
-                )
+            slow, fast = sorted((mine.speed, its.speed))
+            if not 1.0 / _JUMP < ratio < _JUMP or slow < _FEW * fast:
+                touch = its.speed < mine.speed  # what is born or dies is slow
+                where = its.time if touch else mine.time
+                return RestEvent.TOUCH if touch else RestEvent.DEATH, float(np.mod(where, 2.0 * math.pi))
             last, its_last = mine.time, its.time
     return None
 
