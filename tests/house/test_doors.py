@@ -862,6 +862,7 @@ def table(folder: Path) -> dict[str, Entry]:
             {"name": TEXT, "unit": TEXT},
         ),
         "explore.Axis.parsed": (explore.Axis.parsed, {"text": "s=1:2:3"}, {}),
+        "explore.Axis.spanned": (explore.Axis.spanned, {"text": "s=1:2"}, {}),
         "explore.Boundaries.of": (edges.of, {"kind": "fold"}, {}),
         "explore.Boundaries.least": (edges.least, {"kind": "fold"}, {}),
         "explore.Boundaries.greatest": (edges.greatest, {"kind": "fold"}, {}),
