@@ -115,9 +115,10 @@ def test_attractors_are_found(seed: int) -> None:
     assert check_attractors(random_hammer(seed), seed, 16)
 
 
-@pytest.mark.parametrize("seed", [12, 40, 125])  # 125: two sheets of 32 modes, 1e-5 rad apart
-def test_a_branch_is_the_same_from_both_places(seed: int) -> None:
-    assert check_branch(random_hammer(seed), seed, 16)
+@pytest.mark.parametrize(("seed", "tries"), [(12, 16), (40, 16), (125, 8), (289, 8)])
+def test_a_branch_is_the_same_from_both_places(seed: int, tries: int) -> None:
+    """125 has two sheets of 32 modes, 1e-5 rad apart; 289 flips and ends where undamped modes swing up for a moment."""
+    assert check_branch(random_hammer(seed), seed, tries)
 
 
 @pytest.mark.slow
