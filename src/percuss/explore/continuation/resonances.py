@@ -62,6 +62,8 @@ def _ends(segment: Segment) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
 
 def _samples(segment: Segment, first: float, last: float) -> int | None:
     """How many samples show every turn of every mode; None where none needs to be looked at."""
+    if not first < last:  # of a walk that begins at a limit
+        return None
     (omega, damping), (beyond, _) = _ends(segment)
     period = 2.0 * math.pi * segment.curve.periods
     if not omega.size or omega.shape != beyond.shape or np.all(damping * period > 2.0 * math.log(1e3)):
