@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,6 @@ from percuss.explore.continuation.happenings import Happening, happening
 from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.next_point import Strayed
-from percuss.explore.continuation.resonances import resonant_places
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint
 from percuss.model.checks import ComplexArray
@@ -25,7 +25,9 @@ _LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, whe
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
 
-def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[Happening]:
+def crossings(
+    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[float] = ()
+) -> list[Happening]:
     """Folds, flips and pairs on the unit circle between two places of a segment, in order.
 
     Parameters
@@ -37,19 +39,30 @@ def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[
     fresh
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
         are then those from a little beyond it on.
+    narrow
+        Places inside at which more may happen than the ends show.
 
     Raises
     ------
     Strayed
         Where the ends are not on one sheet of the branch.
     """
-    places = resonant_places(segment, first, last) if segment.curve.modes else []
-    inside = [(place, point) for place in places if (point := _point(segment, place)) is not None]
-    points = [(first, segment.at(first)), *inside, (last, segment.at(last))]
+    points = [(first, segment.at(first))]
+    for place in narrow:
+        point = _point(segment, place) if first < place < last else None
+        if point is not None and _signs(segment, point) != _signs(segment, points[-1][1]):
+            points.append((place, point))
+    points.append((last, segment.at(last)))
     found = []
     for start, stop in pairwise(points):
         found += _between(segment, start, stop, fresh and start[0] == first)
     return sorted(found, key=lambda one: one.place)
+
+
+def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
+    """The signs of det K(1) and det K(−1)."""
+    motion = segment.curve.motion(point.x)
+    return indicator(motion, 1.0) > 0.0, indicator(motion, -1.0) > 0.0
 
 
 def _point(segment: Segment, place: float) -> CurvePoint | None:
