@@ -94,8 +94,8 @@ def vanishing_beyond(number: Callable[[float], float], about: float) -> float:
             raise Strayed("held further on")
     if low == 0.0 and number(0.0) <= 0.0:
         return 0.0
-    ends = (np.array([low]), np.array([high]), np.array([number(low)]), np.array([above]))
-    return float(bracketed_roots(lambda at: np.array([number(float(one)) for one in at]), *ends)[0])
+    ends = (np.array([1.0 + low]), np.array([1.0 + high]), np.array([number(low)]), np.array([above]))  # to 1e-16
+    return float(bracketed_roots(lambda at: np.array([number(float(one) - 1.0) for one in at]), *ends)[0]) - 1.0
 
 
 class PlaneWalk:
