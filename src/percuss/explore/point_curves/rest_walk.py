@@ -121,10 +121,12 @@ class RestWalk:
                 if len(walk.points) > number:
                     self._arrive()
         except Interrupted:
+            if not self.passed:
+                self.passed.append(Passed(walk.points[0], self.plane.condition.way.release, np.nan, True))
             del walk.points[len(self.passed) :]
         end = walk.end or CurveEvent.STOPPED
         end, beyond = self._reason() if end is CurveEvent.LOST else (end, end.words)
-        last = self.passed[-1].place if self.passed else walk.points[-1]
+        last = self.passed[-1].place
         if end in (CurveEvent.WITH_TOUCH, CurveEvent.WITH_DEATH):
             self._cleared(last)
         self.happened.append(RestHappening(end, last, beyond))
