@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from pathlib import Path
 
 import pytest
 
+from percuss import Load, System
 from percuss.case import Case, branch_answer
 from percuss.cli import main
+from percuss.cli.report_printing import show
+from percuss.cli.rest_report import rest_branch_report
+from percuss.explore import follow_rest_cycle
+from percuss.steady import rest_cycles
 
 HAMMER = """
 [system]
@@ -126,6 +133,9 @@ def test_a_key_of_the_case_in_its_unit() -> None:
         (["follow", "CASE", "--orbit", "1/1:first", "--along", "mean=0.5:1"], "P/N:NUMBER"),
         (["follow", "CASE", "--orbit", "2/1:phases=0.4", "--along", "mean=0.5:1"], "2 phases"),
         (["follow", "CASE", "--along", "mean=0.7:1"], "around 0.62"),
+        (["follow", "CASE", "--orbit", "chatter/1:1", "--along", "mean=0.5:1"], "one of the 0 cycles chatter/1"),
+        (["follow", "CASE", "--orbit", "rest/1:phases=2", "--along", "mean=0.5:1"], "chatter/N:NUMBER"),
+        (["follow", "CASE", "--orbit", "chatter/1", "--along", "mean=0.5:1", "--switch", "2"], "--switch"),
         (["follow", "CASE", "--along", "mean"], "NAME="),
         (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
         (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
@@ -158,3 +168,43 @@ def test_cycles_with_rest_by_their_label(hammer: str, capsys: pytest.CaptureFixt
     assert main(["orbits", hammer, "--label", "rest/1"]) == 0
     assert "0 cycles rest/1" in capsys.readouterr().out
     assert main(["orbits", hammer, "--label", "chatter/1", "--up-to", "2/1"]) == 2
+
+
+def test_cycles_with_rest_are_listed_after_the_orbits(hammer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(hammer).read_text(encoding="utf-8").replace("mean = 0.62", "mean = 0.8")
+    Path(hammer).write_text(text, encoding="utf-8")
+    asked = ["orbits", hammer, "--up-to", "2/1", "--tries", "20", "--motions", "0"]
+    assert main([*asked, "--json"]) == 0
+    assert [answer["label"] for answer in json.loads(capsys.readouterr().out)] == ["z=1/1", "z=2/1", "chatter/1"]
+    assert main(asked) == 0
+    told = capsys.readouterr().out
+    assert ", 1 cycle with rest, 0 elastic modes." in told and "6.018157846" in told
+
+
+def test_a_cycle_with_rest_followed(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(hammer).read_text(encoding="utf-8").replace("mean = 0.62", "mean = 0.8")
+    Path(hammer).write_text(text, encoding="utf-8")
+    table, picture = tmp_path / "rest.csv", tmp_path / "rest.svg"
+    asked = ["follow", hammer, "--orbit", "chatter/1:1"]
+    assert main([*asked, "--along", "mean=0.78:0.82", "-o", str(table), "--plot", str(picture), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [point["type"] for point in answer["points"]] == ["limit", "limit"]
+    assert answer["points"][0]["orbit"]["label"] == answer["label"] == "chatter/1"
+    value, released = answer["branch"]["value"], answer["branch"]["release_phases"]
+    assert [math.cos(phase) + mean for mean, (phase,) in zip(value, released, strict=True)] == pytest.approx(
+        [0.0] * len(value), rel=0, abs=1e-12
+    )
+    assert len(answer["branch"]["rest_phases"]) == len(answer["branch"]["phases"]) == len(value)
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "branch,label,point,mean,stable,impact,phase,speed,release_phase,rest_phase"
+    assert lines[1].startswith("1,chatter/1,1,0.78,1,1,")
+    assert len(lines) - 1 == sum(len(phases) for phases in answer["branch"]["phases"])
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_the_onset_of_chatter_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    (cycle,) = rest_cycles(System(s=5.0, d=0.0, restitution=0.2, load=Load.harmonic(0.46, 1.0)), modes=0).cycles
+    show(rest_branch_report("hammer", follow_rest_cycle(cycle, "mean", (0.45, 0.46), points=2)))
+    told = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"onset 0\.4578252\d*: the end of the chatter meets the next release", told) is not None
+    assert "multipliers all 0" in told

@@ -208,20 +208,23 @@ def test_report_at_a_terminal(percuss: Any, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize(
-    ("label", "words"),
+    ("label", "free", "words"),
     [
-        ("z=1/1", "one blow every load period"),
-        ("z=2/3", "2 blows in 3 load periods"),
-        ("chatter/1", "a cycle of one load period: it chatters to rest"),
-        ("rest/4", "a cycle of 4 load periods: it comes to rest on the wall, until the load pulls it off"),
-        ("rest", "stays there"),
-        ("departed", "leaves the wall for good"),
-        ("aperiodic", "no rhythm"),
-        ("undecided", "so far"),
+        ("z=1/1", True, "one blow every load period"),
+        ("z=2/3", True, "2 blows in 3 load periods"),
+        ("chatter/1", True, "a cycle of one load period: it chatters to rest"),
+        ("rest/4", True, "a cycle of 4 load periods: it comes to rest on the wall, until the load pulls it off"),
+        ("rest", True, "stays there"),
+        ("rest", False, "are not simulated"),
+        ("departed", True, "leaves the wall for good"),
+        ("aperiodic", True, "no rhythm"),
+        ("undecided", True, "so far"),
     ],
 )
-def test_labels_in_words(label: str, words: str) -> None:
-    assert words in label_in_words(SimpleNamespace(label=label, period_unresolved=False))  # type: ignore[arg-type]
+def test_labels_in_words(label: str, free: bool, words: str) -> None:
+    system = SimpleNamespace(body=SimpleNamespace(is_free=free))
+    motion = SimpleNamespace(label=label, period_unresolved=False, system=system)
+    assert words in label_in_words(motion)  # type: ignore[arg-type]
 
 
 # -- files ----------------------------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers
 from percuss.stability.outside_number import outside_number
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
+from random_hammers import random_hammer
 
 HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
 
@@ -99,6 +100,21 @@ def test_a_closed_branch_ends_at_its_start(straight: Branch) -> None:
     kinds = [point.kind.value for point in branch.points[1:-1]]
     assert sorted(kinds) == ["flip", "flip", "fold", "fold"]
     assert place == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("restitution", [0.571, 0.57123, 0.57124])
+def test_a_doubled_branch_that_soon_turns_back_has_its_fold(restitution: float) -> None:
+    """Near the restitution at which the flip changes its side: however near the fold is, values turn only at folds."""
+    load = Load.fourier([0.8, 1.0, 0.4 * np.exp(0.325j)])
+    system = System(s=5.0, d=0.0, restitution=restitution, load=load)
+    branch = follow(orbits(system, 1, 1, modes=0).orbits[-1], "mean", (0.52, 1.0), switch=1)
+    doubled = next(one for one in branch.switched if one.label == "z=2/2")
+    ways = np.sign(np.diff(doubled.values))
+    folds = doubled.at(BranchEvent.FOLD)
+    assert len(folds) == np.count_nonzero(ways[1:] != ways[:-1]) == 2
+    assert 0.0 < abs(folds[0].value - doubled.points[0].value) < 1e-6
+    for fold in folds:
+        assert np.abs(orbit_multipliers(fold.orbit).values - 1.0).min() < 1e-4
 
 
 # -- ends -------------------------------------------------------------------------------------------------------------
@@ -225,6 +241,31 @@ def both_ways(seed: int, modes: int) -> bool:
     assert [kind for kind, _ in found] == [kind for kind, _ in expected]
     assert [at for _, at in found] == pytest.approx([at for _, at in expected], rel=0, abs=1e-8)
     return True
+
+
+@pytest.mark.parametrize("kappa", [1.45, 1.71])
+def test_a_step_that_the_parameter_moves_is_met_at_the_same_place_from_anywhere(kappa: float) -> None:
+    """The one-impact motion under the square load meets its step at κπ, from whichever side, and turns back there."""
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, kappa))
+    for orbit in orbits(system, 1, modes=0).orbits:
+        branch = follow(orbit, "kappa", (0.0, 2.0))
+        assert {point.kind.value for point in branch.points} == {
+            "grazing_touch",
+            "nonsmooth_fold",
+            "load_stops_pushing",
+        }
+        (corner,) = branch.at(BranchEvent.NONSMOOTH_FOLD)
+        assert corner.orbit.phase == pytest.approx(math.pi * corner.value, rel=0, abs=1e-12)
+        assert corner.value == pytest.approx(1.720759220056126, rel=0, abs=1e-12)
+
+
+def test_a_pair_that_crosses_the_circle_slowly_is_located() -> None:
+    """Its modulus is clearly greater than 1 only a good deal further than where it is 1."""
+    start = orbits(random_hammer(106).system, 1, modes=8).orbits[1]
+    (pair,) = follow(start, "mean", (1.2, 2.3)).at(BranchEvent.NEIMARK_SACKER)
+    assert pair.value == pytest.approx(2.1300633, abs=1e-6)
+    moduli = orbit_multipliers(pair.orbit).moduli
+    assert moduli[:2] == pytest.approx([1.0, 1.0], rel=0, abs=1e-11)
 
 
 @pytest.mark.parametrize("modes", [0, 8])

@@ -8,7 +8,7 @@ import pytest
 
 from percuss import Load, System
 from percuss.errors import ParameterError
-from percuss.explore.continuation.rest_branch import RestEvent, follow_rest_cycle
+from percuss.explore import RestEvent, follow_rest_cycle
 from percuss.steady import RestCycle, rest_cycles
 
 
@@ -17,7 +17,9 @@ def only(system: System, modes: int = 0) -> RestCycle:
     return cycle
 
 
-@pytest.mark.parametrize(("restitution", "onset"), [(0.2, 0.457825216970), (0.5, 0.626037331650)])
+@pytest.mark.parametrize(
+    ("restitution", "onset"), [(0.2, 0.457825216970), pytest.param(0.5, 0.626037331650, marks=pytest.mark.slow)]
+)
 def test_chatter_begins_at_an_onset_and_ends_where_nothing_is_let_go(restitution: float, onset: float) -> None:
     system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(0.8, 1.0))
     branch = follow_rest_cycle(only(system), "mean", (0.4, 1.1), points=5)
@@ -48,6 +50,32 @@ def test_the_onset_under_a_square_load_is_closed(restitution: float) -> None:
     assert branch.points[0].value == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-10)
 
 
+def test_one_rest_more_begins_where_an_impact_meets_the_zero_of_the_load() -> None:
+    """R = 0: an impact while the load pulls is followed by flight, one while it pushes by rest until the release."""
+    system = System(s=5.0, d=0.0, restitution=0.0, load=Load.fourier([0.67, 1.0, 0.55 - 0.06j]))
+    branch = follow_rest_cycle(only(system), "mean", (0.665, 0.685), points=3)
+    end = branch.points[1]
+    assert (branch.points[0].kind, end.kind) == (RestEvent.LIMIT, RestEvent.ONSET)
+    assert end.beyond.startswith("the bar comes to rest once more")
+    load = system.load.with_mean(end.value)
+    assert float(load.value(end.cycle.phases[0])) == pytest.approx(0.0, rel=0, abs=1e-10)
+    beyond = only(system.with_load(load.with_mean(end.value + 1e-3)))
+    assert (end.cycle.rest_phases.size, beyond.rest_phases.size) == (1, 2)
+
+
+def test_a_touch_is_where_an_impact_dies_from_the_other_side() -> None:
+    """Of a rigid bar an impact without speed changes nothing, so that both branches end at the same place."""
+    load = Load.fourier([0.65, 1.0, 1.52 + 0.81j])
+    one, two = (only(System(s=5.0, d=0.0, restitution=0.0, load=load.with_mean(mean))) for mean in (0.609, 0.711))
+    touch = follow_rest_cycle(one, "mean", (0.609, 0.711), points=3).points[1]
+    death = follow_rest_cycle(two, "mean", (0.609, 0.711), points=3).points[0]
+    assert (touch.kind, death.kind) == (RestEvent.TOUCH, RestEvent.DEATH)
+    assert touch.value == pytest.approx(death.value, rel=0, abs=1e-10)
+    assert touch.touch_phase == pytest.approx(death.touch_phase, rel=0, abs=1e-5)
+    assert death.cycle.speeds[0] < 1e-5
+    assert death.cycle.speeds[1] == pytest.approx(touch.cycle.speeds[0], rel=0, abs=1e-5)
+
+
 def test_bad_input() -> None:
     cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
     for wrong in ((0.9, 1.0), (1.0, 0.3)):
@@ -55,3 +83,20 @@ def test_bad_input() -> None:
             follow_rest_cycle(cycle, "mean", wrong)
     with pytest.raises(ParameterError):
         follow_rest_cycle(cycle, "nonsense", (0.3, 1.0))
+
+
+def test_what_has_been_followed_is_kept_when_it_is_stopped() -> None:
+    asked = 0
+
+    def halt() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 400
+
+    cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
+    branch = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=halt)
+    assert {point.kind for point in branch.points} == {RestEvent.STOPPED}
+    assert branch.values.size > 1 and 0.8 in branch.values
+    assert (branch.points[0].value, branch.points[1].value) == (branch.values[0], branch.values[-1])
+    at_once = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=lambda: True)
+    assert at_once.values.tolist() == [0.8]

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.parameter_rows import ParameterRows
-from percuss.explore.continuation.solution_curve import SolutionCurve, Strayed, turning
+from percuss.explore.continuation.solution_curve import SolutionCurve, turning
 from percuss.explore.family import SystemFamily
 from percuss.model import KelvinVoigt, Kept, Mounted, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array

@@ -197,6 +197,8 @@ NO_DOORS: dict[str, str] = {
             "explore.JobProgress",
             "explore.Reach",
             "explore.ReachEnd",
+            "explore.RestBranch",
+            "explore.RestBranchPoint",
             "explore.SettledMotion",
             "explore.Lyapunov",
             "explore.Share",
@@ -254,7 +256,8 @@ NO_DOORS: dict[str, str] = {
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
     **dict.fromkeys(
-        ["blow.Outcome", "blow.Ending", "explore.BranchEvent", "explore.CurveEvent"], "a word, made from its sentence"
+        ["blow.Outcome", "blow.Ending", "explore.BranchEvent", "explore.CurveEvent", "explore.RestEvent"],
+        "a word, made from its sentence",
     ),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
     "explore.Family": "a protocol",
@@ -365,6 +368,8 @@ def table(folder: Path) -> dict[str, Entry]:
     to_fold = room_of_cases.branch_answer(jackleg, "1/1:2", "load_factor=0.39:0.45", modes=0)
     fold = to_fold.at(explore.BranchEvent.FOLD)[0]
     curve = explore.follow_point(fold, ("restitution", "load_factor"), ((0.149, 0.151), (0.4, 0.45)), most=2)
+    (resting,) = steady.rest_cycles(SYSTEM, modes=0).cycles
+    rests = explore.follow_rest_cycle(resting, "mean", (0.89, 0.91), points=2)
     shown = explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, stop=SHORT, workers=1)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
     machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
@@ -857,6 +862,7 @@ def table(folder: Path) -> dict[str, Entry]:
             {"name": TEXT, "unit": TEXT},
         ),
         "explore.Axis.parsed": (explore.Axis.parsed, {"text": "s=1:2:3"}, {}),
+        "explore.Axis.spanned": (explore.Axis.spanned, {"text": "s=1:2"}, {}),
         "explore.Boundaries.of": (edges.of, {"kind": "fold"}, {}),
         "explore.Boundaries.least": (edges.least, {"kind": "fold"}, {}),
         "explore.Boundaries.greatest": (edges.greatest, {"kind": "fold"}, {}),
@@ -914,6 +920,12 @@ def table(folder: Path) -> dict[str, Entry]:
             {"orbit": one_impact, "along": "mean", "between": (0.88, 0.92), "family": SYSTEM, "value": 0.9, "switch": 0,
              "most": 2, "halt": None},
             {"between": OPTIONAL, "family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
+        "explore.follow_rest_cycle": (
+            explore.follow_rest_cycle,
+            {"cycle": resting, "along": "mean", "between": (0.89, 0.91), "family": SYSTEM, "value": 0.9, "points": 2,
+             "halt": None},
+            {"family": OPTIONAL, "value": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "explore.follow_point": (
             explore.follow_point,
@@ -1011,11 +1023,16 @@ def table(folder: Path) -> dict[str, Entry]:
             {"modes": OPTIONAL, "switch": {"bool"}},
         ),
         "case.rest_cycles_answer": (
-            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0}, {"modes": OPTIONAL},
+            room_of_cases.rest_cycles_answer, {"case": case, "modes": 0, "most": 2}, {"modes": OPTIONAL},
         ),
         "case.branch_answer": (
             room_of_cases.branch_answer,
             {"case": case, "orbit": "1/1:1", "along": "mean=0.89:0.91", "switch": 0, "modes": 0, "halt": None},
+            {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
+        ),
+        "case.rest_branch_answer": (
+            room_of_cases.rest_branch_answer,
+            {"case": case, "orbit": "chatter/1", "along": "mean=0.899:0.901", "modes": 0, "halt": None},
             {"modes": OPTIONAL, "halt": OPTIONAL | {"class"}},
         ),
         "case.point_curves_answer": (
@@ -1109,6 +1126,7 @@ def table(folder: Path) -> dict[str, Entry]:
             plot.diagram, {"found": shown, "title": "", "quantities": ("phase",)}, {"title": TEXT},
         ),
         "plot.experiment": (plot.experiment, {"found": ends, "title": ""}, {"title": TEXT}),
+        "plot.rest_branch": (plot.rest_branch, {"found": rests, "title": ""}, {"title": TEXT}),
         "plot.save": (
             plot.save, {"figure": _empty_figure(), "path": folder / "picture.svg"}, {},
         ),

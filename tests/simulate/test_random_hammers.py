@@ -17,7 +17,6 @@ from random_hammers import RandomHammer, random_hammer
 
 TURN = 2.0 * math.pi
 LABELS = [(1, 1), (2, 1), (2, 2), (3, 2)]
-MET = set(BranchEvent) - {BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER}  # many modes may do so twice within a step
 LONGEST = 6
 
 
@@ -90,7 +89,7 @@ def check_branch(hammer: RandomHammer, seed: int, tries: int) -> bool:
     if not other.admissible:  # a place at an end, where it has just ceased to be
         return False
     again = follow(other, name, between, family=family, value=there)
-    expected, ours = ([(p.kind, p.value) for p in one.points if p.kind in MET] for one in (branch, again))
+    expected, ours = ([(p.kind, p.value) for p in one.points] for one in (branch, again))
     if [kind for kind, _ in expected] != [kind for kind, _ in ours] or not near(expected, ours):
         ours.reverse()
     assert [kind for kind, _ in ours] == [kind for kind, _ in expected]
@@ -116,9 +115,10 @@ def test_attractors_are_found(seed: int) -> None:
     assert check_attractors(random_hammer(seed), seed, 16)
 
 
-@pytest.mark.parametrize("seed", [12, 40])
-def test_a_branch_is_the_same_from_both_places(seed: int) -> None:
-    assert check_branch(random_hammer(seed), seed, 16)
+@pytest.mark.parametrize(("seed", "tries"), [(12, 16), (40, 16), (125, 8), (289, 8)])
+def test_a_branch_is_the_same_from_both_places(seed: int, tries: int) -> None:
+    """125 has two sheets of 32 modes, 1e-5 rad apart; 289 flips and ends where undamped modes swing up for a moment."""
+    assert check_branch(random_hammer(seed), seed, tries)
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ def test_five_hundred_hammers(first: int) -> None:
                 check_orbit(orbit)
                 checked += 1
         motions += check_attractors(hammer, seed, 16)
-        branches += check_branch(hammer, seed, 8) if seed % 20 == first // 100 and hammer.modes < 32 else 0
+        branches += check_branch(hammer, seed, 8) if seed % 20 == first // 100 else 0
     assert checked > 20
     assert motions > 20
     assert branches > 0

@@ -74,11 +74,13 @@ def test_from_a_release_to_the_next_rest(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("mean", "restitution", "modes"),
-    [(0.5, 0.2, 0), (0.7, 0.5, 0), (0.7, 0.5, 8), (0.55, 0.2, 8), (0.6, 0.0, 8), (0.7, 0.0, 0)],
+    [(0.5, 0.2, 0), (0.7, 0.5, 0), (0.7, 0.5, 8), (0.55, 0.2, 8), (0.6, 0.0, 8), (0.7, 0.0, 0), (0.9, 0.8, 0)],
 )
 def test_attractors_that_rest_are_found(mean: float, restitution: float, modes: int) -> None:
+    """From beside the wall: from farther away the last of these systems comes to z=2/2, which is stable, too."""
     system = System(s=5.0, d=0.0048, restitution=restitution, load=Load.harmonic(mean, 1.0))
-    motion = run(system, Start.rigid(position=-1.0, time=0.3), modes=modes)
+    motion = run(system, Start.rigid(position=-0.2, time=0.3), modes=modes)
+    assert motion.label.startswith(("chatter/", "rest/"))
     (cycle,) = rest_cycles(system, modes=modes).labelled(motion.label)
     events = motion.events
     last = int(np.flatnonzero(events.kind == "rest")[-1])

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.reach_answer import reach_answer
     from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
+    from percuss.case.answers.rest_branch_answer import rest_branch_answer
     from percuss.case.answers.rest_cycles_answer import rest_cycles_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
@@ -71,6 +72,7 @@ __all__ = [
     "point_curves_answer",
     "reach_answer",
     "recorded_answer",
+    "rest_branch_answer",
     "rest_cycles_answer",
     "resumed_answer",
     "simulation_answer",
@@ -116,6 +118,7 @@ _HOME = {
     "point_curves_answer": "answers.point_curves_answer",
     "reach_answer": "answers.reach_answer",
     "recorded_answer": "answers.recorded_answer",
+    "rest_branch_answer": "answers.rest_branch_answer",
     "rest_cycles_answer": "answers.rest_cycles_answer",
     "resumed_answer": "answers.simulation_answer",
     "simulation_answer": "answers.simulation_answer",

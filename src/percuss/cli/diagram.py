@@ -28,9 +28,9 @@ grazings, as lines; what happens on them, as marks. After Ctrl-C the answer is w
 
 _EXAMPLES = """\
   percuss diagram pneumatic-jackleg --along load_factor=0.3:1.2 --plot diagram.png
-  percuss diagram case.toml --along "frequency=40 Hz:80 Hz:200" --label 2/2 --show speed,energy --plot diagram.svg
-  percuss diagram case.toml --along restitution=0:0.9 --label 4/4 --switch 4 -o diagram.zarr --csv diagram.csv
-  percuss diagram case.toml --along restitution=0:0.9 --label 4/4 --switch 4 -o diagram.zarr --resume"""
+  percuss diagram case.toml --along "frequency=40 Hz:80 Hz:40" --label 1/1 --show speed,energy --plot diagram.svg
+  percuss diagram case.toml --along restitution=0:0.9:40 --modes 0 -o diagram.zarr --csv diagram.csv
+  percuss diagram case.toml --along restitution=0:0.9:40 --modes 0 -o diagram.zarr --resume"""
 
 
 def _parser() -> Parser:

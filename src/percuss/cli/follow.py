@@ -12,6 +12,9 @@ from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
 
 if TYPE_CHECKING:
+    import argparse
+
+    from percuss.case import Case
     from percuss.explore import PointCurve
 
 __all__ = ["run"]
@@ -23,14 +26,16 @@ _DESCRIPTION = """\
 An orbit followed through a parameter, both ways from the value of the case, round folds, until something ends it: the
 bar touches the wall between two impacts, an impact dies, the range ends. Folds, flips, pairs of multipliers on the unit
 circle and corners at steps of the load are located to 1e-10, and of each it is said what lies beyond. The orbit is a
-number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time. With --curve points of
-the branch are followed themselves, through its parameter and the one of --over: the curves in their plane at which
-motions or their stability begin and end. After Ctrl-C the answer is what has been followed so far."""
+number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time; or a cycle with rest,
+which is followed to where its chatter meets the next release or it ends otherwise. With --curve points of the branch
+are followed themselves, through its parameter and the one of --over: the curves in their plane at which motions or
+their stability begin and end. After Ctrl-C the answer is what has been followed so far."""
 
 _EXAMPLES = """\
   percuss follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.3:1.2
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png
   percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv
+  percuss follow laboratory-striker --orbit chatter/1:1 --along load_factor=0.3:1.2 --modes 0
   percuss follow case.toml --orbit 2/1:2 --along mean=0.3:1.2 --curve flip,fold --over restitution=0:0.9 --json"""
 
 
@@ -38,7 +43,8 @@ def _parser() -> Parser:
     parser = Parser("follow", _DESCRIPTION, _EXAMPLES)
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
-    add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3 or 2/1:phases=1.2,4.5 (default 1/1:1)")
+    add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3, 2/1:phases=1.2,4.5 or "
+        "chatter/1:1 (default 1/1:1)")  # fmt: skip
     add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2")
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
@@ -65,6 +71,8 @@ def run(arguments: Sequence[str]) -> int:
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
     case = named_case(options.case)
+    if options.orbit.lstrip().startswith(("chatter", "rest")):
+        return _resting(parser, options, case)
     curves: tuple[PointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
         branch = branch_answer(
@@ -94,5 +102,35 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.report_printing import show
 
         show(branch_report(case.title, branch, curves))
+    tell_made(options.json, table=options.output, picture=options.plot)
+    return 0
+
+
+def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
+    """Follow a cycle with rest; returns the exit code."""
+    from percuss.case import rest_branch_answer
+
+    if options.switch or options.curve is not None:
+        parser.error("arguments --switch and --curve: nothing branches off a cycle with rest: follow an orbit P/N")
+    with watching(parser, patience=_PATIENCE) as watch:
+        branch = rest_branch_answer(case, options.orbit, options.along, modes=options.modes, halt=watch.asked)
+    if options.output is not None:
+        from percuss.case.answers.rest_branch_answer import rest_branch_table
+        from percuss.whole_file import write_whole
+
+        write_whole(options.output, rest_branch_table(branch))
+    if options.plot is not None:
+        from percuss import plot
+
+        plot.save(plot.rest_branch(branch, case.title), options.plot)
+    if options.json:
+        from percuss.case.answers.rest_branch_answer import rest_branch_dict
+
+        print(json.dumps(rest_branch_dict(branch), allow_nan=False))
+    else:
+        from percuss.cli.report_printing import show
+        from percuss.cli.rest_report import rest_branch_report
+
+        show(rest_branch_report(case.title, branch))
     tell_made(options.json, table=options.output, picture=options.plot)
     return 0

@@ -14,7 +14,7 @@ from percuss.cli.simulate_arguments import whole
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.report_parts import Report
-    from percuss.steady import FoundOrbits
+    from percuss.steady import FoundOrbits, FoundRestCycles
 
 __all__ = ["run", "typed_label"]
 
@@ -47,7 +47,8 @@ def _parser() -> Parser:
         default="1/1",
         help="impacts and load periods of a cycle, or chatter/N or rest/N for cycles with rest (default 1/1)",
     )
-    add("--up-to", metavar="P/N", type=typed_label, help="also all labels with more impacts or periods, up to these")
+    add("--up-to", metavar="P/N", type=typed_label, help="also all labels with more impacts or periods, up to "
+        "these, and the cycles with rest of as many periods")  # fmt: skip
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--tries", metavar="N", type=whole, default=400, help="random starts for each label (default 400)")
     add("--motions", metavar="N", type=whole, default=64, help="motions simulated to start from where they nearly come "
@@ -78,14 +79,16 @@ def run(arguments: Sequence[str]) -> int:
     from percuss.case import orbits_answer
     from percuss.case.answers.orbits_answer import parsed_label
     from percuss.case.answers.orbits_json import orbits_dict
-    from percuss.case.answers.rest_cycles_answer import is_rest_label
+    from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_answer, rest_cycles_dict
 
     parser = _parser()
     options = parser.parsed(arguments)
     case = named_case(options.case)
     if any(is_rest_label(label) for label in (options.label, options.up_to or "")):
         if options.up_to is not None:
-            parser.error("argument --up-to: cycles with rest have no order: give their label alone")
+            parser.error(
+                "argument --up-to: give the label of cycles with rest alone; up to an orbit P/N they are listed, too"
+            )
         return _resting(case, options.label, options.modes, options.json)
     first = parsed_label(options.label)
     last = first if options.up_to is None else parsed_label(options.up_to)
@@ -108,13 +111,19 @@ def run(arguments: Sequence[str]) -> int:
         )
         for label in labels
     ]
+    resting = None
+    if options.up_to is not None and case.system().body.is_free:
+        resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
+    rests = [] if resting is None else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= first[1]})
     if options.json:
         answers = [orbits_dict(one) for one in found]
+        answers += [] if resting is None else [rest_cycles_dict(resting, label) for label in rests]
         print(json.dumps(answers if options.up_to is not None else answers[0], indent=1, allow_nan=False))
     else:
         from percuss.cli.report_printing import show
 
-        show(_report(case.title, found, "elastic mode" if case.tables.body is None else "mode"))
+        mode = "elastic mode" if case.tables.body is None else "mode"
+        show(_report(case.title, found, resting, rests, mode))
     return 0
 
 
@@ -133,10 +142,13 @@ def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
     return 0
 
 
-def _report(title: str, found: Sequence[FoundOrbits], mode: str) -> Report:
+def _report(
+    title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
+) -> Report:
     from percuss.case.answers.numerals import counted
     from percuss.cli.branch_report import orbit_row
     from percuss.cli.report_parts import PLAIN, Grid, Report, Section
+    from percuss.cli.rest_report import rest_sections
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
     sections: list[Section | Grid] = []
@@ -157,5 +169,8 @@ def _report(title: str, found: Sequence[FoundOrbits], mode: str) -> Report:
             )
             lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
         sections.append(Section(f"{one.label}: the search", tuple(lines)))
-    total = sum(len(one.orbits) for one in found)
-    return Report(title, f"{counted(total, 'orbit')}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))
+    told = counted(sum(len(one.orbits) for one in found), "orbit")
+    if resting is not None:
+        sections += [section for label in rests for section in rest_sections(resting, label)]
+        told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
+    return Report(title, f"{told}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))

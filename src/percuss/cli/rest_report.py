@@ -1,4 +1,4 @@
-"""The report of `percuss orbits` on cycles with rest."""
+"""The reports of `percuss orbits` and `percuss follow` on cycles with rest."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from percuss.case.answers.rest_cycles_answer import rest_cycles_dict
 from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
+    from percuss.explore import RestBranch
     from percuss.steady import FoundRestCycles
 
-__all__ = ["rest_report"]
+__all__ = ["rest_branch_report", "rest_report", "rest_sections"]
 
 _COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
 _MOST = 4
@@ -22,6 +23,13 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     """The cycles of a label, and where the other releases lead."""
     told = rest_cycles_dict(found, label)["label"]
     cycles = found.labelled(told)
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
+    return Report(title, summary, PLAIN, rest_sections(found, told))
+
+
+def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
+    """The parts of a report on the cycles of a label."""
+    cycles = found.labelled(label)
     sections: list[Section | Grid] = []
     if cycles:
         rows = tuple(
@@ -34,7 +42,7 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
             )
             for number, cycle in enumerate(cycles, 1)
         )
-        sections.append(Grid(told, _COLUMNS, rows))
+        sections.append(Grid(label, _COLUMNS, rows))
     lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
     for release, number in zip(found.releases, found.leads_to, strict=True):
         end = (
@@ -45,9 +53,24 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
         lines.append((f"released at {release:.6f} rad", end))
     if not found.releases:
         lines.append(("release", "the load never turns from push to pull"))
-    sections.append(Section(f"{told}: from the releases", tuple(lines)))
-    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
-    return Report(title, summary, PLAIN, tuple(sections))
+    sections.append(Section(f"{label}: from the releases", tuple(lines)))
+    return tuple(sections)
+
+
+def rest_branch_report(title: str, branch: RestBranch) -> Report:
+    """Where a branch of cycles with rest ends, and how long the bar rests there."""
+    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
+    rests = branch.rest_times
+    lines = (
+        ("multipliers", "all 0: stable all along"),
+        ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
+    )
+    sections = (
+        Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows),
+        Section(f"{branch.label}: on the way", lines),
+    )
+    low, high = float(branch.values[0]), float(branch.values[-1])
+    return Report(title, f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}.", PLAIN, sections)
 
 
 def _few(values: list[float]) -> str:

@@ -1,9 +1,9 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
 `sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
-goes along a branch of orbits round folds and past flips to its ends, `follow_point` follows such a point through a
-plane of two parameters, `diagram` shows all branches and what simulations settle on over one parameter, `experiment`
-and `basins` count where starts end.
+goes along a branch of orbits round folds and past flips to its ends, `follow_rest_cycle` along one of cycles with rest,
+`follow_point` follows a point of a branch through a plane of two parameters, `diagram` shows all branches and what
+simulations settle on over one parameter, `experiment` and `basins` count where starts end.
 What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
 imported when first used.
 """
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.reaching import Reach as Reach
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
+    from percuss.explore.continuation.rest_branch import RestBranch as RestBranch
+    from percuss.explore.continuation.rest_branch import RestBranchPoint as RestBranchPoint
+    from percuss.explore.continuation.rest_branch import RestEvent as RestEvent
+    from percuss.explore.continuation.rest_following import follow_rest_cycle as follow_rest_cycle
     from percuss.explore.diagrams.diagram import Diagram as Diagram
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
@@ -95,6 +99,9 @@ _HOME = {
     "REASONS": "quantities",
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
+    "RestBranch": "continuation.rest_branch",
+    "RestBranchPoint": "continuation.rest_branch",
+    "RestEvent": "continuation.rest_branch",
     "STALLS": "machine_quantities",
     "SettledMotion": "diagrams.settled",
     "Share": "attractors.shares",
@@ -108,6 +115,7 @@ _HOME = {
     "experiment": "attractors.experiments",
     "follow": "continuation.following",
     "follow_point": "point_curves.following_points",
+    "follow_rest_cycle": "continuation.rest_following",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
     "orbit_of": "motion_orbits",

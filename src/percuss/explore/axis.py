@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -110,6 +111,30 @@ class Axis(Shown):
         make = cls.logarithmic if parts[3:] else cls.linear
         return make(name, low, high, int(parts[2]), unit)
 
+    @classmethod
+    def spanned(cls, text: str) -> Axis:
+        """The two ends of a range, from ``NAME=FROM:TO``, numbers with or without a unit.
+
+        Raises
+        ------
+        ParameterError
+            When the text has another form.
+
+        Examples
+        --------
+        >>> Axis.spanned("frequency=20 Hz:80 Hz")
+        Axis(name='frequency', values=[20, 80], unit='Hz')
+        """
+        name, equal, rest = checked_text("range", text, "NAME=FROM:TO").partition("=")
+        if not (name.strip() and equal and rest.count(":") == 1):
+            raise ParameterError(
+                "range", text, "NAME=FROM:TO, with or without a unit", "for example load_factor=0.3:1.2"
+            )
+        (low, high), unit = _with_unit(name.strip(), [end.strip() for end in rest.split(":")])
+        if low == high and math.isfinite(low):
+            raise ParameterError(name.strip(), rest, "two different ends")
+        return cls.linear(name.strip(), low, high, 2, unit)
+
     def __len__(self) -> int:
         return int(self.values.size)
 
@@ -142,7 +167,7 @@ def _with_unit(name: str, texts: list[str]) -> tuple[list[float], str]:
     for text in texts:
         found = _NUMBER.fullmatch(text)
         if found is None:
-            raise ParameterError(name, text.strip(), f"a number with or without a unit ({_FORM})")
+            raise ParameterError(name, text.strip(), "a number with or without a unit")
         numbers.append(float(found[1]))
         units.append(found[2])
     different = sorted({unit for unit in units if unit})

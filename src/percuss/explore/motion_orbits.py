@@ -48,7 +48,7 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
     --------
     >>> from percuss import Load, Start, System, simulate
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
-    >>> motion = simulate.run(system, Start.rigid(velocity=2.0, time=0.4), modes=0)
+    >>> motion = simulate.run(system, Start.rigid(velocity=0.5, time=0.4), modes=0)
     >>> motion.label, orbit_of(motion).label
     ('z=2/1', 'z=2/1')
     """

@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from percuss.plot.machine_picture import machine
     from percuss.plot.map_picture import sweep
     from percuss.plot.point_curves_picture import curves
+    from percuss.plot.rest_branch_picture import rest_branch
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 
 __all__ = [
-    "basins", "best", "blow", "branch", "curves", "diagram", "experiment", "machine", "machine_motion", "save",
-    "steady", "sweep", "trajectory",
+    "basins", "best", "blow", "branch", "curves", "diagram", "experiment", "machine", "machine_motion",
+    "rest_branch", "save", "steady", "sweep", "trajectory",
 ]  # fmt: skip
 
 
@@ -35,6 +36,7 @@ _HOME = {
     "experiment": "starts_picture",
     "machine": "machine_picture",
     "machine_motion": "machine_motion_picture",
+    "rest_branch": "rest_branch_picture",
     "save": "canvas",
     "steady": "steady_picture",
     "sweep": "map_picture",

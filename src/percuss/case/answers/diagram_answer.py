@@ -108,7 +108,7 @@ def diagram_answer(
     >>> case = load_case("pneumatic-jackleg")
     >>> found = diagram_answer(case, "load_factor=0.35:0.45:4", up_to="1/1", searched=1, switch=0, runs=0, modes=0)
     >>> found.labels[:2], [branch.label for branch in found.branches]
-    (('z=1/1', 'chatter/1'), ['z=1/1'])
+    (('z=1/1', 'chatter/1'), ['z=1/1', 'z=2/1'])
     """
     job = diagram_job_of(
         case, along, up_to=up_to, searched=searched, switch=switch, tries=tries, starts=starts, runs=runs,

@@ -144,7 +144,7 @@ def branch_answer(
     ('z=1/1', 'limit')
     """
     checked_case(case)
-    axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
+    axis = Axis.spanned(text("along", along, "NAME=FROM:TO"))
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
     value = value_of(case, family, axis)
     start = _chosen(case, orbit, _modes(case, modes))

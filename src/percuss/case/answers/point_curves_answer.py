@@ -64,7 +64,7 @@ def point_curves_answer(
     """
     checked_case(case)
     having("branch", branch, ("points", "family"), "a branch, as percuss.case.branch_answer gives it")
-    axes = [_axis("along", along), _axis("over", over)]
+    axes = [Axis.spanned(text(name, given, "NAME=FROM:TO")) for name, given in (("along", along), ("over", over))]
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     second = value_of(case, family, axes[1])
     ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
@@ -75,10 +75,6 @@ def point_curves_answer(
         if halt is not None and halt():
             break
     return tuple(found)
-
-
-def _axis(name: str, given: str) -> Axis:
-    return Axis.parsed(f"{text(name, given, 'NAME=FROM:TO')}:2")
 
 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:

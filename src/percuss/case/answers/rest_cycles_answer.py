@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["is_rest_label", "rest_cycle_dict", "rest_cycles_answer", "rest_cycles_dict"]
 
-_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*(\d{1,3})\s*", re.ASCII)
+_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*([1-9]\d{0,2})\s*", re.ASCII)
 
 
 def is_rest_label(label: str) -> bool:
@@ -27,7 +27,7 @@ def is_rest_label(label: str) -> bool:
     return _LABEL.fullmatch(label) is not None
 
 
-def rest_cycles_answer(case: Case, *, modes: int | None = None) -> FoundRestCycles:
+def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) -> FoundRestCycles:
     """All cycles of a case in which the bar rests on the wall; see `percuss.steady.rest_cycles`.
 
     Parameters
@@ -36,6 +36,8 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None) -> FoundRestCycl
         A hammer whose load keeps time.
     modes
         N, in the forced motion, too; None for the case's, or 32.
+    most
+        Load periods of a cycle, 1 to 256.
 
     Raises
     ------
@@ -49,7 +51,7 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None) -> FoundRestCycl
     0
     """
     checked_case(case)
-    return rest_cycles(case.system(), modes=case.simulation().modes if modes is None else modes)
+    return rest_cycles(case.system(), modes=case.simulation().modes if modes is None else modes, most=most)
 
 
 def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:

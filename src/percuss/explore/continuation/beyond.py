@@ -9,8 +9,9 @@ import numpy as np
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import multipliers, outside
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.partners import Partner, doubled, grazing_partner, is_joined, other_end
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.stability.multipliers import TURNING
 
 __all__ = ["sentence"]

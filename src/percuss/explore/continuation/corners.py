@@ -8,19 +8,21 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from percuss.explore.continuation.next_point import Strayed, unit_tangent
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Passed", "beside", "is_later", "landed", "step_ahead", "step_of", "step_row", "step_time", "steps_passed"]
+__all__ = ["Passed", "beyond_corner", "corner_ahead", "step_of", "steps_passed"]
 
 Passed: TypeAlias = npt.NDArray[np.int64]
 """How many steps of the load there are before each impact."""
 
 _ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
 _DIFFERENCE = 1e-6  # of the unit of the parameter
-_EXACT = 1e-14
+_EXACT = 1e-11  # of a step of Newton's method: what is left is less by the factor _ASIDE
+_MOST_STEPS, _LONGEST = 12, 0.5
 
 
 def steps_passed(orbit: PeriodicOrbit) -> Passed:
@@ -64,31 +66,71 @@ def step_ahead(curve: SolutionCurve, here: CurvePoint, which: int, passed: Passe
     orbit = curve.motion(here.x)
     if not orbit.system.load.breaks:
         return None
-    row = step_row(curve, here.x, which, int(passed[which]))
-    nearing = float(row @ here.tangent)
-    if nearing < 0.0:
-        row = step_row(curve, here.x, which, int(passed[which]) - 1)
-        nearing = float(row @ here.tangent)
-    if nearing == 0.0:
-        return None
-    number = int(passed[which]) - (nearing < 0.0)
-    return (step_time(orbit, number) - float(here.x[which])) / nearing, which
+    places = []
+    for number in (int(passed[which]), int(passed[which]) - 1):  # an impact may run after a step that flees, too
+        nearing = float(step_row(curve, here.x, which, number) @ here.tangent)
+        if nearing * (number - int(passed[which]) + 0.5) > 0.0:
+            places.append((step_time(orbit, number) - float(here.x[which])) / nearing)
+    return (min(places), which) if places else None
 
 
 def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
     """The point of the curve at which an impact is exactly at a step, with the tangent before it; or Strayed."""
     later = is_later(curve, near, which, passed)
-    number, point = int(passed[which]) - (not later), near
-    for _ in range(3):  # once where the parameter moves the step evenly
-        row, x = step_row(curve, point.x, which, number), np.array(point.x)
-        x[which] += step_time(curve.motion(x), number) - x[which]
-        aside = beside(curve, point, which, not later)
-        point = curve.corrected(x, row, near.tangent, curve.column(aside, curve.value(point.x)))
-        if abs(step_time(curve.motion(point.x), number) - float(point.x[which])) < _EXACT:
+    number, x = int(passed[which]) - (not later), np.array(near.x)
+    for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
+        aside = beside(curve, near._replace(x=x), which, not later)
+        matrix = np.vstack(
+            [curve.matrix(aside, curve.column(aside, curve.value(x))), step_row(curve, x, which, number)]
+        )
+        off = np.append(curve.linearised(x)[1], float(x[which]) - step_time(curve.motion(x), number))
+        try:
+            step = np.linalg.solve(matrix, -off)
+        except np.linalg.LinAlgError:
+            raise Strayed("no tangent") from None
+        if not float(np.abs(step).max()) < _LONGEST:
+            raise Strayed("a step too long")
+        x = x + step
+        if float(np.abs(step).max()) < _EXACT:
             break
+    else:
+        raise Strayed("no convergence")
+    point = CurvePoint(x, near.tangent, near.steps)
     orbit = beside(curve, point, which, not later)
     matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
-    return CurvePoint(point.x, curve.tangent(matrix, near.tangent), point.steps)
+    return CurvePoint(point.x, unit_tangent(matrix, near.tangent), point.steps)
+
+
+def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
+    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
+
+    Strayed where none does within so much of the curve.
+    """
+    near = [one for i in range(curve.impacts) if (one := step_ahead(curve, here, i, passed))]
+    if not near:
+        raise Strayed("the load has no steps")
+    place, which = min(near)
+    if not 0.0 <= place <= reach:
+        raise Strayed("no step of the load is near")
+    start = here.x + place * here.tangent
+    return start, landed(curve, CurvePoint(start, here.tangent, 0), which, passed), which
+
+
+def beyond_corner(
+    curve: SolutionCurve, corner: CurvePoint, which: int, passed: Passed
+) -> tuple[CurvePoint, PeriodicOrbit, Passed]:
+    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way; or Strayed.
+
+    With it, the motion just beyond, and how many steps of the load there are before each impact there.
+    """
+    later = is_later(curve, corner, which, passed)
+    orbit = beside(curve, corner, which, later)
+    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(corner.x)))
+    row = step_row(curve, corner.x, which, int(passed[which]) - (not later))
+    tangent = unit_tangent(matrix, row if later else -row)
+    after = np.array(passed)
+    after[which] += 1 if later else -1
+    return CurvePoint(corner.x, tangent, corner.steps), orbit, after
 
 
 def is_later(curve: SolutionCurve, point: CurvePoint, which: int, passed: Passed) -> bool:

@@ -14,8 +14,9 @@ from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import greatest_top, multipliers
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.partners import doubled, grazing_partner
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import Walk, walked
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS

@@ -1,9 +1,8 @@
-"""What happens within a step along a branch: where it ends, and which multipliers come to the unit circle before."""
+"""What happens within a step along a branch, and where in it the branch ends."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,32 +11,26 @@ from percuss.explore.continuation.corners import Passed, landed, step_time, step
 from percuss.explore.continuation.indicators import (
     greatest_top,
     indicator,
-    multipliers,
-    outside,
     press,
     stays_off,
-    unstable,
 )
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rises import rise
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import (
     CurvePoint,
     Number,
-    Strayed,
     twice,
     where_it_vanishes,
 )
-from percuss.model.checks import Array, ComplexArray
-from percuss.stability.multipliers import TURNING
+from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Happening", "crossings", "end_of", "to_corner"]
+__all__ = ["Happening", "end_of", "happening", "to_corner"]
 
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
-_ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
 _CLOSE_TO_HALF = 0.1  # share of the way to the place where the halves are one: nearer there are two tangents
-_NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
 
 class Happening(NamedTuple):
@@ -81,7 +74,8 @@ def to_corner(segment: Segment, first: Happening | None) -> Segment:
     return Segment(segment.curve, segment.start, first.point)
 
 
-def _happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
+def happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
+    """What happens at a place of a segment."""
     return Happening(kind, place, segment.at(place), which)
 
 
@@ -93,7 +87,7 @@ def _deaths(segment: Segment) -> list[Happening]:
         return lambda point: float(curve.motion(point.x).speeds[i])
 
     return [
-        _happening(segment, BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)
+        happening(segment, BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)
     ]
 
 
@@ -140,7 +134,7 @@ def _corners(segment: Segment, passed: Passed) -> list[Happening]:
             return float(point.x[i]) - step_time(curve.motion(point.x), number)
 
         before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
-        near = _happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
+        near = happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
         point = landed(curve, near.point, i, passed)
         place = float(segment.start.tangent @ (point.x - segment.start.x))
         found.append(near._replace(point=point, place=place))
@@ -159,88 +153,9 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
 
     if greatest_top(beyond).height > 0.0:
         place = segment.root(top, 0.0, last)
-        found.append(_happening(segment, BranchEvent.TOUCH, place))
+        found.append(happening(segment, BranchEvent.TOUCH, place))
     if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
         place = segment.root(pressed, 0.0, last)
         at = segment.at(place)
         found.append(Happening(BranchEvent.STICKING, place, at, press(curve.motion(at.x))[1]))
     return min(found, key=lambda one: one.place) if found else None
-
-
-def crossings(segment: Segment, first: float, last: float, fresh: bool) -> list[Happening]:
-    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
-
-    Parameters
-    ----------
-    segment
-        The step.
-    first, last
-        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
-    fresh
-        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself.
-    """
-    start, stop, curve = segment.at(first), segment.at(last), segment.curve
-
-    def fold(point: CurvePoint) -> float:
-        return indicator(curve.motion(point.x), 1.0)
-
-    def flip(point: CurvePoint) -> float:
-        return indicator(curve.motion(point.x), -1.0)
-
-    found = []
-    if not fresh and start.tangent[-1] * stop.tangent[-1] < 0.0 and fold(start) * fold(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FOLD, segment.root(fold, first, last)))
-    if flip(start) * flip(stop) < 0.0:
-        found.append(_happening(segment, BranchEvent.FLIP, segment.root(flip, first, last)))
-    if curve.modes:
-        places = sorted([first, *(one.place for one in found), last])
-        found += [one for low, high in pairwise(places) for one in _pairs(segment, low, high)]
-    return sorted(found, key=lambda one: one.place)
-
-
-def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
-    """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
-    curve, aside = segment.curve, _ASIDE * segment.length
-    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
-    if low >= high:
-        return []
-
-    def count(place: float) -> int:
-        return unstable(curve.motion(segment.at(place).x))
-
-    first, second = count(low), count(high)
-    if min(first, second) < 0 or abs(second - first) < 2:
-        return []
-    while high - low > _NARROW * segment.length:
-        middle = 0.5 * (low + high)
-        now = count(middle)
-        if abs(now - first) >= abs(second - now):
-            high, second = middle, now
-        else:
-            low, first = middle, now
-    return _pair(segment, low, high)
-
-
-def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
-    curve = segment.curve
-    both = [multipliers(curve.motion(segment.at(place).x)) for place in (low, high)]
-    outer = max(both, key=outside)
-    if outer is None:
-        return []
-    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0)]
-    if not beyond.size:
-        return []
-    seen = complex(beyond[np.argmin(np.abs(beyond))])
-
-    def modulus(point: CurvePoint) -> float:
-        values = multipliers(curve.motion(point.x))
-        return math.nan if values is None else abs(nearest(values, seen)) - 1.0
-
-    if not modulus(segment.at(low)) * modulus(segment.at(high)) < 0.0:
-        return []
-    return [_happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, low, high))]
-
-
-def nearest(values: ComplexArray, to: complex) -> complex:
-    """The value that is nearest to another."""
-    return complex(values[np.argmin(np.abs(values - to))])

@@ -7,10 +7,10 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.explore.continuation.indicators import greatest_top
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.solution_curve import (
     CurvePoint,
     SolutionCurve,
-    Strayed,
     turning,
     twice,
     where_it_vanishes,

@@ -1,32 +1,17 @@
-"""Cycles with rest followed through a parameter, both ways, to where they end."""
+"""A branch of cycles with rest over a parameter as a value: the cycles, and its two ends."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
-from percuss.errors import ParameterError, PercussError
-from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
-from percuss.model import System
-from percuss.model.checks import Array, count, finite, instance, numbers, text
+from percuss.model.checks import Array
 from percuss.shown import Shown
 from percuss.steady import RestCycle
-from percuss.steady.resting.chain import Chain
-from percuss.steady.resting.releases import release_phases
-from percuss.steady.resting.search import cycle_through
 
-__all__ = ["RestBranch", "RestBranchPoint", "RestEvent", "follow_rest_cycle"]
-
-_EXACT = 2e-13  # of the parameter, to which a point is located
-_JUMP = 1.4  # factor by which a flight may change in a step
-_SHORT = 1e-2  # rad of rest below which the rest is about to vanish
-_BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
-_NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
-_FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
+__all__ = ["RestBranch", "RestBranchPoint", "RestEvent"]
 
 
 class RestEvent(Enum):
@@ -39,6 +24,7 @@ class RestEvent(Enum):
     CHANGE = "label_changes"
     NO_SYSTEM = "parameter_end"
     LIMIT = "limit"
+    STOPPED = "stopped"
 
 
 @dataclass(frozen=True)
@@ -98,6 +84,11 @@ class RestBranch(Shown):
         return self.cycles[0].label
 
     @property
+    def modes(self) -> int:
+        """N."""
+        return self.cycles[0].modes
+
+    @property
     def rest_times(self) -> Array:
         """The shortest rest of each cycle, in rad of the load; shape (m,)."""
         return np.array([cycle.rest_times.min() for cycle in self.cycles])
@@ -106,176 +97,3 @@ class RestBranch(Shown):
         low, high = float(self.values[0]), float(self.values[-1])
         head = f"{self.label} over {self.parameter}: {self.values.size} points from {low:.9g} to {high:.9g}"
         return "\n".join([head, *(f"  {point}" for point in self.points)])
-
-
-def follow_rest_cycle(
-    cycle: RestCycle,
-    along: str,
-    between: tuple[float, float],
-    *,
-    family: System | Family | None = None,
-    value: float | None = None,
-    points: int = 65,
-) -> RestBranch:
-    """Follow a cycle with rest through a parameter, both ways, until it ends.
-
-    All its multipliers are 0, so that it goes on for as long as the same impacts follow the release and the bar comes
-    to rest before the load pulls again. Where it ends is located to 1e-10 and said: the end of its chatter meets the
-    next release (onset), the bar touches the wall in a flight or an impact dies, the load no longer lets go.
-
-    Parameters
-    ----------
-    cycle
-        Where to begin.
-    along
-        Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family.
-    between
-        The range of the parameter, which must hold its value for the cycle.
-    family
-        The systems; None for those that differ from that of the cycle in the parameter alone.
-    value
-        Of the parameter, for the cycle; None for what its system says, where it is a dimensionless one.
-    points
-        Cycles over the whole range, at least; 2 to 10000.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown parameter, and for a range without the cycle.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> from percuss.steady import rest_cycles
-    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0))
-    >>> (cycle,) = rest_cycles(system, modes=0).cycles
-    >>> branch = follow_rest_cycle(cycle, "mean", (0.3, 1.2), points=9)
-    >>> for point in branch.points:
-    ...     print(point.kind.value, round(point.value, 9))
-    onset 0.626037332
-    release_lost 1.0
-    """
-    instance("cycle", cycle, RestCycle)
-    systems = SystemFamily(cycle.system) if family is None else family_of(family)
-    name = text("along", along, "the name of a parameter")
-    systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    known = PARAMETERS[name].get(cycle.system) if name in PARAMETERS else None
-    if value is None and known is None:
-        raise ParameterError("value", None, f"the value of {name} that belongs to the cycle")
-    here = finite("value", known if value is None else value)
-    ends = numbers("between", between, "two numbers, the smaller first")
-    if ends.shape != (2,) or not ends[0] < ends[1] or not ends[0] <= here <= ends[1]:
-        raise ParameterError("between", between, f"two numbers around {here:.9g}, the value of the cycle")
-    step = float(ends[1] - ends[0]) / (count("points", points, least=2, most=10_000) - 1)
-    walker = _Walker(systems, name, cycle, step)
-    below, first = walker.walked(here, float(ends[0]))
-    above, last = walker.walked(here, float(ends[1]))
-    rows = [*below[::-1], (here, cycle), *above]
-    return RestBranch(name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
-
-
-@dataclass(frozen=True)
-class _Walker:
-    """The family, and where the walk began."""
-
-    systems: Family
-    name: str
-    first: RestCycle
-    step: float
-
-    def at(self, value: float, near: RestCycle) -> tuple[RestCycle | None, tuple[Chain, ...], bool]:
-        """The cycle at a value that goes on from one beside it, what was followed, and whether there is a system."""
-        try:
-            system = self.systems.system({self.name: value})
-            cycle, chains, release = cycle_through(
-                system, near.release_phase, modes=self.first.modes, most=self.first.periods
-            )
-        except PercussError:
-            return None, (), False
-        if cycle is None or cycle.label != near.label or not _alike(near.chains, cycle.chains):
-            return None, chains, True
-        return cycle, chains if release is not None else (), True
-
-    def walked(self, start: float, end: float) -> tuple[list[tuple[float, RestCycle]], RestBranchPoint]:
-        """The cycles from a value towards an end of the range, and the point at which they end."""
-        here, cycle, rows, size = start, self.first, [], self.step
-        while here != end:
-            last = abs(end - here) <= 1.5 * size
-            ahead = end if last else here + math.copysign(size, end - here)
-            found, chains, is_system = self.at(ahead, cycle)
-            if found is not None:
-                here, cycle, size = ahead, found, min(1.5 * size, self.step)
-                rows.append((here, cycle))
-                continue
-            size = 0.4 * min(size, abs(end - here))
-            if size < _EXACT * max(1.0, abs(here)):
-                gone = self._release_lost(here, math.copysign(_BARELY * max(1.0, abs(here)), end - here))
-                if gone is not None:
-                    return rows, RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, _NO_RELEASE)
-                return rows, self._end(here, cycle, chains, is_system)
-        return rows, RestBranchPoint(RestEvent.LIMIT, here, cycle, "the branch goes on")
-
-    def _release_lost(self, value: float, ahead: float) -> float | None:
-        """Where the load ceases to let go, if that is hardly beyond a value: pulls move the bar by rounding there."""
-
-        def releases(at: float) -> bool:
-            try:
-                return bool(release_phases(self.systems.system({self.name: at}).load).size)
-            except PercussError:
-                return True
-
-        low, high = value, value + ahead
-        if releases(high):
-            return None
-        while abs(high - low) > _EXACT * max(1.0, abs(value)):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if releases(middle) else (low, middle)
-        return high
-
-    def _end(self, value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
-        """What ends the branch between a cycle and what was followed just beyond."""
-        if not is_system:
-            return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
-        if not chains:
-            return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, _NO_RELEASE)
-        other = _first_other(cycle.chains, chains)
-        if other is not None:
-            kind, phase = other
-            touch = kind is RestEvent.TOUCH
-            told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-            return RestBranchPoint(kind, value, cycle, f"{told}: what follows jumps", phase)
-        if float(cycle.rest_times.min()) < _SHORT:
-            what = "chatter" if cycle.chatters else "impact before the rest"
-            told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-            if cycle.chatters:
-                told += (
-                    f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
-                )
-            return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-        told = "the bar comes back to this release after other rests"
-        return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
-
-
-def _alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
-    """Whether the same impacts follow each release, so that the second chains go on from the first ones."""
-    return len(chains) == len(others) and _first_other(chains, others) is None
-
-
-def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[RestEvent, float] | None:
-    """The first impact that one of the chains has and the other has not, and its phase; None for none."""
-    for one, other in zip(chains, others, strict=False):
-        if not (one.impacts and other.impacts):
-            continue
-        fastest = max(impact.speed for impact in one.impacts)
-        last, its_last = one.release, other.release
-        for mine, its in zip(one.impacts, other.impacts, strict=False):
-            if min(mine.speed, its.speed) < _FEW * fastest:
-                break
-            ratio = (its.time - its_last) / (mine.time - last)
-            if not 1.0 / _JUMP < ratio < _JUMP:
-                touch = ratio < 1.0
-                return RestEvent.TOUCH if touch else RestEvent.DEATH, float(
-                    np.mod(its.time if touch else mine.time, 2.0 * math.pi)
-                )
-            last, its_last = mine.time, its.time
-    return None

@@ -18,6 +18,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.followed_orbit import FollowedOrbit
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.parameter_rows import ParameterRows
 from percuss.explore.family import Family
 from percuss.halting import look
@@ -28,7 +29,7 @@ from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.system_numbers import Numbers
 from percuss.steady.states import check_pushes
 
-__all__ = ["CurvePoint", "Number", "SolutionCurve", "Strayed", "turning", "twice", "where_it_vanishes"]
+__all__ = ["CurvePoint", "Number", "SolutionCurve", "turning", "twice", "where_it_vanishes"]
 
 _MOST_STEPS, _MOST_ROWS = 12, 6
 _KEPT = 32  # systems and motions
@@ -38,10 +39,6 @@ _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
 _SEARCH_STEPS = 20
 _DIFFERENCE = 1e-6
 _ROUNDING = 1e-11
-
-
-class Strayed(Exception):
-    """Newton's method found no point of the curve, or not the one that was meant."""
 
 
 class CurvePoint(NamedTuple):
@@ -198,15 +195,6 @@ class SolutionCurve:
             here.row, rate, value, self.unit, self._room(here), 2.0 * math.pi * self.periods, x, found
         )
         return found[:, :-1], found[:, -1]
-
-    @staticmethod
-    def tangent(matrix: Array, along: Array) -> Array:
-        """The unit tangent, that goes the same way as `along`; Strayed where it is at right angles to it."""
-        try:
-            found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
-        except np.linalg.LinAlgError:
-            raise Strayed("no tangent") from None
-        return np.asarray(found / np.linalg.norm(found))
 
     @property
     def level(self) -> Array:

@@ -9,29 +9,28 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
-from percuss.explore.continuation.corners import beside, is_later, landed, step_ahead, step_row, steps_passed
+from percuss.explore.continuation.circle_crossings import crossings
+from percuss.explore.continuation.corners import beyond_corner, corner_ahead, steps_passed
 from percuss.explore.continuation.dips import may_vanish_twice
-from percuss.explore.continuation.happenings import Happening, crossings, end_of, to_corner
+from percuss.explore.continuation.happenings import Happening, end_of, to_corner
+from percuss.explore.continuation.homecoming import home
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.narrow_ends import first_impossible
+from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
+from percuss.explore.continuation.resonances import resonant_places
 from percuss.explore.continuation.segment import Segment
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.model.checks import Array
 from percuss.steady.periodic.newton import COALESCED
-from percuss.steady.periodic.sameness import differences, load_turn
 
 __all__ = ["Walk", "walked"]
 
-_FIRST, _LONGEST, _SHORTEST = 0.02, 0.1, 1e-9  # steps, of each impact in rad
 _REFINED = 1e-5  # step below which none is taken again to see what its ends do not show
-_TURN = math.cos(math.radians(25.0))  # of the tangent in a step
-_ASIDE = 0.5  # of a step, by which its end may be beside the tangent
-_FLIGHT = 0.5  # share of a flight by which it may change in a step
 _QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
-_NEAR_LIMIT = 10.0  # steps within which a limit explains why the walk does not go on
 _INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
+_FEWEST = 8  # points of a walk that can have come back to its start
 _ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
-_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
@@ -101,7 +100,7 @@ class _Walker:
 
     def __init__(self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], fresh: bool) -> None:
         self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
-        self.size = _FIRST * math.sqrt(curve.impacts)
+        self.size = FIRST * math.sqrt(curve.impacts)
         self.passed = steps_passed(curve.motion(start.x))
         self.walk = Walk([start], [self._outside(start)])
         self.ended, self.cornered = False, False
@@ -124,9 +123,13 @@ class _Walker:
                 segment = Segment(self.curve, self.here, target.point)
                 if not self.fresh and self.size > _REFINED and may_vanish_twice(segment):
                     raise Strayed("more may happen in the step than its ends show")
+                places = [] if self.fresh else resonant_places(segment)
+                narrow = first_impossible(segment, places)
+                if narrow is not None:
+                    target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
                 happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
                 part = to_corner(segment, happening)
-                between = crossings(part, *self._smooth(part, happening), self.fresh)
+                between = crossings(part, *self._smooth(part, happening), self.fresh, places)
             except Strayed:
                 continue
             self._went(segment, between, happening, target.limit)
@@ -143,9 +146,10 @@ class _Walker:
         self, segment: Segment, between: list[Happening], happening: Happening | None, limit: BranchEvent | None
     ) -> None:
         """Keep a step with what happened in it."""
-        home = self._home(segment) if happening is None and limit is None else None
-        if home is not None:
-            between = [one for one in between if float((one.point.x - home.x) @ home.tangent) < 0.0]
+        goes_on = happening is None and limit is None
+        back = home(self.walk.points[0], segment) if goes_on and len(self.walk.points) >= _FEWEST else None
+        if back is not None:
+            between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
         for one in between:
             self._pass(one.point)
         self.walk.happened += between
@@ -153,13 +157,13 @@ class _Walker:
         if happening is not None:
             self._at(happening)
             return
-        self._arrive(segment.stop if home is None else home)
+        self._arrive(segment.stop if back is None else back)
         if limit is not None:
             self.end(limit)
-        elif home is not None:
+        elif back is not None:
             self.end(BranchEvent.CLOSED)
         elif segment.stop.steps <= _QUICK:
-            self.size = min(1.5 * self.size, _LONGEST * math.sqrt(self.curve.impacts))
+            self.size = min(1.5 * self.size, LONGEST * math.sqrt(self.curve.impacts))
 
     def _pass(self, point: CurvePoint) -> None:
         """Keep a point at which something happens; beside it a multiplier is on the unit circle."""
@@ -195,17 +199,13 @@ class _Walker:
 
     def _at_corner(self) -> _Target:
         """The point at which an impact meets the step of the load that it nears: the curve may turn back there."""
-        x, tangent = self.here.x, self.here.tangent
-        near = [one for i in range(self.curve.impacts) if (one := step_ahead(self.curve, self.here, i, self.passed))]
-        if not near:
-            raise Strayed("the load has no steps")
-        place, which = min(near)
-        if not 0.0 <= place <= 2.0 * self.size:
-            raise Strayed("no step of the load is near")
-        start = x + place * tangent
-        point = landed(self.curve, CurvePoint(start, tangent, 0), which, self.passed)
+        start, point, which = corner_ahead(self.curve, self.here, self.passed, 2.0 * self.size)
         self._check(point, start)
         return _Target(point, None, Happening(BranchEvent.CORNER, math.nan, point, which))
+
+    def _check(self, found: CurvePoint, place: Array) -> None:
+        before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
+        check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
 
     def _last_value(self, beyond: float) -> float:
         """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
@@ -219,21 +219,10 @@ class _Walker:
         even = round(good, 12)  # the limit itself, where that is allowed
         return even if self.curve.refusal(even) is None and abs(even - good) < _EVEN else good
 
-    def _check(self, found: CurvePoint, place: Array) -> None:
-        """Strayed where a point is not the next one of the branch."""
-        p, period = self.curve.impacts, 2.0 * math.pi * self.curve.periods
-        before, after = (np.append(x[1:p], x[0] + period) - x[:p] for x in (self.here.x, found.x))
-        if float(found.tangent @ self.here.tangent) < _TURN:
-            raise Strayed("a bend")
-        if float(np.linalg.norm(found.x - place)) > _ASIDE * self.size:
-            raise Strayed("beside the tangent")
-        if not np.all(np.abs(after / before - 1.0) < _FLIGHT):
-            raise Strayed("a flight changes too much")
-
     def _shorter(self) -> None:
         """Try a shorter step; where none is short enough, say why."""
         self.size *= 0.5
-        if self.size > _SHORTEST:
+        if self.size > SHORTEST:
             return
         orbit = self.curve.motion(self.here.x)
         if float(orbit.flight_times.min()) < 1e3 * COALESCED * orbit.period:
@@ -245,27 +234,6 @@ class _Walker:
         else:
             self.end(BranchEvent.LOST)
 
-    def _home(self, segment: Segment) -> CurvePoint | None:
-        """The start of the walk, if it came back to it or past it, with the times of now."""
-        first = self.walk.points[0]
-        if len(self.walk.points) < 8 or abs(first.x[-1] - segment.stop.x[-1]) > 2.0 * segment.length:
-            return None
-        p, orbit = self.curve.impacts, self.curve.motion(first.x)
-        turn = load_turn(orbit.system.load)
-        off = segment.stop.x - first.x
-        off[:p] = differences(segment.stop.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
-        if np.abs(off).max() > 2.0 * segment.length:
-            return None
-        ahead, along = float(off @ first.tangent), float(segment.stop.tangent @ first.tangent)
-        if not 0.0 <= ahead <= segment.length or along <= 0.0:
-            return None
-        try:  # another sheet of the branch may be as near: only the start itself is home
-            back = self.curve.corrected(segment.stop.x - ahead / along * segment.stop.tangent, first.tangent)
-        except Strayed:
-            return None
-        home = segment.stop.x - off
-        return first._replace(x=home) if float(np.abs(back.x - home).max()) < _HOME else None
-
     # -- what ends a step --
 
     def _at(self, happening: Happening) -> None:
@@ -273,30 +241,24 @@ class _Walker:
         point = happening.point
         if happening.kind is not BranchEvent.CORNER:
             self._pass(point)
+            if happening.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
+                self.walk.unstable[-1] = self._outside(point)
             self.walk.happened.append(happening)
             self.ended = True
             return
         self._round(happening)
 
     def _round(self, corner: Happening) -> None:
-        """Take the tangent beyond a corner, on which the impact that meets the step goes on the same way."""
-        curve, which, x = self.curve, corner.which, corner.point.x
-        later = is_later(curve, corner.point, which, self.passed)
-        orbit = beside(curve, corner.point, which, later)
-        matrix = curve.matrix(orbit, curve.column(orbit, curve.value(x)))
-        row = step_row(curve, x, which, int(self.passed[which]) - (not later))
-        along = row if later else -row
+        """Go on beyond a corner."""
         try:
-            tangent = curve.tangent(matrix, along)
+            point, orbit, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
         except Strayed:
             self.end(BranchEvent.LOST)
             return
-        turned = tangent[-1] * corner.point.tangent[-1] < 0.0
+        turned = point.tangent[-1] * corner.point.tangent[-1] < 0.0
         kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
-        self.here, self.cornered = CurvePoint(x, tangent, corner.point.steps), True
-        self.walk.happened.append(Happening(kind, corner.place, corner.point, which))
-        self.walk.points.append(self.here)
+        self.here, self.cornered, self.passed = point, True, passed
+        self.walk.happened.append(Happening(kind, corner.place, corner.point, corner.which))
+        self.walk.points.append(point)
         self.walk.unstable.append(unstable(orbit))
-        self.passed = np.array(self.passed)
-        self.passed[which] += 1 if later else -1
-        self.size = min(self.size, _FIRST * math.sqrt(curve.impacts))
+        self.size = min(self.size, FIRST * math.sqrt(self.curve.impacts))

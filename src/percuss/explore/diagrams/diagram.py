@@ -193,8 +193,9 @@ def diagram(
     >>> from percuss import Load, System
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.7, 1.0))
     >>> found = diagram(system, "mean=0.5:0.9:5", up_to=(1, 1), searched=1, switch=0, starts=2, runs=0, modes=0)
-    >>> [[point.kind.value for point in branch.points] for branch in found.branches if branch.stable.any()]
-    [['limit', 'flip', 'limit']]
+    >>> stable = next(branch for branch in found.branches if branch.stable.any())
+    >>> stable.label, [point.kind.value for point in stable.points]
+    ('z=1/1', ['limit', 'flip', 'limit'])
     """
     along = Axis.parsed(axis) if isinstance(axis, str) else axis
     job = diagram_job(

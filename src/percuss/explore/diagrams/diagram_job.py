@@ -235,7 +235,7 @@ def diagram_job(
         )  # fmt: skip
     instance("axis", axis, Axis)
     if len(axis) < 2:
-        raise ParameterError("axis", str(axis), "at least two values of a parameter")
+        raise ParameterError(axis.name, axis.values.tolist(), "at least two values", "a diagram is over a range")
     family.check({axis.name: axis.unit})
     wanted = None if up_to is None else _label(up_to)
     job = DiagramJob(

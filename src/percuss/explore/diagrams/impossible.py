@@ -10,7 +10,8 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve, Strayed
+from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.diagrams.lines import DiagramBranch
 from percuss.explore.family import Family
 from percuss.model.checks import Array

@@ -10,9 +10,10 @@ import numpy as np
 
 from percuss.explore.continuation.indicators import indicator
 from percuss.explore.continuation.solution_curve import turning, twice
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch, curvature
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch, curvature
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit

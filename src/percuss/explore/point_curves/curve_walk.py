@@ -11,22 +11,19 @@ import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
 from percuss.explore.continuation.corners import Passed, step_of, steps_passed
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
 from percuss.explore.point_curves.clearance import Clearance, clearance
 from percuss.explore.point_curves.codimension_two import tests_of
-from percuss.explore.point_curves.conditions import Corner, Multiplier, Pair, Touch
+from percuss.explore.point_curves.conditions import Corner, Touch
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
 from percuss.steady.periodic.sameness import differences, load_turn
 
 __all__ = ["CurveHappening", "CurveWalk", "walked_curve"]
 
-_FIRST, _LONGEST, _SHORTEST = 0.02, 0.1, 1e-9  # steps, of each impact in rad
-_TURN = math.cos(math.radians(25.0))
-_ASIDE, _FLIGHT = 0.5, 0.5  # of a step beside the tangent; of a flight in a step
 _QUICK = 4  # steps of Newton's method after which the next step along the curve is longer
-_ROUNDING = 1e-13
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
 
 
@@ -83,7 +80,7 @@ class _Walker:
         self, curve: ExtendedCurve, start: ExtendedPoint, bounds: tuple[tuple[float, float], tuple[float, float]]
     ) -> None:
         self.curve, self.here, self.bounds = curve.renewed(start.x), start, bounds
-        self.size = _FIRST * math.sqrt(curve.impacts)
+        self.size = FIRST * math.sqrt(curve.impacts)
         self.clear = self._clearance(start)
         self.passed = self._passed(start)
         self.walk = CurveWalk([start], [self.clear.is_orbit])
@@ -129,7 +126,7 @@ class _Walker:
         elif self._shortest(point) < _COALESCED:
             self.end(CurveEvent.COALESCENCE)
         elif point.steps <= _QUICK:
-            self.size = min(1.5 * self.size, _LONGEST * math.sqrt(self.curve.impacts))
+            self.size = min(1.5 * self.size, LONGEST * math.sqrt(self.curve.impacts))
 
     def _stops(self, kind: CurveEvent) -> bool:
         """Whether the curve has no other side of a point."""
@@ -180,22 +177,16 @@ class _Walker:
 
     def _check(self, found: ExtendedPoint, place: Array) -> None:
         """Strayed where a point is not the next one of the curve."""
-        p, period = self.curve.impacts, 2.0 * math.pi * self.curve.periods
-        before, after = (np.append(x[1:p], x[0] + period) - x[:p] for x in (self.here.x, found.x))
-        if float(found.tangent @ self.here.tangent) < _TURN:
-            raise Strayed("a bend")
-        if float(np.linalg.norm(found.x - place)) > _ASIDE * self.size:
-            raise Strayed("beside the tangent")
-        if not np.all(np.abs(after / before - 1.0) < _FLIGHT):
-            raise Strayed("a flight changes too much")
+        before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
+        flights = check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
         condition = self.curve.condition
-        if isinstance(condition, Touch) and not 0.0 < float(found.x[p + 3]) < after[condition.flight]:
+        if isinstance(condition, Touch) and not 0.0 < float(self.curve.extra(found.x)[0]) < flights[condition.flight]:
             raise Strayed("the touch passes an impact")
 
     def _shorter(self) -> None:
         """Try a shorter step; where none is short enough, say why."""
         self.size *= 0.5
-        if self.size > _SHORTEST:
+        if self.size > SHORTEST:
             return
         if self._shortest(self.here) < _NEARLY:
             self.end(CurveEvent.COALESCENCE)

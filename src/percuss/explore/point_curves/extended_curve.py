@@ -15,7 +15,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.boundary_curves.roots import bracketed_roots
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.next_point import Strayed, unit_tangent
 from percuss.explore.family import Family
 from percuss.explore.point_curves.conditions import Condition
 from percuss.explore.point_curves.quick_motion import QuickMotion
@@ -153,7 +153,7 @@ class ExtendedCurve:
                     raise Strayed("a step too long")
                 x = x + moved
                 if size <= _CLOSE and own:
-                    return ExtendedPoint(x, tangent(matrix, along), matrix, step)
+                    return ExtendedPoint(x, unit_tangent(matrix, along), matrix, step)
                 own = False
                 if size <= _CLOSE or size > _SLOW * last:
                     renewals += 1
@@ -204,15 +204,6 @@ class ExtendedCurve:
         ends = (np.array([0.0]), np.array([1.0]), np.array([low]), np.array([high]))
         share = float(bracketed_roots(several, *ends, steps=30)[0])
         return share, self.between(first, last, share)
-
-
-def tangent(matrix: Array, along: Array) -> Array:
-    """The unit tangent that goes the same way as `along`; Strayed where it is at right angles to it."""
-    try:
-        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
-    except np.linalg.LinAlgError:
-        raise Strayed("no tangent") from None
-    return np.asarray(found / np.linalg.norm(found))
 
 
 def _slope(function: Callable[[Array], Array], x: Array, step: Array) -> Array:

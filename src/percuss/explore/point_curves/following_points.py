@@ -10,13 +10,14 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchPoint
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch
 from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
 from percuss.halting import halting
 from percuss.model import System

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
-from percuss.model.checks import Array, array, count, instance
-from percuss.steady.periodic.found_orbits import Drop, FoundOrbits, Tally
+from percuss.model.checks import array, count, instance
+from percuss.steady.periodic.found_orbits import FoundOrbits, Tally
 from percuss.steady.periodic.given_starts import RANDOM, given_rows
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.pair_proof import proved_pairs
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
-from percuss.steady.periodic.sameness import SAME, differences, load_turn, repeats
-from percuss.steady.reason import Reason
+from percuss.steady.periodic.root_search import RootSearch, verdict
 from percuss.steady.states import check_pushes, steady_states
 
 __all__ = ["MOST_IMPACTS", "MOST_PERIODS", "orbit_near", "orbits"]
@@ -28,10 +27,8 @@ MOST_IMPACTS = 64
 MOST_PERIODS = 256
 _MOST_MODES = 4096
 _MOST_TRIES = 10**7
-_AT_ONCE = 256  # starts of a batch, at most
 _FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
 _NEAR = 1e-8  # rad, from an enclosed root to that of Newton's method
-_NUMBERS = 1 << 20  # of an array of a batch
 
 
 def orbits(
@@ -98,7 +95,7 @@ def orbits(
     check_pushes(system)
     if p == 1:
         return _with_one_impact(system, n, kept)
-    search = _Search(ImpactChain(system, p, n, kept))
+    search = RootSearch(ImpactChain(system, p, n, kept))
     if p == 2 and kept == 0 and _proved(search):
         return search.result(0, 0.0, complete=True)
     random = np.random.default_rng(start)
@@ -107,14 +104,14 @@ def orbits(
     sources: dict[str, Tally] = {}
     for name, rows in given.items():
         before, first = search.good, 0
-        for size in _batches(search, rows.shape[0]):
+        for size in search.batches(rows.shape[0]):
             search.followed(rows[first : first + size])
             first += size
         sources[name] = Tally(first, search.good - before)
     before = search.good
-    for size in _batches(search, free):
+    for size in search.batches(free):
         met.update(search.followed(search.drawn(random, size)))
-    for size in _batches(search, wanted - free, _FEWEST):
+    for size in search.batches(wanted - free, _FEWEST):
         search.followed(search.drawn(random, size), search.known)
     ended = sum(met.values())
     unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
@@ -157,7 +154,7 @@ def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes:
             "times", times, f"1 to {MOST_IMPACTS} increasing times within {n} load period{'s' if n > 1 else ''}"
         )
     check_pushes(system)
-    search = _Search(ImpactChain(system, given.size, n, kept))
+    search = RootSearch(ImpactChain(system, given.size, n, kept))
     ended = newton(search.chain, given[None, :], None, search.turn)
     return search.orbit(ended.times[0], float(ended.rebound[0])) if ended.outcome[0] == Outcome.ROOT else None
 
@@ -174,19 +171,11 @@ def _with_one_impact(system: System, periods: int, modes: int) -> FoundOrbits:
     every = [PeriodicOrbit(system, periods, (orbit.phase,), modes) for orbit in found]
     good = tuple(orbit for orbit in every if orbit.admissible)
     others = tuple(orbit for orbit in every if not orbit.admissible)
-    dropped = Counter(verdict for orbit in others if (verdict := _verdict(orbit)))
+    dropped = Counter(reason for orbit in others if (reason := verdict(orbit)))
     return FoundOrbits(system, 1, periods, modes, good, others, 0, dict(dropped), 0.0, True)
 
 
-def _verdict(orbit: PeriodicOrbit) -> Drop | None:
-    """Why a root is no orbit; None for one that is."""
-    if orbit.impacts > 1 and orbit.resonant_modes:
-        return Drop.RESONANT
-    obstacle = orbit.obstacle
-    return None if obstacle is None else Drop.NO_BLOW if obstacle is Reason.NO_BLOW else Drop.THROUGH_WALL
-
-
-def _proved(search: _Search) -> bool:
+def _proved(search: RootSearch) -> bool:
     """Whether all pairs of impacts of a rigid bar were enclosed; each is then judged."""
     chain = search.chain
     times = proved_pairs(chain.system, chain.periods, search.turn)
@@ -198,88 +187,3 @@ def _proved(search: _Search) -> bool:
     for row in range(times.shape[0]):
         search.judged(ended.times[row], float(ended.rebound[row]))
     return len(search.roots) == times.shape[0] and all(orbit.proven for orbit, _ in search.roots)
-
-
-class _Search:
-    """The roots found so far, with a verdict on each, and the tries that gave no new orbit."""
-
-    def __init__(self, chain: ImpactChain) -> None:
-        self.chain = chain
-        self.turn = load_turn(chain.system.load)
-        self.known = np.empty((0, chain.impacts))  # every root, repeats of shorter orbits among them
-        self.roots: list[tuple[PeriodicOrbit, Drop | None]] = []
-        self.dropped: Counter[Drop] = Counter()
-
-    def drawn(self, random: np.random.Generator, size: int) -> Array:
-        """Random times in a period, in order; shape (size, p)."""
-        return np.sort(random.uniform(0.0, self.chain.period, (size, self.chain.impacts)), axis=1)
-
-    def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
-        """The motion with impacts at given times, the first of them in the first period of the load."""
-        chain = self.chain
-        kept = rebound if chain.is_neutral else None
-        return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
-
-    def followed(self, starts: Array, known: Array | None = None) -> list[int]:
-        """Follow starts and judge their ends; the numbers of the possible orbits at which they ended."""
-        ended = newton(self.chain, starts, known, self.turn)
-        self.dropped[Drop.LOST] += int((ended.outcome == Outcome.LOST).sum())
-        self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
-        reached = []
-        for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
-            number, new = self.judged(ended.times[row], float(ended.rebound[row]))
-            verdict = self.roots[number][1]
-            if verdict is None:
-                reached.append(number)
-            if not new or verdict is not None:
-                self.dropped[verdict or Drop.KNOWN] += 1
-        return reached
-
-    def judged(self, times: Array, rebound: float) -> tuple[int, bool]:
-        """The number of a root, and whether it is new."""
-        if self.roots:
-            off = np.abs(differences(times, self.known, self.chain.period, self.turn)).max(axis=-1).min(axis=-1)
-            nearest = int(np.argmin(off))
-            if off[nearest] <= SAME:
-                return nearest, False
-        orbit = self.orbit(times, rebound)
-        again = repeats(times, self.chain.period, self.turn) > 1
-        self.roots.append((orbit, Drop.REPEAT if again else _verdict(orbit)))
-        self.known = np.concatenate([self.known, np.array([orbit.times])])
-        return len(self.roots) - 1, True
-
-    @property
-    def good(self) -> int:
-        """How many orbits have been found."""
-        return sum(1 for _, verdict in self.roots if verdict is None)
-
-    def result(
-        self,
-        tries: int,
-        unseen: float | None,
-        *,
-        complete: bool = False,
-        sources: Mapping[str, Tally] | None = None,
-        ended: int = 0,
-    ) -> FoundOrbits:
-        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
-        chain = self.chain
-        listed = sorted(self.roots, key=lambda root: root[0].times)
-        good = tuple(orbit for orbit, verdict in listed if verdict is None)
-        others = tuple(orbit for orbit, verdict in listed if verdict not in (None, Drop.REPEAT))
-        counted = Counter(verdict for _, verdict in self.roots) if complete else self.dropped
-        dropped = {reason: counted[reason] for reason in Drop if counted[reason]}
-        return FoundOrbits(
-            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
-            sources or {}, ended,
-        )  # fmt: skip
-
-
-def _batches(search: _Search, tries: int, first: int = _AT_ONCE) -> Iterator[int]:
-    """Sizes of the batches of so many tries, each twice the one before, up to what does not fill the memory."""
-    chain = search.chain
-    most = max(1, min(_AT_ONCE, _NUMBERS // (chain.impacts**2 * max(chain.modes, 1))))
-    size = min(first, most)
-    while tries > 0:
-        yield min(size, tries)
-        tries, size = tries - size, min(2 * size, most)

@@ -1,0 +1,155 @@
+"""The folds, flips and pairs on the unit circle in a step along a curve of orbits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from percuss.explore.continuation.happenings import Happening, happening
+from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
+from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.segment import Segment
+from percuss.explore.continuation.solution_curve import CurvePoint
+from percuss.model.checks import ComplexArray
+from percuss.stability.multipliers import TURNING
+
+__all__ = ["crossings"]
+
+_ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
+_BEYOND_FLIP = 0.02  # share of the first step of a branch, nearer than which rounding decides which way it leads
+_LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
+_NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
+
+
+def crossings(
+    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[float] = ()
+) -> list[Happening]:
+    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
+
+    Parameters
+    ----------
+    segment
+        The step.
+    first, last
+        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
+    fresh
+        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
+        are then those from a little beyond it on.
+    narrow
+        Places inside at which more may happen than the ends show.
+
+    Raises
+    ------
+    Strayed
+        Where the ends are not on one sheet of the branch.
+    """
+    points = [(first, segment.at(first))]
+    for place in narrow:
+        point = _point(segment, place) if first < place < last else None
+        if point is not None and _signs(segment, point) != _signs(segment, points[-1][1]):
+            points.append((place, point))
+    points.append((last, segment.at(last)))
+    found = []
+    for start, stop in pairwise(points):
+        found += _between(segment, start, stop, fresh and start[0] == first)
+    return sorted(found, key=lambda one: one.place)
+
+
+def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
+    """The signs of det K(1) and det K(−1)."""
+    motion = segment.curve.motion(point.x)
+    return indicator(motion, 1.0) > 0.0, indicator(motion, -1.0) > 0.0
+
+
+def _point(segment: Segment, place: float) -> CurvePoint | None:
+    """The point at a place; None where there is none."""
+    try:
+        return segment.at(place)
+    except Strayed:
+        return None
+
+
+def _between(
+    segment: Segment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
+) -> list[Happening]:
+    """Folds, flips and pairs between two places, given with their points."""
+    curve, (low, start), (high, stop) = segment.curve, first, last
+    inner = max(low, _BEYOND_FLIP * high) if fresh else low
+    beyond = segment.at(inner)
+
+    def fold(point: CurvePoint) -> float:
+        return indicator(curve.motion(point.x), 1.0)
+
+    def flip(point: CurvePoint) -> float:
+        return indicator(curve.motion(point.x), -1.0)
+
+    found = []
+    turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
+    away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
+        raise Strayed("on another sheet of the branch")
+    if turned and singular:
+        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
+    if flip(start) * flip(stop) < 0.0:
+        found.append(happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
+    if curve.modes:
+        places = sorted([low, *(one.place for one in found), high])
+        found += [one for here, there in pairwise(places) for one in _pairs(segment, here, there)]
+    return found
+
+
+def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
+    """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
+    curve, aside = segment.curve, _ASIDE * segment.length
+    low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
+    if low >= high:
+        return []
+
+    def count(place: float) -> int:
+        return unstable(curve.motion(segment.at(place).x))
+
+    first, second = count(low), count(high)
+    if min(first, second) < 0 or abs(second - first) < 2:
+        return []
+    while high - low > _NARROW * segment.length:
+        middle = 0.5 * (low + high)
+        now = count(middle)
+        if abs(now - first) >= abs(second - now):
+            high, second = middle, now
+        else:
+            low, first = middle, now
+    return _pair(segment, low, high)
+
+
+def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
+    curve = segment.curve
+    both = [multipliers(curve.motion(segment.at(place).x)) for place in (low, high)]
+    outer = max(both, key=outside)
+    if outer is None:
+        return []
+    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0)]
+    if not beyond.size:
+        return []
+    seen = complex(beyond[np.argmin(np.abs(beyond))])
+
+    def modulus(point: CurvePoint) -> float:
+        values = multipliers(curve.motion(point.x))
+        return math.nan if values is None else abs(nearest(values, seen)) - 1.0
+
+    inner, end = (low, high) if outer is both[1] else (high, low)
+    away = inner - end
+    while modulus(segment.at(inner)) >= 0.0 and abs(away) < segment.length:  # counted is only what is clearly outside
+        inner, away = inner + away, 2.0 * away
+    first, last = sorted((inner, end))
+    if not modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
+        return []
+    return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, last))]
+
+
+def nearest(values: ComplexArray, to: complex) -> complex:
+    """The value that is nearest to another."""
+    return complex(values[np.argmin(np.abs(values - to))])
