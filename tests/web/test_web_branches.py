@@ -13,7 +13,7 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import Page, expect
 
 from percuss.cli import main
-from percuss.explore import BranchEvent
+from percuss.explore import BranchEvent, RestEvent
 from web_desk import Desk, knows, slide, until
 
 RIGID = "bmodes=0&system.s=5&system.d=0&system.restitution=0.5&load.kind=harmonic&load.mean=0.7&load.amplitude=1"
@@ -124,6 +124,26 @@ def test_other_motions_are_searched_and_followed(desk: Desk) -> None:
     expect(page.locator("#branches-events tbody tr")).to_have_count(4)  # impact dies, flip, fold, touch
     page.get_by_role("button", name="The head's motion").click()
     until(page, "document.querySelector('#branches').dataset.branches === 'z=1/1'")
+
+
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_a_cycle_with_rest_is_found_followed_and_moves(desk: Desk) -> None:
+    page = desk.open(f"panel=branches&{RIGID.replace('0.7', '0.8')}&alongr=0.6:0.9&depth=0")
+    followed(page)
+    page.select_option("#branches-search", "chatter/1")
+    page.locator("#branches-found button").click()
+    until(page, "document.querySelector('#branches').dataset.branches === 'chatter/1'")
+    kinds = page.locator("#branches-events tbody tr").evaluate_all("rows => rows.map(row => row.dataset.event)")
+    assert kinds == ["onset", "limit"] and "begin=chatter/1:1" in page.url
+    assert float(page.locator("#branches-events tbody td").first.inner_text()) == pytest.approx(0.6260373, abs=1e-7)
+    expect(page.locator("#panel-branches .legend")).to_contain_text("is let go")
+    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in RestEvent}
+    page.click("tr[data-event=onset] button")
+    until(page, "Math.abs(document.querySelector('#branches-stage').dataset.value - 0.6260373) < 1e-2")
+    expect(page.locator("#branches-facts")).to_contain_text("is let go at")
+    page.locator("#branches").press("End")
+    until(page, "document.querySelector('#branches-stage').dataset.value > 0.88")
+    assert page.locator("#branches-stage").get_attribute("data-label") == "chatter/1"
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)

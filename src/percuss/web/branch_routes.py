@@ -8,10 +8,12 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import branch_answer, diagram_job_of, orbits_answer
-from percuss.case.answers.branch_frames import branch_frames
+from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_branch_answer, rest_cycles_answer
+from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
 from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.rest_branch_answer import rest_branch_dict
+from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
 from percuss.case.answers.watched_diagram import watched_diagram
 from percuss.web.asked_cases import case_asked
 from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
@@ -40,6 +42,8 @@ async def orbits(request: Request, asked: OrbitsAsked) -> Response:
     """All orbits z=p/n that a search finds, with what may be missing."""
 
     def work(case: Case, _: Halt) -> dict[str, Any]:
+        if is_rest_label(asked.label):
+            return rest_cycles_dict(rest_cycles_answer(case, modes=asked.modes), asked.label)
         return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
 
     return plain_json(await answer_of(request, asked, work, kernels="orbits"))
@@ -49,13 +53,19 @@ async def orbits(request: Request, asked: OrbitsAsked) -> Response:
 async def follow(request: Request, asked: FollowAsked) -> Response:
     """An orbit followed both ways through a parameter; one that takes too long is answered as far as it has come."""
     along, seconds = along_text(asked.along), _SHARE * limits_of(request).seconds
+    rests = is_rest_label(asked.orbit.partition(":")[0])
+    if rests and asked.switch:
+        raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
 
     def work(case: Case, halt: Halt) -> dict[str, Any]:
         soon = Halt(seconds)
-        found = branch_answer(
-            case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=lambda: halt() or soon()
-        )
-        return branch_dict(found)
+
+        def ends() -> bool:
+            return halt() or soon()
+
+        if rests:
+            return rest_branch_dict(rest_branch_answer(case, asked.orbit, along, modes=asked.modes, halt=ends))
+        return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
 
     return plain_json(await answer_of(request, asked, work, kernels="orbits"))
 
@@ -65,13 +75,18 @@ async def follow(request: Request, asked: FollowAsked) -> Response:
 )
 async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
     """Displacement and strain along the bar over whole cycles of an orbit, be it stable or not; as POST /api/motion."""
+    if (asked.times is None) == (asked.release is None):
+        raise refused(422, "expected either the times of impacts or a release", "", "times", asked.times)
 
     def work(case: Case, _: Halt) -> bytes:
-        found = branch_frames(
-            case, asked.name, asked.value, asked.times, asked.periods,
-            unit=asked.unit, modes=asked.modes, cycles=asked.cycles,
-            frames=asked.frames, places=asked.places, points=asked.end_points,
-        )  # fmt: skip
+        at = (case, asked.name, asked.value)
+        sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, "cycles": asked.cycles}
+        sizes |= {"frames": asked.frames, "places": asked.places, "points": asked.end_points}
+        if asked.times is not None:
+            found = branch_frames(*at, asked.times, asked.periods, **sizes)
+        else:
+            assert asked.release is not None
+            found = rest_branch_frames(*at, asked.release, asked.periods, **sizes)
         return packed(found.header, found.arrays)
 
     return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions

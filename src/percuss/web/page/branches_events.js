@@ -26,13 +26,16 @@ const table = (heads, rows) =>
 
 /** The orbits of a label; `begin` is told which is to be followed. */
 export function orbitList(card, found, begin) {
-  const number_ = found.label.slice(2);
+  const label = found.label.replace("z=", "");
+  const rest = found.label === label; // chatter/n or rest/n
+  const few = (list) => list.slice(0, 4).join(", ") + (list.length > 4 ? ", …" : "");
   const rows = found.orbits.map((orbit, i) => {
-    const name = `${number_}:${i + 1}`;
+    const name = `${label}:${i + 1}`;
     const cells = [
-      h("button", { type: "button", "aria-label": `Follow z=${number_}, number ${i + 1}`, onclick: () => begin(name) }, "Follow"),
-      orbit.impacts.map(({ phase }) => (orbit.impacts.length > 1 ? number(phase) : angle(phase))).join(", "),
-      orbit.impacts.map(({ speed }) => number(speed)).join(", "),
+      h("button", { type: "button", "aria-label": `Follow ${found.label}, number ${i + 1}`, onclick: () => begin(name) }, "Follow"),
+      few(orbit.impacts.map(({ phase }) => (orbit.impacts.length > 1 ? number(phase) : angle(phase)))),
+      few(orbit.impacts.map(({ speed }) => number(speed))),
+      ...(rest ? [number(orbit.rest_phase), number(orbit.release_phase)] : []),
       orbit.stable ? "stable" : "unstable",
     ];
     return h("tr", {}, cells.map((cell) => h("td", {}, cell)));
@@ -41,7 +44,7 @@ export function orbitList(card, found, begin) {
   put(
     card,
     h("h2", {}, `Motions ${found.label}`),
-    rows.length ? table(["", "Impact phases [rad]", "Striking speeds, dimensionless", "Verdict"], rows) : h("p", {}, "None was found."),
+    rows.length ? table(["", "Impact phases [rad]", "Striking speeds, dimensionless", ...(rest ? ["At rest from [rad]", "Let go at [rad]"] : []), "Verdict"], rows) : h("p", {}, "None was found."),
     h("p", { class: "small muted" }, missing),
   );
 }

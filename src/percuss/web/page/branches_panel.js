@@ -3,7 +3,7 @@
 
 import { post } from "./api.js";
 import { Chart, span } from "./chart.js";
-import { along, askedRange, beginning, branchChoices } from "./branches_choices.js";
+import { along, askedRange, beginning, branchChoices, rests } from "./branches_choices.js";
 import { eventTable, orbitList } from "./branches_events.js";
 import { motionCard, noMotion, pauseBranch, showMotion, toggleBranch } from "./branches_motion.js";
 import { diagram, spotted } from "./branches_picture.js";
@@ -84,7 +84,7 @@ const want = settled(() => {
   if (!begin) return nothing("There is no steady motion to begin with: choose another one under “Other motions”, or move a slider.");
   key = now;
   put(parts.status, "Following …");
-  askBranches({ tables: data.tables, axis, begin, depth: view.depth, modes: view.bmodes, now });
+  askBranches({ tables: data.tables, axis, begin, depth: rests(begin) ? 0 : view.depth, modes: view.bmodes, now });
 }, REST);
 
 const askBranches = latest(
@@ -136,7 +136,7 @@ function simulated() {
 /* the orbits of another label */
 
 const search = latest(
-  (label) => (put(parts.status, `Searching z=${label} …`), post("orbits", { case: data.tables, label, modes: view.bmodes })),
+  (label) => (put(parts.status, `Searching ${rests(label) ? label : `z=${label}`} …`), post("orbits", { case: data.tables, label, modes: view.bmodes })),
   (found) => (put(parts.status, ""), orbitList(parts.found, found, (begin) => (put(parts.found), show({ begin, spot: "" })))),
   (error) => put(parts.status, h("span", { class: "problem", role: "alert" }, error.message)),
 );

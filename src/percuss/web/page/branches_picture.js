@@ -3,7 +3,7 @@
 import { PHASES, span } from "./chart.js";
 import { theme } from "./colours.js";
 import { inUnit, number } from "./format.js";
-import { RISING, rowAt, stableBetween } from "./branches_walk.js";
+import { RISING, rowAt, stableBetween, stretch } from "./branches_walk.js";
 
 /** What can be drawn up the plane. */
 export const UP = {
@@ -28,6 +28,9 @@ export const EVENTS = {
   parameter_end: { words: "the parameter goes no further", shape: "" },
   limit: { words: "end of the range", shape: "" },
   closed: { words: "closes", shape: "" },
+  onset: { words: "end: the chatter meets the next release", shape: "cross" },
+  release_lost: { words: "end: the load no longer lets go", shape: "cross" },
+  label_changes: { words: "end: other rests come between", shape: "cross" },
   stopped: { words: "stopped here", shape: "cross" },
   lost: { words: "lost here", shape: "cross" },
 };
@@ -38,6 +41,7 @@ export function diagram(branches, along, up, design, simulated) {
   const { kinds, ink } = theme();
   const items = [...simulated.dots];
   items.push(...branches.flatMap((branch, i) => linesOf(branch, rising, kinds[i % kinds.length])));
+  if (up === "phase") items.push(...branches.flatMap((branch) => restLines(branch, ink)));
   items.push(...marks(branches, rising, ink));
   if (design) {
     items.push({ type: "level", at: design.x, axis: "x", colour: ink, dash: [2, 3], width: 1.5, name: "the present design" });
@@ -59,18 +63,18 @@ const told = ({ label, points }) =>
   `${label}, ${points.map(({ type, value }) => `${EVENTS[type]?.words ?? type} at ${number(value)}`).join(", ")}`;
 
 /** One line for each impact and each stretch of equal stability, torn where a phase goes round. */
-function linesOf({ label, rows }, rising, colour) {
+function linesOf({ label, rows, paths }, rising, colour) {
   const heights = rows.map(rising);
   const lines = { stable: { x: [], y: [] }, unstable: { x: [], y: [] } };
-  for (let j = 0; j < (heights[0]?.length ?? 0); j++)
+  for (const [j, path] of paths.entries())
     for (const [name, line] of Object.entries(lines)) {
       for (let i = 0; i + 1 < rows.length; i++) {
         if (stableBetween(rows[i], rows[i + 1]) !== (name === "stable")) continue;
-        const torn = rising === RISING.phase && Math.abs(heights[i + 1][j] - heights[i][j]) > Math.PI;
-        if (torn) continue;
+        const ends = stretch(heights, path, i, rising);
+        if (!ends) continue;
         const joins = line.x.length && line.last === `${i},${j}`;
-        if (!joins) (line.x.push(null, rows[i].value), line.y.push(null, heights[i][j]));
-        (line.x.push(rows[i + 1].value), line.y.push(heights[i + 1][j]));
+        if (!joins) (line.x.push(null, rows[i].value), line.y.push(null, ends[0]));
+        (line.x.push(rows[i + 1].value), line.y.push(ends[1]));
         line.last = `${i + 1},${j}`;
       }
     }
@@ -79,6 +83,25 @@ function linesOf({ label, rows }, rising, colour) {
     item(lines.unstable, { width: 1.8, dash: [6, 4], name: "dashed: unstable" }),
     item(lines.stable, { width: 3, name: `${label}, stable` }),
   ].filter(Boolean);
+}
+
+/** Between which phases a cycle with rest lies on the wall: from when it comes to rest to when it is let go. */
+function restLines({ rows }, colour) {
+  if (!rows[0].rests) return [];
+  const lines = [
+    ["rests", "comes to rest", [2, 3]],
+    ["releases", "is let go", [9, 3, 2, 3]],
+  ];
+  return lines.map(([name, words, dash]) => {
+    const line = { type: "line", x: [], y: [], colour, width: 1.4, dash, name: words };
+    for (const leg of rows[0][name].keys())
+      for (const [i, row] of rows.entries()) {
+        const torn = i > 0 && Math.abs(row[name][leg] - rows[i - 1][name][leg]) > Math.PI;
+        if (i === 0 || torn) (line.x.push(null), line.y.push(null));
+        (line.x.push(row.value), line.y.push(row[name][leg]));
+      }
+    return line;
+  });
 }
 
 /** Events by kind, so that the legend tells each once. */

@@ -17,14 +17,45 @@ export const RISING = {
   speed: ({ speeds }) => speeds,
 };
 
-/** All branches of an answer, with what happens put in as rows of its own: {label, periods, rows, points}. */
+/** All branches of an answer, with what happens put in as rows of its own: {label, periods, rows, points, paths}. */
 export function branchesOf(answer) {
-  return [answer, ...answer.switched].map((one) => ({
-    label: one.label,
-    periods: Number(one.label.split("/")[1]),
-    points: one.points,
-    rows: rowsOf(one),
+  return [answer, ...answer.switched].map((one) => {
+    const rows = one.branch.release_phases ? restingRows(one) : rowsOf(one);
+    return { label: one.label, periods: Number(one.label.split("/")[1]), points: one.points, rows, paths: pathsOf(rows) };
+  });
+}
+
+/** The rows of a branch of cycles with rest: its two ends are its first and its last row. */
+function restingRows({ branch, points }) {
+  const rows = branch.value.map((value, i) => ({
+    value,
+    times: branch.times[i],
+    speeds: branch.speeds[i],
+    stable: true,
+    legs: branch.impacts[i],
+    releases: branch.release_phases[i],
+    rests: branch.rest_phases[i],
   }));
+  rows[0].point = points[0];
+  if (rows.length > 1) rows.at(-1).point = points[1];
+  return rows;
+}
+
+const sum = (list) => list.reduce((total, n) => total + n, 0);
+
+/** How many impacts of a row follow each release; of an orbit without rest all of them belong together. */
+const legsOf = ({ legs, times }) => legs ?? [times.length];
+
+/** Each impact along a branch: its number in every row, -1 where a chatter has been summed before it. */
+function pathsOf(rows) {
+  const number = ({ legs, times }, leg, n) => {
+    const own = legsOf({ legs, times });
+    return n < own[leg] ? sum(own.slice(0, leg)) + n : -1;
+  };
+  return legsOf(rows[0]).flatMap((_, leg) => {
+    const most = Math.max(...rows.map((row) => legsOf(row)[leg]));
+    return Array.from({ length: most }, (_, n) => rows.map((row) => number(row, leg, n)));
+  });
 }
 
 function rowsOf({ branch, points }) {
@@ -83,15 +114,21 @@ function matched(row, point) {
   };
 }
 
-/** The row between two others. */
+/** The row between two others, with the impacts that both have. */
 function between(a, b, share) {
   const mixed = (one, other) => one + share * (other - one);
-  return {
+  const row = (pairs) => ({
     value: mixed(a.value, b.value),
-    times: a.times.map((time, j) => mixed(time, b.times[j])),
-    speeds: a.speeds.map((speed, j) => mixed(speed, b.speeds[j])),
+    times: pairs.map(([j, k]) => mixed(a.times[j], b.times[k])),
+    speeds: pairs.map(([j, k]) => mixed(a.speeds[j], b.speeds[k])),
     stable: stableBetween(a, b),
-  };
+  });
+  if (!a.legs) return row(a.times.map((_, j) => [j, j]));
+  const legs = a.legs.map((n, leg) => Math.min(n, b.legs[leg]));
+  const first = (row, leg) => sum(row.legs.slice(0, leg));
+  const pairs = legs.flatMap((n, leg) => Array.from({ length: n }, (_, i) => [first(a, leg) + i, first(b, leg) + i]));
+  const turned = (list, others) => list.map((phase, i) => phaseOf(phase + share * around(others[i] - phase)));
+  return { ...row(pairs), legs, releases: turned(a.releases, b.releases), rests: turned(a.rests, b.rests) };
 }
 
 /** Whether what lies between two rows is stable. */
@@ -104,17 +141,25 @@ export function rowAt({ rows }, along) {
   return share > 0 && rows[i + 1] ? between(rows[i], rows[i + 1], share) : rows[i];
 }
 
+/** Both heights of an impact beside a row; null where it is not in both rows, and where a phase goes round. */
+export function stretch(heights, path, i, rising) {
+  if (path[i] < 0 || path[i + 1] < 0) return null;
+  const ends = [heights[i][path[i]], heights[i + 1][path[i + 1]]];
+  return rising === RISING.phase && Math.abs(ends[1] - ends[0]) > Math.PI ? null : ends;
+}
+
 /** The place under a point of the picture: {branch, along, far}, `far` in pixels; of one branch only, or of all. */
 export function placeAt(branches, rising, frame, { x, y }, only = null) {
   let best = { branch: 0, along: 0, far: Infinity };
-  for (const [branch, { rows }] of branches.entries()) {
+  for (const [branch, { rows, paths }] of branches.entries()) {
     if (only !== null && branch !== only) continue;
     const heights = rows.map(rising);
-    for (let i = 0; i + 1 < rows.length; i++)
-      for (let j = 0; j < heights[i].length; j++) {
-        if (rising === RISING.phase && Math.abs(heights[i + 1][j] - heights[i][j]) > Math.PI) continue;
-        const from = [frame.px(rows[i].value), frame.py(heights[i][j])];
-        const to = [frame.px(rows[i + 1].value), frame.py(heights[i + 1][j])];
+    for (const path of paths)
+      for (let i = 0; i + 1 < rows.length; i++) {
+        const ends = stretch(heights, path, i, rising);
+        if (!ends) continue;
+        const from = [frame.px(rows[i].value), frame.py(ends[0])];
+        const to = [frame.px(rows[i + 1].value), frame.py(ends[1])];
         const { share, far } = foot(from, to, [x, y]);
         if (far < best.far) best = { branch, along: i + share, far };
       }
