@@ -163,6 +163,16 @@ def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) ->
     whole = diagram_answer(case, "mean=0.6:0.9:4", up_to=None, starts=2, runs=1, modes=0, impacts=2000)
     assert told[-1][1] == diagram_dict(case, whole)
     assert {one["label"] for one in told[-1][1]["settled"]} >= {"z=1/1"}
+    lines = {"values": 2, "starts": 0, "runs": 0, "up_to": "1/1", "searched": 1, "tries": 20}
+    told = events(client.post("/api/diagram", {**asked, **lines}).text)
+    whole = diagram_answer(
+        case, "mean=0.6:0.9:2", up_to="1/1", searched=1, tries=20, switch=1, starts=0, runs=0, modes=0
+    )
+    assert [kind for kind, _ in told] == ["progress", "done"]
+    assert told[-1][1] == diagram_dict(case, whole) and len(told[-1][1]["branches"]) > 1
+    assert client.problems("/api/diagram", {**asked, "up_to": "5/4"})[0]["key"] == "up_to"
+    assert client.problems("/api/diagram", {**asked, "up_to": "x"})[0]["key"] == "label"
+    assert client.problems("/api/diagram", {**asked, "starts": 0, "runs": 0})[0]["key"] == "starts"
     assert client.problems("/api/diagram", {**asked, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32})
     assert client.problems("/api/diagram", {**asked, "along": {**along, "name": "what"}})[0]["key"] == "parameter"
     assert client.problems("/api/diagram", {"machine": "valve-drifter", "along": along})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter
@@ -11,6 +12,7 @@ from starlette.responses import Response
 from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_branch_answer, rest_cycles_answer
 from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
 from percuss.case.answers.diagram_json import diagram_dict
+from percuss.case.answers.orbits_answer import parsed_label
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
 from percuss.case.answers.rest_branch_answer import rest_branch_dict
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
 __all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
+
+_LABELS = 16
+"""Of the branches in one diagram, at most."""
 
 _SHARE = 0.7
 """Of the time of a question, after which what has been followed so far is the answer."""
@@ -92,23 +97,27 @@ async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
     return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions
 
 
-@router.post("/api/diagram", summary="What simulations settle on over a parameter", responses=STREAM)
-async def settled(request: Request, asked: DiagramAsked) -> Response:
-    """Events ``progress`` with the motions found so far, then ``done`` or ``error``; ends when the client leaves."""
+@router.post("/api/diagram", summary="All motions over a parameter", responses=STREAM)
+async def motions_over(request: Request, asked: DiagramAsked) -> Response:
+    """Events ``progress`` with what is found so far, then ``done`` or ``error``; ends when the client leaves."""
     limits, gate = limits_of(request), gate_of(request)
     along = f"{along_text(asked.along)}:{asked.values}"
     work = asked.values * (asked.starts + asked.runs) * asked.impacts * (asked.modes + 1)
     if work > limits.start_work:
         message = f"expected values × (starts + runs) × impacts × (modes + 1) to be at most {limits.start_work:.0e}"
         raise refused(422, f"{message}; here {work:.1e}", "take fewer, or use percuss diagram", "values", asked.values)
+    if asked.up_to is not None and math.prod(parsed_label(asked.up_to)) > _LABELS:
+        message = f"expected a label with at most {_LABELS} up to it"
+        raise refused(422, message, "use percuss diagram for more", "up_to", asked.up_to)
 
     def made(_: Halt) -> tuple[Case, DiagramJob]:
         case = case_asked(asked, limits.harmonics)
         sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
-        return case, diagram_job_of(case, along, up_to=None, impacts=asked.impacts, **sizes)
+        sizes |= {"up_to": asked.up_to, "searched": asked.searched, "switch": asked.switch, "tries": asked.tries}
+        return case, diagram_job_of(case, along, impacts=asked.impacts, **sizes)
 
     case, job = await gate.quick.run(request, limits.seconds, made)
-    await compiled(request, "motions")
+    await compiled(request, "motions" if asked.up_to is None else "orbits")  # which come after those of motions
 
     def follow_passes(halt: Halt, tell: Tell) -> None:
         with failures_told(tell, "a diagram"):

@@ -188,14 +188,20 @@ class FollowAsked(CaseAsked):
 
 
 class DiagramAsked(CaseAsked):
-    """What simulations settle on at values of a parameter, as ``percuss diagram --json`` has it."""
+    """What simulations settle on over a parameter, and all branches, as ``percuss diagram --json`` has them."""
 
     along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
     values: Annotated[int, Field(ge=2, le=400)] = 120
-    starts: Annotated[int, Field(ge=1, le=32, description="random starts at each value")] = 4
+    starts: Annotated[int, Field(ge=0, le=32, description="random starts at each value")] = 4
     runs: Annotated[int, Field(ge=0, le=12, description="motions that are taken along the values")] = 3
     modes: Modes = 8
     impacts: Annotated[int, Field(ge=1, le=20_000)] = 2000
+    up_to: Annotated[str, Field(max_length=16)] | None = Field(
+        None, description="the greatest label z=p/n whose branches are traced; null for no branches"
+    )
+    searched: Annotated[int, Field(ge=1, le=20, description="values at which orbits are searched for")] = 5
+    switch: Annotated[int, Field(ge=0, le=4, description="how deep to go on at flips and grazings")] = 1
+    tries: Annotated[int, Field(ge=1, le=400, description="random starts of each search")] = 100
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
 
