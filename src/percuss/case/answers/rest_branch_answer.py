@@ -59,7 +59,7 @@ def rest_branch_answer(
     checked_case(case)
     axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis)
+    value = value_of(case, family, axis.name)
     start = _chosen(case, orbit, modes)
     ends = (float(axis.values[0]), float(axis.values[1]))
     return follow_rest_cycle(start, axis.name, ends, family=family, value=value, halt=halt)
