@@ -108,7 +108,7 @@ def test_what_rests_in_simulation_is_a_cycle_that_is_found(omega, damping, sprin
     if abs(omega - round(omega)) < 0.05 and damping < 0.05:
         return  # near resonance
     system = oscillator(omega, damping, spring, restitution, load, drive)
-    motion = run(system, Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=300))
+    motion = run(system, Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=300, time=3000.0))
     if motion.cycle is None or motion.cycle.kind == 0 or motion.cycle.periods > 16:
         return
     found = rest_cycles(system, most=16)
