@@ -16,6 +16,7 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, numbers, text
+from percuss.model.set_at_wall import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
 from percuss.steady.resting.releases import release_phases
@@ -166,7 +167,7 @@ class _Walker:
 
         def releases(at: float) -> bool:
             try:
-                return bool(release_phases(self.systems.system({self.name: at}).load).size)
+                return bool(release_phases(wall_load(self.systems.system({self.name: at}), self.first.modes)).size)
             except PercussError:
                 return True
 
