@@ -128,6 +128,16 @@ def test_a_key_of_the_case_in_its_unit() -> None:
     assert abs(branch.phases - branch.phases[0]).max() < 1e-12  # a rigid bar knows no frequency
 
 
+def test_without_a_range_a_branch_goes_to_its_ends() -> None:
+    case = Case.from_text(HAMMER)
+    branch = branch_answer(case, "2/1:2", "mean")
+    ends = [(point.kind.value, point.value) for point in branch.points]
+    assert ends[0] == ("grazing_impact_dies", pytest.approx(0.3993131887184041, abs=1e-11))
+    assert ends[-1] == ("grazing_touch", pytest.approx(0.5279096824923904, abs=1e-11))
+    keyed = branch_answer(Case.from_text(IN_SI), "1/1:2", "load.mean").values  # in kilonewtons, as in the case
+    assert keyed.max() == pytest.approx(10.0 * branch_answer(case, "1/1:2", "mean").values.max(), rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -140,7 +150,7 @@ def test_a_key_of_the_case_in_its_unit() -> None:
         (["follow", "CASE", "--orbit", "chatter/1:1", "--along", "mean=0.5:1"], "one of the 0 cycles chatter/1"),
         (["follow", "CASE", "--orbit", "rest/1:phases=2", "--along", "mean=0.5:1"], "chatter/N:NUMBER"),
         (["follow", "CASE", "--orbit", "chatter/1", "--along", "mean=0.5:1", "--switch", "2"], "--switch"),
-        (["follow", "CASE", "--along", "mean"], "NAME="),
+        (["follow", "CASE", "--along", "mean="], "NAME="),
         (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
         (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
         (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flip"], "--over"),

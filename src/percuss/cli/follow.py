@@ -47,7 +47,8 @@ def _parser() -> Parser:
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3, 2/1:phases=1.2,4.5 or "
         "chatter/1:1 (default 1/1:1)")  # fmt: skip
-    add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2")
+    add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2; "
+        "without a range an orbit is followed to its ends")  # fmt: skip
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "

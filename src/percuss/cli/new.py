@@ -16,7 +16,8 @@ __all__ = ["run"]
 
 _DESCRIPTION = """\
 Print the commented case of a machine of the catalogue, or write it to a file, together with the history that
-the case names, if any."""
+the case names, if any. All are free bars; for a structure on a spring or a table of its modes begin with the how-to
+"Any structure with one gap" of the documentation."""
 
 _EXAMPLES = """\
   percuss new hydraulic-drifter -o drifter.toml

@@ -130,6 +130,7 @@ def branch_answer(
         time; ``2/1`` for the first.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
+        Without a range, ``load_factor``, the branch is followed to its ends.
     switch
         How deep to go on at flips, and of rigid bars at grazings.
     modes
@@ -150,33 +151,48 @@ def branch_answer(
     ('z=1/1', 'limit')
     """
     checked_case(case)
-    axis = Axis.spanned(text("along", along, "NAME=FROM:TO"))
-    family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis)
+    name, family, ends = _followed(case, along)
+    value = value_of(case, family, name)
     start = _chosen(case, orbit, _modes(case, modes))
-    ends = (float(axis.values[0]), float(axis.values[1]))
-    return follow(start, axis.name, ends, family=family, value=value, switch=switch, halt=halt)
+    return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
+
+
+def _followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
+    """A parameter, the systems that differ in it, and its range if one is given."""
+    if "=" in text("along", along, "NAME=FROM:TO or NAME"):
+        axis = Axis.spanned(along)
+        family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
+        return axis.name, family, (float(axis.values[0]), float(axis.values[1]))
+    name, plain = along.strip(), CaseFamily(case, {})
+    key = plain.key(name)
+    unit = "" if key in ("", LOAD_SCALE) else _quantity(case, key)[1]
+    return name, CaseFamily(case, {name: unit}) if unit else plain, None
 
 
 def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
-    """The parameter of the case itself, in the unit of the axis."""
-    key = family.key(axis.name)
+def value_of(case: Case, family: CaseFamily, name: str) -> float:
+    """A parameter of the case itself, in the unit of the family."""
+    key = family.key(name)
     if not key:
-        found = PARAMETERS[axis.name].get(case.system())
+        found = PARAMETERS[name].get(case.system())
         if found is None:
-            PARAMETERS[axis.name].check(case.system())
-            raise ParameterError(axis.name, None, "a parameter that the case has")
+            PARAMETERS[name].check(case.system())
+            raise ParameterError(name, None, "a parameter that the case has")
         return found
     if key == LOAD_SCALE:
         return 1.0
-    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
-    if value is None or unit != axis.unit:
-        raise ParameterError(axis.name, axis.unit or "a plain number", f"the unit of the case: {unit or 'none'}")
+    (value, unit), asked = _quantity(case, key), family.units.get(name, "")
+    if value is None or unit != asked:
+        raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
+
+
+def _quantity(case: Case, key: str) -> tuple[float | None, str]:
+    """The number of a key of the case, and its unit."""
+    return parsed_quantity(held(value_at(json_tables(case), key)))
 
 
 def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from percuss.case.answers.orbits_answer import value_of
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycle_dict, rest_cycles_answer
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Axis, follow_rest_cycle
+from percuss.explore import Axis, RestEvent, follow_rest_cycle
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
@@ -56,7 +59,7 @@ def rest_branch_answer(
     checked_case(case)
     axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis)
+    value = value_of(case, family, axis.name)
     start = _chosen(case, orbit, modes)
     ends = (float(axis.values[0]), float(axis.values[1]))
     return follow_rest_cycle(start, axis.name, ends, family=family, value=value, halt=halt)
@@ -90,6 +93,7 @@ def rest_branch_dict(branch: RestBranch) -> dict[str, Any]:
             "times": [list(cycle.times) for cycle in branch.cycles],
             "speeds": [cycle.speeds.tolist() for cycle in branch.cycles],
             "stable": [cycle.stable for cycle in branch.cycles],
+            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in branch.cycles],
             "release_phases": [cycle.release_phases.tolist() for cycle in branch.cycles],
             "rest_phases": [cycle.rest_phases.tolist() for cycle in branch.cycles],
         },
@@ -100,14 +104,21 @@ def rest_branch_dict(branch: RestBranch) -> dict[str, Any]:
 
 
 def _point(point: RestBranchPoint) -> dict[str, Any]:
+    dies = point.kind is RestEvent.DEATH and point.touch_phase is not None
     return {
         "type": point.kind.value,
         "value": point.value,
         "orbit": rest_cycle_dict(point.cycle),
         "beyond": point.beyond,
-        "impact": None,
-        "touch_phase": point.touch_phase,
+        "impact": _nearest(point.cycle, point.touch_phase or 0.0) if dies else None,
+        "touch_phase": None if dies else point.touch_phase,
     }
+
+
+def _nearest(cycle: RestCycle, phase: float) -> int:
+    """Number of the impact at a phase, from 1 on."""
+    off = np.abs(np.mod(cycle.phases - phase + math.pi, 2.0 * math.pi) - math.pi)
+    return int(np.argmin(off)) + 1
 
 
 def rest_branch_table(branch: RestBranch) -> str:

@@ -121,14 +121,14 @@ export class Stage {
     const wall = width - 56;
     const travel = 0.36 * wall;
     const bar = 0.5 * wall;
-    const rigid = this.motion.modes === 0; // what is left then is the rounding of the numbers on their way here
+    const rigid = this.motion.modes === 0 || this.strain < 1e-11; // what is left then is the rounding of the numbers on their way here
     return { wall, bar, travel: travel / this.deepest, stretch: rigid ? 0 : (0.07 * bar * this.grow) / this.stretch };
   }
 
   /** How much larger than the bar its travel and its stretch are drawn, in words. */
   magnified() {
     const { bar, travel, stretch } = this.scales(1000);
-    const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; a rigid bar";
+    const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; nothing is stretched";
     return `travel drawn ×${number(travel / bar, 2)}${stretched} on the bar's own scale`;
   }
 
