@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.case import Case
+    from percuss.cli.long_commands import Watch
     from percuss.explore import PointCurve, RestPointCurve
 
 __all__ = ["run"]
@@ -107,7 +109,7 @@ def run(arguments: Sequence[str]) -> int:
 
         show(branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
-    return 0
+    return _ended(watch)
 
 
 def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
@@ -145,4 +147,12 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
 
         show(rest_branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
-    return 0
+    return _ended(watch)
+
+
+def _ended(watch: Watch) -> int:
+    """The exit code, with a line after Ctrl-C."""
+    if not watch.interrupted:
+        return 0
+    print("percuss: interrupted: the answer is of what was followed until then", file=sys.stderr)
+    return 130
