@@ -441,7 +441,7 @@ def test_pictures(desk: Desk) -> None:
         "case": "panel=case&machine=hydraulic-drifter",
         "map": "panel=map&machine=mini-breaker",
         "orbits": "panel=orbits&machine=hydraulic-drifter",
-        "branches": "panel=branches&bmodes=0&depth=3&alongr=0.75:1&every=3/3&settled=1&spot=0.8,2.84"
+        "branches": "panel=branches&bmodes=0&depth=3&alongr=0.75:1&every=2/2&settled=1&spot=0.8,2.84"
         "&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
         "motion": "panel=motion&machine=hydraulic-drifter",
         "machine": "panel=machine&machine=valve-breaker",
