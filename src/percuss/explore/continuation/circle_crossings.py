@@ -26,7 +26,7 @@ _NARROW = 2.0**-12  # share of the segment within which a pair is followed to th
 
 
 def crossings(
-    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[float] = ()
+    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
 ) -> list[Happening]:
     """Folds, flips and pairs on the unit circle between two places of a segment, in order.
 
@@ -40,7 +40,7 @@ def crossings(
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
         are then those from a little beyond it on.
     narrow
-        Places inside at which more may happen than the ends show.
+        Places inside with their points, at which more may happen than the ends show.
 
     Raises
     ------
@@ -48,9 +48,8 @@ def crossings(
         Where the ends are not on one sheet of the branch.
     """
     points = [(first, segment.at(first))]
-    for place in narrow:
-        point = _point(segment, place) if first < place < last else None
-        if point is not None and _signs(segment, point) != _signs(segment, points[-1][1]):
+    for place, point in narrow:
+        if first < place < last and _signs(segment, point) != _signs(segment, points[-1][1]):
             points.append((place, point))
     points.append((last, segment.at(last)))
     found = []
@@ -63,14 +62,6 @@ def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
     """The signs of det K(1) and det K(−1)."""
     motion = segment.curve.motion(point.x)
     return indicator(motion, 1.0) > 0.0, indicator(motion, -1.0) > 0.0
-
-
-def _point(segment: Segment, place: float) -> CurvePoint | None:
-    """The point at a place; None where there is none."""
-    try:
-        return segment.at(place)
-    except Strayed:
-        return None
 
 
 def _between(

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from percuss.explore.continuation.indicators import stays_off
-from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.indicators import greatest_top
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint
 
 __all__ = ["first_impossible"]
 
 
-def first_impossible(segment: Segment, places: Sequence[float]) -> CurvePoint | None:
-    """The first point inside a step, of those where a mode swings up for a moment, whose motion is impossible."""
-    for place in places:
-        try:
-            point = segment.at(place)
-        except Strayed:
-            continue
+def first_impossible(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
+    """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible."""
+    for _, point in points:
         motion = segment.curve.motion(point.x)
-        if not min(motion.speeds) > 0.0 or not stays_off(motion):
+        if not min(motion.speeds) > 0.0 or greatest_top(motion).height > 0.0:
             return point
     return None
