@@ -10,9 +10,18 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-from percuss.case import branch_answer, diagram_answer, load_case, orbits_answer
+from percuss.case import (
+    branch_answer,
+    diagram_answer,
+    load_case,
+    orbits_answer,
+    rest_branch_answer,
+    rest_cycles_answer,
+)
 from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.rest_branch_answer import rest_branch_dict
+from percuss.case.answers.rest_cycles_answer import rest_cycles_dict
 from percuss.case.file_format.plain_tables import case_of
 from percuss.web import Limits, Settings
 from web_client import Client, events
@@ -62,6 +71,41 @@ def test_the_motion_at_every_place_of_a_branch_has_its_impacts(client: Client, f
             assert float(arrays["load"].mean()) == pytest.approx(rows["value"][i], abs=0.02)
 
 
+def test_cycles_with_rest_are_listed_followed_and_seen_to_move(client: Client, followed: Any) -> None:
+    case = load_case("laboratory-striker")
+    listed = client.answer("/api/orbits", {"machine": "laboratory-striker", "label": "chatter/1", "modes": 0})
+    assert listed == rest_cycles_dict(rest_cycles_answer(case, modes=0), "chatter/1") and len(listed["orbits"]) == 1
+    along = {"name": "load_factor", "from": 0.54, "to": 0.61}
+    asked = {"machine": "laboratory-striker", "modes": 0}
+    found = client.answer("/api/follow", {**asked, "orbit": "chatter/1:1", "along": along})
+    assert found == rest_branch_dict(rest_branch_answer(case, "chatter/1:1", "load_factor=0.54:0.61", modes=0))
+    assert found.keys() == followed.keys() and {point["type"] for point in found["points"]} == {"onset", "limit"}
+    for point in found["points"]:
+        assert point.keys() == followed["points"][0].keys()
+        assert point["orbit"].keys() == {*followed["points"][0]["orbit"], "release_phase", "rest_phase"}
+    rows = found["branch"]
+    assert [sum(each) for each in rows["impacts"]] == [len(times) for times in rows["times"]]
+    for i in range(0, len(rows["value"]), 12):
+        place = {"value": rows["value"][i], "release": rows["release_phases"][i][0]}
+        header, arrays = client.arrays("/api/follow/motion", {**asked, "name": "load_factor", **place, "cycles": 2})
+        assert header["label"] == "chatter/1" and header["end"] - header["begin"] == pytest.approx(4.0 * math.pi)
+        kinds = [blow["kind"] for blow in header["blows"]]
+        struck = [blow["time"] + header["begin"] for blow in header["blows"] if blow["kind"] == "impact"]
+        assert kinds[0] == "release" and kinds[-2:] == ["chatter", "rest"]
+        assert struck[:3] == pytest.approx(rows["times"][i][:3], abs=1e-9)
+        assert np.nanmax(arrays["end_gap"]) < 1e-9
+
+
+def test_an_impact_that_dies_of_a_cycle_with_rest_is_told_by_its_number() -> None:
+    load = {"kind": "fourier", "coefficients": [[0.711, 0.0], [1.0, 0.0], [1.52, 0.81]]}
+    case = case_of({"system": {"s": 5.0, "d": 0.0, "restitution": 0.0}, "load": load})
+    found = rest_branch_dict(rest_branch_answer(case, "rest/1", "mean=0.6:0.711", modes=0))
+    death, end = found["points"]
+    assert (death["type"], death["impact"], death["touch_phase"]) == ("grazing_impact_dies", 1, None)
+    assert death["orbit"]["impacts"][0]["speed"] < 1e-5
+    assert (end["type"], end["impact"]) == ("limit", None)
+
+
 def test_a_key_of_the_case_is_followed_in_its_unit(client: Client) -> None:
     along = {"name": "load.frequency", "unit": "Hz", "from": 16.0, "to": 19.0}
     found = client.answer("/api/follow", {"machine": "mini-breaker", "along": along, "modes": 2})
@@ -86,6 +130,12 @@ def test_a_key_of_the_case_is_followed_in_its_unit(client: Client) -> None:
         ("follow", {"along": {**MEAN, "unit": "Hz"}}, "mean"),
         ("follow", {"along": MEAN, "orbit": "1/1:9"}, "orbit"),
         ("follow", {"along": MEAN, "switch": 17}, "switch"),
+        ("orbits", {"label": "chatter/x"}, "label"),
+        ("follow", {"along": MEAN, "orbit": "chatter/1:2"}, "orbit"),
+        ("follow", {"along": MEAN, "orbit": "chatter/1", "switch": 1}, "switch"),
+        ("follow/motion", {"name": "mean", "value": 0.62}, "times"),
+        ("follow/motion", {"name": "mean", "value": 0.62, "times": [1.0], "release": 1.0}, "times"),
+        ("follow/motion", {"name": "mean", "value": 0.62, "release": 1.0, "modes": 0}, "release"),
         ("follow/motion", {"name": "mean", "value": 0.62, "times": []}, "times"),
         ("follow/motion", {"name": "mean", "value": 0.62, "times": [2.0, 1.0]}, "times"),
         ("follow/motion", {"name": "mean", "value": 0.62, "times": [0.0, 9.0], "periods": 1}, "times"),
@@ -113,6 +163,16 @@ def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) ->
     whole = diagram_answer(case, "mean=0.6:0.9:4", up_to=None, starts=2, runs=1, modes=0, impacts=2000)
     assert told[-1][1] == diagram_dict(case, whole)
     assert {one["label"] for one in told[-1][1]["settled"]} >= {"z=1/1"}
+    lines = {"values": 2, "starts": 0, "runs": 0, "up_to": "1/1", "searched": 1, "tries": 20}
+    told = events(client.post("/api/diagram", {**asked, **lines}).text)
+    whole = diagram_answer(
+        case, "mean=0.6:0.9:2", up_to="1/1", searched=1, tries=20, switch=1, starts=0, runs=0, modes=0
+    )
+    assert [kind for kind, _ in told] == ["progress", "done"]
+    assert told[-1][1] == diagram_dict(case, whole) and len(told[-1][1]["branches"]) > 1
+    assert client.problems("/api/diagram", {**asked, "up_to": "5/4"})[0]["key"] == "up_to"
+    assert client.problems("/api/diagram", {**asked, "up_to": "x"})[0]["key"] == "label"
+    assert client.problems("/api/diagram", {**asked, "starts": 0, "runs": 0})[0]["key"] == "starts"
     assert client.problems("/api/diagram", {**asked, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32})
     assert client.problems("/api/diagram", {**asked, "along": {**along, "name": "what"}})[0]["key"] == "parameter"
     assert client.problems("/api/diagram", {"machine": "valve-drifter", "along": along})

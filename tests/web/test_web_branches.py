@@ -10,38 +10,14 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
+from branches_desk import RIGID, STILL, at, followed, readout
 from percuss.cli import main
 from percuss.explore import BranchEvent
 from web_desk import Desk, knows, slide, until
 
-RIGID = "bmodes=0&system.s=5&system.d=0&system.restitution=0.5&load.kind=harmonic&load.mean=0.7&load.amplitude=1"
-STILL = [{"reduced_motion": "reduce"}]
-
 pytestmark = pytest.mark.browser
-
-
-def followed(page: Page) -> str:
-    """Until the branches of the present question are drawn, and the motion at a place of them; their labels."""
-    page.wait_for_selector("#branches[data-branches][data-spot]")
-    until(page, "document.querySelector('#branches-stage').dataset.label !== undefined")
-    return page.locator("#branches").get_attribute("data-branches") or ""
-
-
-def readout(page: Page) -> str:
-    return page.locator("#branches-readout").inner_text().replace("\u202f", " ")
-
-
-def at(page: Page, value: float, phase: float) -> tuple[float, float]:
-    """Where a value and a phase are on the screen."""
-    page.locator("#branches").scroll_into_view_if_needed()
-    box = page.locator("#branches").bounding_box()
-    assert box is not None
-    frame = json.loads(page.locator("#branches").get_attribute("data-frame") or "")
-    (left, right, low, high), (top, bottom, least, most) = frame["x"], frame["y"]
-    x = left + (value - low) / (high - low) * (right - left)
-    return box["x"] + x, box["y"] + bottom - (phase - least) / (most - least) * (bottom - top)
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)
@@ -124,19 +100,6 @@ def test_other_motions_are_searched_and_followed(desk: Desk) -> None:
     expect(page.locator("#branches-events tbody tr")).to_have_count(4)  # impact dies, flip, fold, touch
     page.get_by_role("button", name="The head's motion").click()
     until(page, "document.querySelector('#branches').dataset.branches === 'z=1/1'")
-
-
-@pytest.mark.parametrize("desk", STILL, indirect=True)
-def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> None:
-    page = desk.open(f"panel=branches&{RIGID}&alongr=0.68:0.72&depth=0")
-    followed(page)
-    assert not any(url.endswith("/api/diagram") for url in desk.asked)
-    page.check("#branches-simulate")
-    expect(page.locator("#branches-settled")).to_have_text(re.compile("^Found: .*z=1/1"))
-    expect(page.locator("#panel-branches .legend")).to_contain_text("settled: z=1/1")
-    until(page, "location.hash.includes('settled=1')")
-    page.uncheck("#branches-simulate")
-    expect(page.locator("#panel-branches .legend")).not_to_contain_text("settled")
 
 
 def test_what_cannot_be_followed_is_said(desk: Desk, request: pytest.FixtureRequest) -> None:

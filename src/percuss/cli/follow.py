@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.case import Case
+    from percuss.cli.long_commands import Watch
     from percuss.explore import PointCurve, RestPointCurve
 
 __all__ = ["run"]
@@ -46,7 +48,8 @@ def _parser() -> Parser:
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3, 2/1:phases=1.2,4.5 or "
         "chatter/1:1 (default 1/1:1)")  # fmt: skip
-    add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2")
+    add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2; "
+        "without a range an orbit is followed to its ends")  # fmt: skip
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
@@ -106,7 +109,7 @@ def run(arguments: Sequence[str]) -> int:
 
         show(branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
-    return 0
+    return _ended(watch)
 
 
 def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
@@ -144,4 +147,12 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
 
         show(rest_branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
-    return 0
+    return _ended(watch)
+
+
+def _ended(watch: Watch) -> int:
+    """The exit code, with a line after Ctrl-C."""
+    if not watch.interrupted:
+        return 0
+    print("percuss: interrupted: the answer is of what was followed until then", file=sys.stderr)
+    return 130

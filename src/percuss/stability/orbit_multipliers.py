@@ -13,6 +13,7 @@ bar along its path has dropped out of K.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +22,10 @@ from percuss.model.checks import Array, ComplexArray, choice, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL
-from percuss.steady import ModalState, PeriodicOrbit
 from percuss.steady.oscillator import phi1, propagator
+
+if TYPE_CHECKING:
+    from percuss.steady import ModalState, PeriodicOrbit
 
 __all__ = ["OrbitMultipliers", "characteristic", "orbit_map", "orbit_multipliers"]
 
@@ -164,6 +167,8 @@ def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -
 
 
 def _checked(orbit: PeriodicOrbit, side: Side) -> None:
+    from percuss.steady import PeriodicOrbit  # whose room the verdict on one impact does not need
+
     instance("orbit", orbit, PeriodicOrbit)
     choice("side", side, "left", "right")
 

@@ -1,5 +1,10 @@
 """Closed-form steady motions: all phases, the orbit and its fields, admissibility, energy, rest, SI figures."""
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from percuss.steady.admissible import Violation
 from percuss.steady.drag import Drag, drag_of, greatest_drag
 from percuss.steady.energy import Energy
@@ -8,50 +13,52 @@ from percuss.steady.harmonic import Field
 from percuss.steady.impact_state import ModalState
 from percuss.steady.level import level
 from percuss.steady.orbit import Orbit
-from percuss.steady.periodic import (
-    Drop,
-    FoundOrbits,
-    PeriodicOrbit,
-    orbit_near,
-    orbits,
-    parameter_column,
-    time_rates,
-)
 from percuss.steady.reason import Reason
-from percuss.steady.recorded import (
-    ForceRecord,
-    Interval,
-    PortAndDelay,
-    Reading,
-    RecordedSwitch,
-    RecordedValve,
-    recorded_together,
-    recorded_valve,
-)
 from percuss.steady.rest import Rest, rest_on_wall
-from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
-from percuss.steady.self_excited import (
-    BlankBlow,
-    ElasticCycle,
-    Obstacle,
-    Rhythm,
-    RigidCycle,
-    SelfExcited,
-    Sensitivity,
-    SlowPressure,
-    ValveCycle,
-    ValveMargins,
-    blank_blow,
-    pressure_over,
-    self_excited_motion,
-    sensitivities,
-    slow_pressure,
-    valve_margins,
-)
 from percuss.steady.si import SIReport, si_report
 from percuss.steady.states import Nearest, SteadyStates, steady_states
 from percuss.steady.timed_orbit import TimedOrbit
 from percuss.steady.timed_states import TimedStates, timed_states
+
+if TYPE_CHECKING:
+    from percuss.steady.periodic import (
+        Drop,
+        FoundOrbits,
+        PeriodicOrbit,
+        orbit_near,
+        orbits,
+        parameter_column,
+        time_rates,
+    )
+    from percuss.steady.recorded import (
+        ForceRecord,
+        Interval,
+        PortAndDelay,
+        Reading,
+        RecordedSwitch,
+        RecordedValve,
+        recorded_together,
+        recorded_valve,
+    )
+    from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
+    from percuss.steady.self_excited import (
+        BlankBlow,
+        ElasticCycle,
+        Obstacle,
+        Rhythm,
+        RigidCycle,
+        SelfExcited,
+        Sensitivity,
+        SlowPressure,
+        ValveCycle,
+        ValveMargins,
+        blank_blow,
+        pressure_over,
+        self_excited_motion,
+        sensitivities,
+        slow_pressure,
+        valve_margins,
+    )
 
 __all__ = [
     "BlankBlow",
@@ -110,3 +117,48 @@ __all__ = [
     "timed_states",
     "valve_margins",
 ]
+
+_ROOMS = {
+    "periodic": ("Drop", "FoundOrbits", "PeriodicOrbit", "orbit_near", "orbits", "parameter_column", "time_rates"),
+    "recorded": (
+        "ForceRecord",
+        "Interval",
+        "PortAndDelay",
+        "Reading",
+        "RecordedSwitch",
+        "RecordedValve",
+        "recorded_together",
+        "recorded_valve",
+    ),
+    "resting": ("FoundRestCycles", "RestCycle", "rest_cycles"),
+    "self_excited": (
+        "BlankBlow",
+        "ElasticCycle",
+        "Obstacle",
+        "Rhythm",
+        "RigidCycle",
+        "SelfExcited",
+        "Sensitivity",
+        "SlowPressure",
+        "ValveCycle",
+        "ValveMargins",
+        "blank_blow",
+        "pressure_over",
+        "self_excited_motion",
+        "sensitivities",
+        "slow_pressure",
+        "valve_margins",
+    ),
+}
+
+
+def __getattr__(name: str) -> object:
+    """The names of the larger rooms when they are first used: a motion with one impact needs none of them."""
+    room = next((room for room, names in _ROOMS.items() if name in names), None)
+    if room is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{room}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -18,9 +18,12 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.web.questions import CaseAsked
 
-__all__ = ["Memory", "case_asked", "case_key", "is_known"]
+__all__ = ["MOST_MODES", "Memory", "case_asked", "case_key", "is_known"]
 
 T = TypeVar("T")
+
+MOST_MODES = 256
+"""Of a structure that is told by a table of its modes."""
 
 
 class Memory(Generic[T]):
@@ -121,8 +124,9 @@ def _made(asked: CaseAsked, harmonics: int) -> Case:
     else:
         assert asked.case is not None
         case = case_of(asked.case, harmonics=harmonics)
-    if case.tables.body is not None:
-        remedy = "'percuss steady', 'percuss orbits' and 'percuss follow' answer for it"
-        raise CaseError(case.file, "body", None, "a structure that is held: the workbench shows free bars", remedy)
+    table = case.tables.body
+    if table is not None and len(table.omega or ()) > MOST_MODES:
+        remedy = "leave out the highest, or use the command line"
+        raise CaseError(case.file, "body.omega", len(table.omega or ()), f"more than {MOST_MODES} modes", remedy)
     case.machine() if case.is_machine else case.system()
     return case

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import branch_answer, diagram_job_of, orbits_answer
-from percuss.case.answers.branch_frames import branch_frames
+from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_branch_answer, rest_cycles_answer
+from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
 from percuss.case.answers.diagram_json import diagram_dict
+from percuss.case.answers.orbits_answer import parsed_label
 from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.rest_branch_answer import rest_branch_dict
+from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
 from percuss.case.answers.watched_diagram import watched_diagram
 from percuss.web.asked_cases import case_asked
 from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
@@ -31,6 +35,9 @@ __all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 
+_LABELS = 16
+"""Of the branches in one diagram, at most."""
+
 _SHARE = 0.7
 """Of the time of a question, after which what has been followed so far is the answer."""
 
@@ -40,6 +47,8 @@ async def orbits(request: Request, asked: OrbitsAsked) -> Response:
     """All orbits z=p/n that a search finds, with what may be missing."""
 
     def work(case: Case, _: Halt) -> dict[str, Any]:
+        if is_rest_label(asked.label):
+            return rest_cycles_dict(rest_cycles_answer(case, modes=asked.modes), asked.label)
         return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
 
     return plain_json(await answer_of(request, asked, work, kernels="orbits"))
@@ -49,13 +58,19 @@ async def orbits(request: Request, asked: OrbitsAsked) -> Response:
 async def follow(request: Request, asked: FollowAsked) -> Response:
     """An orbit followed both ways through a parameter; one that takes too long is answered as far as it has come."""
     along, seconds = along_text(asked.along), _SHARE * limits_of(request).seconds
+    rests = is_rest_label(asked.orbit.partition(":")[0])
+    if rests and asked.switch:
+        raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
 
     def work(case: Case, halt: Halt) -> dict[str, Any]:
         soon = Halt(seconds)
-        found = branch_answer(
-            case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=lambda: halt() or soon()
-        )
-        return branch_dict(found)
+
+        def ends() -> bool:
+            return halt() or soon()
+
+        if rests:
+            return rest_branch_dict(rest_branch_answer(case, asked.orbit, along, modes=asked.modes, halt=ends))
+        return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
 
     return plain_json(await answer_of(request, asked, work, kernels="orbits"))
 
@@ -65,35 +80,44 @@ async def follow(request: Request, asked: FollowAsked) -> Response:
 )
 async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
     """Displacement and strain along the bar over whole cycles of an orbit, be it stable or not; as POST /api/motion."""
+    if (asked.times is None) == (asked.release is None):
+        raise refused(422, "expected either the times of impacts or a release", "", "times", asked.times)
 
     def work(case: Case, _: Halt) -> bytes:
-        found = branch_frames(
-            case, asked.name, asked.value, asked.times, asked.periods,
-            unit=asked.unit, modes=asked.modes, cycles=asked.cycles,
-            frames=asked.frames, places=asked.places, points=asked.end_points,
-        )  # fmt: skip
+        at = (case, asked.name, asked.value)
+        sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, "cycles": asked.cycles}
+        sizes |= {"frames": asked.frames, "places": asked.places, "points": asked.end_points}
+        if asked.times is not None:
+            found = branch_frames(*at, asked.times, asked.periods, **sizes)
+        else:
+            assert asked.release is not None
+            found = rest_branch_frames(*at, asked.release, asked.periods, **sizes)
         return packed(found.header, found.arrays)
 
     return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions
 
 
-@router.post("/api/diagram", summary="What simulations settle on over a parameter", responses=STREAM)
-async def settled(request: Request, asked: DiagramAsked) -> Response:
-    """Events ``progress`` with the motions found so far, then ``done`` or ``error``; ends when the client leaves."""
+@router.post("/api/diagram", summary="All motions over a parameter", responses=STREAM)
+async def motions_over(request: Request, asked: DiagramAsked) -> Response:
+    """Events ``progress`` with what is found so far, then ``done`` or ``error``; ends when the client leaves."""
     limits, gate = limits_of(request), gate_of(request)
     along = f"{along_text(asked.along)}:{asked.values}"
     work = asked.values * (asked.starts + asked.runs) * asked.impacts * (asked.modes + 1)
     if work > limits.start_work:
         message = f"expected values × (starts + runs) × impacts × (modes + 1) to be at most {limits.start_work:.0e}"
         raise refused(422, f"{message}; here {work:.1e}", "take fewer, or use percuss diagram", "values", asked.values)
+    if asked.up_to is not None and math.prod(parsed_label(asked.up_to)) > _LABELS:
+        message = f"expected a label with at most {_LABELS} up to it"
+        raise refused(422, message, "use percuss diagram for more", "up_to", asked.up_to)
 
     def made(_: Halt) -> tuple[Case, DiagramJob]:
         case = case_asked(asked, limits.harmonics)
         sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
-        return case, diagram_job_of(case, along, up_to=None, impacts=asked.impacts, **sizes)
+        sizes |= {"up_to": asked.up_to, "searched": asked.searched, "switch": asked.switch, "tries": asked.tries}
+        return case, diagram_job_of(case, along, impacts=asked.impacts, **sizes)
 
     case, job = await gate.quick.run(request, limits.seconds, made)
-    await compiled(request, "motions")
+    await compiled(request, "motions" if asked.up_to is None else "orbits")  # which come after those of motions
 
     def follow_passes(halt: Halt, tell: Tell) -> None:
         with failures_told(tell, "a diagram"):

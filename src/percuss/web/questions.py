@@ -172,7 +172,7 @@ class MotionAsked(CaseAsked):
 class OrbitsAsked(CaseAsked):
     """What ``percuss orbits --json`` answers, of one label."""
 
-    label: Annotated[str, Field(max_length=16, examples=["1/1"])]
+    label: Annotated[str, Field(max_length=16, examples=["1/1"], description="p/n, chatter/n or rest/n")]
     modes: Modes = 8
     tries: Annotated[int, Field(ge=1, le=2000)] = 400
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
@@ -182,30 +182,37 @@ class FollowAsked(CaseAsked):
     """What ``percuss follow --json`` answers."""
 
     along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
-    orbit: Annotated[str, Field(max_length=2000, description="2/1:3 or 2/1:phases=1.2,4.5")] = "1/1"
+    orbit: Annotated[str, Field(max_length=2000, description="2/1:3, 2/1:phases=1.2,4.5 or chatter/1:1")] = "1/1"
     switch: Annotated[int, Field(ge=0, le=16, description="how deep to go on at flips and grazings")] = 0
     modes: Modes = 8
 
 
 class DiagramAsked(CaseAsked):
-    """What simulations settle on at values of a parameter, as ``percuss diagram --json`` has it."""
+    """What simulations settle on over a parameter, and all branches, as ``percuss diagram --json`` has them."""
 
     along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
     values: Annotated[int, Field(ge=2, le=400)] = 120
-    starts: Annotated[int, Field(ge=1, le=32, description="random starts at each value")] = 4
+    starts: Annotated[int, Field(ge=0, le=32, description="random starts at each value")] = 4
     runs: Annotated[int, Field(ge=0, le=12, description="motions that are taken along the values")] = 3
     modes: Modes = 8
     impacts: Annotated[int, Field(ge=1, le=20_000)] = 2000
+    up_to: Annotated[str, Field(max_length=16)] | None = Field(
+        None, description="the greatest label z=p/n whose branches are traced; null for no branches"
+    )
+    searched: Annotated[int, Field(ge=1, le=20, description="values at which orbits are searched for")] = 5
+    switch: Annotated[int, Field(ge=0, le=4, description="how deep to go on at flips and grazings")] = 1
+    tries: Annotated[int, Field(ge=1, le=400, description="random starts of each search")] = 100
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
 
 class BranchMotionAsked(CaseAsked):
-    """Fields of an orbit over time: that near the times of impacts, at a value of a parameter, as a branch has them."""
+    """Fields of an orbit over time: that near the times of impacts, or the release, that a branch has at a value."""
 
     name: Name
     unit: Annotated[str, Field(max_length=32)] = ""
     value: float
-    times: Annotated[list[float], Field(min_length=1, max_length=64)]
+    times: Annotated[list[float], Field(min_length=1, max_length=64)] | None = None
+    release: float | None = Field(None, description="in place of times: when a cycle with rest is let go, rad")
     periods: Annotated[int, Field(ge=1, le=256, description="load periods of a cycle")] = 1
     modes: Modes = 8
     cycles: Annotated[int, Field(ge=1, le=64)] = 1

@@ -153,6 +153,8 @@ def is_small(asked: CaseAsked) -> bool:
 
 def is_light(system: System) -> bool:
     """Whether the steady motions of a system take milliseconds: few of them, and few modes in their sums."""
+    if not system.body.is_free:
+        return False
     if system.load.is_constant:
         return True
     return bool(system.load.harmonics[-1] <= _LOW) and system.s >= 2.0 and system.d >= 1e-6

@@ -10,8 +10,9 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import steady_answer, sweep_job_of
+from percuss.case import steady_answer, structure_answer, sweep_job_of
 from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.answers.quick_structure import quick_structure_dict
 from percuss.case.answers.steady_curves import boundaries_dict, curves_dict
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moved_case import placed
@@ -59,12 +60,16 @@ async def quick(request: Request, asked: QuickAsked) -> Response:
     harmonics = limits_of(request).harmonics
     every = asked.multipliers or not request.app.state.kernels.work("multipliers")  # it takes longer, but no kernels
 
+    def answer(case: Case) -> dict[str, Any]:
+        if case.tables.body is not None:
+            return quick_structure_dict(case, asked.periods)
+        return quick_dict(case, asked.periods, asked.curve, asked.modes, every)
+
     def work(case: Case, _: Halt) -> dict[str, Any]:
         if asked.values is None:
-            return quick_dict(case, asked.periods, asked.curve, asked.modes, every)
+            return answer(case)
         moved = placed(case, asked.values, harmonics)
-        found = quick_dict(moved, asked.periods, asked.curve, asked.modes, every)
-        return {**found, "tables": json_tables(moved)}
+        return {**answer(moved), "tables": json_tables(moved)}
 
     return plain_json(await answer_of(request, asked, work, quick=True))
 
@@ -76,6 +81,8 @@ async def steady(request: Request, asked: SteadyAsked) -> Response:
 
     def work(case: Case, _: Halt) -> dict[str, Any]:
         check_steady(case.system(), periods, asked.modes, limits)
+        if case.tables.body is not None:
+            return structure_answer(case, periods, asked.modes).to_json_dict()
         return steady_answer(case, periods, asked.modes).to_json_dict()
 
     return plain_json(await answer_of(request, asked, work))

@@ -56,6 +56,7 @@ def _branch(line: DiagramBranch) -> dict[str, Any]:
         "branch": {
             "value": line.values.tolist(),
             "phases": line.phases.tolist(),
+            "times": line.times.tolist(),
             "speeds": line.speeds.tolist(),
             "energy": [number(energy) for energy in line.energies.tolist()],
             "stable": line.stable.tolist(),

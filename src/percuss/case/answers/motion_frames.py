@@ -13,6 +13,7 @@ import numpy.typing as npt
 from percuss.case.answers.framed_stretch import Stretch, stretch_of
 from percuss.case.answers.json_values import number, plain
 from percuss.errors import ParameterError
+from percuss.model.body import ModalBody
 from percuss.model.checks import Array
 from percuss.simulate.events import IMPACT
 from percuss.steady import steady_states
@@ -41,8 +42,9 @@ class Frames:
         What moved, when, its blows, and the scales that its numbers have in SI.
     arrays
         ``x`` (places) from the driven to the striking end; ``t`` (frames) in rad after the beginning; ``displacement``
-        and ``strain`` (frames, places); ``end_t``, ``end_gap``, ``end_velocity`` of the striking end, with NaN where
-        its velocity jumps; ``poincare_phase``, ``poincare_velocity``, ``poincare_settled`` of the impacts.
+        and ``strain`` (frames, places), of a structure told by its modes those of its contact; ``end_t``, ``end_gap``,
+        ``end_velocity`` of the striking end, with NaN where its velocity jumps; ``poincare_phase``,
+        ``poincare_velocity``, ``poincare_settled`` of the impacts.
     """
 
     header: dict[str, Any]
@@ -91,7 +93,7 @@ def orbit_frames(
     motion = orbits[orbit - 1]
     x = np.linspace(0.0, 1.0, places)
     t = np.linspace(*_part(window, cycles * motion.period), frames)
-    field = motion.field(x, t)
+    field = motion.field(_known(system, x), t)
     each = max(points // cycles - 1, 2)
     one = np.linspace(0.0, motion.period, each)
     end = motion.field(1.0, one)
@@ -173,8 +175,8 @@ def stretch_frames(
     arrays: Arrays = {
         "x": x,
         "t": t,
-        "displacement": motion.position(x, moments).T,
-        "strain": _strain(motion.system, x, motion.strain(x, moments)).T,
+        "displacement": motion.position(_known(motion.system, x), moments).T,
+        "strain": _strain(motion.system, x, motion.strain(_known(motion.system, x), moments)).T,
         "end_t": end_t,
         "end_gap": gap,
         "end_velocity": velocity,
@@ -211,7 +213,19 @@ def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
 
 def _strain(system: System, x: Array, strain: Array) -> Array:
     """u_x; of a bar with sizes the stress over `stress_scale_Pa`, which differs where its material does."""
-    return system.stress(x, strain) / system.stress_scale if system.is_si else strain
+    if isinstance(system.body, ModalBody):
+        return np.zeros_like(strain)  # it has none
+    return system.stress(x, strain) / system.stress_scale if _has_stress(system) else strain
+
+
+def _has_stress(system: System) -> bool:
+    """Whether it is a bar with sizes; a structure told by its modes, or a rigid mass, has no stress."""
+    return system.is_si and system.bar is not None and bool(system.bar.pieces)
+
+
+def _known(system: System, x: Array) -> Array:
+    """The places of which the displacement is known: of a structure that is told by its modes the contact alone."""
+    return np.ones_like(x) if isinstance(system.body, ModalBody) else x
 
 
 def _header(system: System, modes: int, begin: float, end: float, period: float | None) -> dict[str, Any]:
@@ -226,7 +240,7 @@ def _header(system: System, modes: int, begin: float, end: float, period: float 
         "first_mode_Hz": number(first * system.frequency) if system.frequency is not None else None,
         "time_scale_s": number(system.time_scale) if si else None,
         "length_scale_m": number(system.length_scale) if si else None,
-        "stress_scale_Pa": number(system.stress_scale) if si else None,
+        "stress_scale_Pa": number(system.stress_scale) if _has_stress(system) else None,
     }
 
 

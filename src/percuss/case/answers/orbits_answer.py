@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.orbit_phases import orbit_at_phases
@@ -13,9 +14,10 @@ from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.quantity_text import parsed_quantity
-from percuss.errors import ParameterError
+from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
+from percuss.halting import halting
 from percuss.model.checks import count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
@@ -59,6 +61,7 @@ def orbits_answer(
     seed: int = 0,
     motions: int = 64,
     switch: bool = False,
+    halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
     """The orbits z=p/n of a case; see `percuss.steady.orbits`.
 
@@ -76,6 +79,8 @@ def orbits_answer(
         How many are simulated to start from their close returns; 0 for none.
     switch
         Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
+    halt
+        As for `percuss.steady.orbits`.
 
     Raises
     ------
@@ -92,16 +97,17 @@ def orbits_answer(
     impacts, periods = parsed_label(label)
     system, kept, drawn = case.system(), _modes(case, modes), count("motions", motions, least=0, most=10**5)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
-        found = orbits(system, impacts, periods, modes=kept, tries=1)
+        found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
         if found.complete:
             return found
     near = {}
     if drawn and impacts > 1:
         check_pushes(system)
-        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed)
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt)
     if flag("switch", switch) and impacts > 1:
-        near |= switched_seeds(system, impacts, periods, modes=kept)
-    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near)
+        with suppress(Interrupted), halting(halt):
+            near |= switched_seeds(system, impacts, periods, modes=kept)
+    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
 
 
 def branch_answer(
@@ -124,6 +130,7 @@ def branch_answer(
         time; ``2/1`` for the first.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
+        Without a range, ``load_factor``, the branch is followed to its ends.
     switch
         How deep to go on at flips, and of rigid bars at grazings.
     modes
@@ -144,33 +151,48 @@ def branch_answer(
     ('z=1/1', 'limit')
     """
     checked_case(case)
-    axis = Axis.spanned(text("along", along, "NAME=FROM:TO"))
-    family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis)
+    name, family, ends = _followed(case, along)
+    value = value_of(case, family, name)
     start = _chosen(case, orbit, _modes(case, modes))
-    ends = (float(axis.values[0]), float(axis.values[1]))
-    return follow(start, axis.name, ends, family=family, value=value, switch=switch, halt=halt)
+    return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
+
+
+def _followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
+    """A parameter, the systems that differ in it, and its range if one is given."""
+    if "=" in text("along", along, "NAME=FROM:TO or NAME"):
+        axis = Axis.spanned(along)
+        family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
+        return axis.name, family, (float(axis.values[0]), float(axis.values[1]))
+    name, plain = along.strip(), CaseFamily(case, {})
+    key = plain.key(name)
+    unit = "" if key in ("", LOAD_SCALE) else _quantity(case, key)[1]
+    return name, CaseFamily(case, {name: unit}) if unit else plain, None
 
 
 def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def value_of(case: Case, family: CaseFamily, axis: Axis) -> float:
-    """The parameter of the case itself, in the unit of the axis."""
-    key = family.key(axis.name)
+def value_of(case: Case, family: CaseFamily, name: str) -> float:
+    """A parameter of the case itself, in the unit of the family."""
+    key = family.key(name)
     if not key:
-        found = PARAMETERS[axis.name].get(case.system())
+        found = PARAMETERS[name].get(case.system())
         if found is None:
-            PARAMETERS[axis.name].check(case.system())
-            raise ParameterError(axis.name, None, "a parameter that the case has")
+            PARAMETERS[name].check(case.system())
+            raise ParameterError(name, None, "a parameter that the case has")
         return found
     if key == LOAD_SCALE:
         return 1.0
-    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
-    if value is None or unit != axis.unit:
-        raise ParameterError(axis.name, axis.unit or "a plain number", f"the unit of the case: {unit or 'none'}")
+    (value, unit), asked = _quantity(case, key), family.units.get(name, "")
+    if value is None or unit != asked:
+        raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
+
+
+def _quantity(case: Case, key: str) -> tuple[float | None, str]:
+    """The number of a key of the case, and its unit."""
+    return parsed_quantity(held(value_at(json_tables(case), key)))
 
 
 def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:

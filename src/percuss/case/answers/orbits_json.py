@@ -26,6 +26,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
         "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
         "complete": found.complete,
         "unseen": found.unseen,
+        "halted": found.halted,
         "ended": found.ended,
         "tries": found.tries,
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number as plain_number
 from percuss.case.answers.numerals import number
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.reaching import Reach, ReachEnd
 from percuss.shown import Shown
+
+if TYPE_CHECKING:  # most answers tell no reach, and need not wait for all of the continuation
+    from percuss.explore.continuation.reaching import Reach, ReachEnd
 
 __all__ = ["CaseReach", "ends_in_words", "reach_dict", "reach_in_words"]
 
@@ -47,6 +49,7 @@ _WHERE = {
     BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
     BranchEvent.FLIP: "where the period doubles",
     BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
+    BranchEvent.CROSSING: "where another motion takes over, as a multiplier passes 1",
     BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
     BranchEvent.TOUCH: "where the bar touches the wall between two blows",
     BranchEvent.DEATH: "where the blow has no speed left",

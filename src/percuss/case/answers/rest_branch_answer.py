@@ -12,7 +12,7 @@ from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycle_di
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Axis, follow_rest_cycle
+from percuss.explore import Axis, RestEvent, follow_rest_cycle
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def rest_branch_answer(
     checked_case(case)
     axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis)
+    value = value_of(case, family, axis.name)
     start = _chosen(case, orbit, modes)
     ends = (float(axis.values[0]), float(axis.values[1]))
     return follow_rest_cycle(start, axis.name, ends, family=family, value=value, halt=halt)
@@ -91,6 +91,7 @@ def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) 
             "times": [list(cycle.times) for cycle in branch.cycles],
             "speeds": [cycle.speeds.tolist() for cycle in branch.cycles],
             "stable": [cycle.stable for cycle in branch.cycles],
+            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in branch.cycles],
             "release_phases": [cycle.release_phases.tolist() for cycle in branch.cycles],
             "rest_phases": [cycle.rest_phases.tolist() for cycle in branch.cycles],
         },
@@ -101,13 +102,14 @@ def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) 
 
 
 def _point(point: RestBranchPoint) -> dict[str, Any]:
+    dies = point.kind is RestEvent.DEATH
     return {
         "type": point.kind.value,
         "value": point.value,
         "orbit": rest_cycle_dict(point.cycle),
         "beyond": point.beyond,
-        "impact": point.impact,
-        "touch_phase": point.touch_phase,
+        "impact": point.impact if dies else None,
+        "touch_phase": None if dies else point.touch_phase,
     }
 
 

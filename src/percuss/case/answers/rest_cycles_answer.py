@@ -63,6 +63,7 @@ def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
         "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
         "complete": True,
         "unseen": 0.0,
+        "ended": 0,
         "tries": len(found.releases),
         "sources": {},
         "resonant_modes": [],

@@ -222,4 +222,4 @@ PlainSteps = Annotated[
 class Table(BaseModel):
     """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)

@@ -22,7 +22,8 @@ __all__ = ["case_dict", "plain_tables"]
 def case_dict(case: Case) -> dict[str, Any]:
     """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
 
-    A machine that switches itself has the same keys, and no system.
+    A machine that switches itself has the same keys, and no system; a structure that is held has no form in plain
+    numbers.
 
     Raises
     ------
@@ -42,15 +43,22 @@ def case_dict(case: Case) -> dict[str, Any]:
         "body": body_dict(system),
         "contact": contact_dict(system),
         "laws": laws_dict(system),
-        "plain": plain_tables(case),
+        "plain": None if case.tables.body is not None else plain_tables(case),
         "scales": _scales(system),
-        "bar": None if system.bar is None else bar_dict(system.bar, system.frequency or 0.0, system.body),
+        "bar": _bar(system),
         "first_mode": number(system.body.frequencies(1)[0]),
         "history": None if report is None else plain(asdict(report)),
         "notes": list(case.notes),
         "clock": clock_note(case.load()),
         "parameters": parameters(case),
     }
+
+
+def _bar(system: System) -> dict[str, Any] | None:
+    """The bar with its sizes; of a structure that is held only where a bar is on its spring."""
+    if system.bar is None or not system.bar.pieces:
+        return None
+    return bar_dict(system.bar, system.frequency or 0.0, system.body)
 
 
 def plain_tables(case: Case) -> dict[str, Any]:
@@ -104,6 +112,6 @@ def _scales(system: System) -> dict[str, Any] | None:
         "force_N": number(system.force_scale),
         "energy_J": number(system.energy_scale),
         "power_W": number(system.power_scale),
-        "stress_Pa": number(system.stress_scale),
+        "stress_Pa": number(system.stress_scale) if system.bar is not None and system.bar.pieces else None,
         "frequency_Hz": number(system.frequency),
     }

@@ -20,6 +20,7 @@ __all__ = ["MOVES", "RELATIVE", "can_move", "scale_load"]
 Tables = dict[str, Any]
 
 _LOADS = ("harmonic", "square", "steps", "fourier", "history")  # a recording is moved as its harmonics
+_OF_BODY = {"gap": "gap", "stiffness": "spring", "dashpot": "dashpot"}  # what a structure calls them
 _OF_LOAD = ("kappa", "amplitude", "mean", "load_factor")
 
 
@@ -28,6 +29,8 @@ def can_move(name: str, case: Case, system: System) -> bool:
     value, kind = PARAMETERS[name].get(system), case.load_table.kind
     if name in _OF_LOAD and kind not in _LOADS:
         return False
+    if name in _OF_BODY:
+        return not case.is_si
     if name == "mean":
         return bool(value) and kind != "square"
     if not case.is_si or name in (*_OF_LOAD, "restitution"):
@@ -177,6 +180,13 @@ def _damping(name: str) -> Callable[[Tables, float, System], None]:
     return move
 
 
+def _of_body(key: str) -> Callable[[Tables, float, System], None]:
+    def move(tables: Tables, value: float, now: System) -> None:
+        tables["body"][key] = value
+
+    return move
+
+
 MOVES: dict[str, Callable[[Tables, float, System], None]] = {
     "restitution": _restitution,
     "load_factor": _load_factor,
@@ -187,6 +197,7 @@ MOVES: dict[str, Callable[[Tables, float, System], None]] = {
     "d": _damping("d"),
     "damping_ratio": _damping("damping_ratio"),
     "eta": _damping("eta"),
+    **{name: _of_body(key) for name, key in _OF_BODY.items()},
 }
 """How each dimensionless parameter is moved: in tables, to a value, from the system that they make now."""
 

@@ -14,6 +14,7 @@ from percuss.case.parameters.valve_keys import LOAD_PRESSURE, valve_label
 from percuss.errors import PercussError
 from percuss.explore.parameters import PARAMETERS
 from percuss.explore.planes import AXES
+from percuss.model.body import HeldBody, Mounted
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -51,11 +52,19 @@ def _has(parameter: Parameter[System], system: System) -> bool:
     own = system.body.damping.parameter
     if parameter.sets == "damping" and (own is None or own.name != parameter.name):
         return False
+    if parameter.name in ("s", "d") and _is_without_waves(system):
+        return False
     try:
         parameter.check(system)
     except PercussError:
         return False
     return True
+
+
+def _is_without_waves(system: System) -> bool:
+    """Whether it is a structure told by its modes, or a rigid mass."""
+    body = system.body
+    return isinstance(body, HeldBody) and (not isinstance(body, Mounted) or body.is_rigid)
 
 
 def _slides(name: str, si: bool, square: bool) -> bool:
@@ -86,7 +95,8 @@ def _keys(case: Case) -> list[dict[str, Any]]:
             continue  # the motion does not depend on it
         about = key_of(name)
         given = 1.0 if name == LOAD_SCALE else held(value_at(tables, name))
-        same = not case.is_si and not case.is_machine and (table == "system" or key in PARAMETERS)
+        plain = not case.is_si and not case.is_machine
+        same = plain and (table == "system" or key in PARAMETERS or about.sets in PARAMETERS)
         if given is None or same:
             continue  # a dimensionless parameter is the same
         value, unit = parsed_quantity(given)

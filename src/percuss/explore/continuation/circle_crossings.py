@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from percuss.explore.continuation.branch_crossings import crossing_point
 from percuss.explore.continuation.happenings import Happening, happening
 from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
 from percuss.explore.continuation.kinds import BranchEvent
@@ -26,7 +27,7 @@ _NARROW = 2.0**-12  # share of the segment within which a pair is followed to th
 
 
 def crossings(
-    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[float] = ()
+    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
 ) -> list[Happening]:
     """Folds, flips and pairs on the unit circle between two places of a segment, in order.
 
@@ -40,7 +41,7 @@ def crossings(
         Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
         are then those from a little beyond it on.
     narrow
-        Places inside at which more may happen than the ends show.
+        Places inside with their points, at which more may happen than the ends show.
 
     Raises
     ------
@@ -48,9 +49,8 @@ def crossings(
         Where the ends are not on one sheet of the branch.
     """
     points = [(first, segment.at(first))]
-    for place in narrow:
-        point = _point(segment, place) if first < place < last else None
-        if point is not None and _signs(segment, point) != _signs(segment, points[-1][1]):
+    for place, point in narrow:
+        if first < place < last and _signs(segment, point) != _signs(segment, points[-1][1]):
             points.append((place, point))
     points.append((last, segment.at(last)))
     found = []
@@ -63,14 +63,6 @@ def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
     """The signs of det K(1) and det K(−1)."""
     motion = segment.curve.motion(point.x)
     return indicator(motion, 1.0) > 0.0, indicator(motion, -1.0) > 0.0
-
-
-def _point(segment: Segment, place: float) -> CurvePoint | None:
-    """The point at a place; None where there is none."""
-    try:
-        return segment.at(place)
-    except Strayed:
-        return None
 
 
 def _between(
@@ -91,7 +83,10 @@ def _between(
     turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
     away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
     if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
-        raise Strayed("on another sheet of the branch")
+        crossed = None if turned else crossing_point(segment, fold, inner, high)
+        if crossed is None:
+            raise Strayed("on another sheet of the branch")
+        found.append(Happening(BranchEvent.CROSSING, *crossed))
     if turned and singular:
         found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
     if flip(start) * flip(stop) < 0.0:

@@ -9,104 +9,151 @@ without any orbit.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from percuss.explore.continuation.indicators import indicator
+from percuss.explore.continuation.mode_maps import ModeMaps, mode_maps
+from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.segment import Segment
+from percuss.explore.continuation.solution_curve import CurvePoint
 from percuss.model.checks import Array
-from percuss.steady.oscillator import propagator
 
-__all__ = ["resonant_places"]
+__all__ = ["Place", "hides", "resonant_points"]
 
-_FINE = 0.25  # rad, by which the fastest mode goes on from sample to sample
+Place = tuple[float, CurvePoint]
+"""A place in a segment, and the point of the curve there."""
+
+_FINE = 0.4  # rad, by which the fastest mode goes on from sample to sample
 _FEWEST, _MOST = 9, 1025
+_STILL = 1e-3  # rad, by which a mode goes on in a step, below which it stays as it is
+_DAMPED = 2.0 * math.log(1e3)  # of a mode within a cycle, from which on nothing comes back
 _NEAR = 0.5  # of det(±1 − M_n), above which nothing is narrow
-_PEAK = 17  # samples of each finer look at a least value
-_LOOKS = 3
+_CLOSER = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # rad on both sides of a least value, between which a parabola tells it
 _PLACES = 12  # in a step, of the lowest modes and the deepest first
+_BY_ITSELF = 1e-6  # det(±1 − M_n) below which a mode comes back by itself
+_BESIDE = 1e-5  # rad, by which the angle of such a mode is on either side
+_ALIKE = 0.2  # of the greater of both ends, by which det K(±1) in between may be beside the straight line
 
 
-class _Modes(NamedTuple):
-    """Frequencies and damping of some modes at both ends of a segment; each of the shape (n,)."""
+class _Least(NamedTuple):
+    """Least values of det(±1 − M_n); each of the shape (k,).
 
-    omega: Array
-    damping: Array
-    beyond: Array
-    damped: Array
+    `mode` counts from 0, `which` is 0 for ξ = 1 and 1 for ξ = −1, `rate` is by how many radians the mode may go on in
+    the place.
+    """
 
-    def some(self, which: slice) -> _Modes:
-        """Some of them."""
-        return _Modes(*(values[which] for values in self))
+    mode: npt.NDArray[np.intp]
+    which: npt.NDArray[np.intp]
+    place: Array
+    rate: Array
+    value: Array
+
+    def one(self, k: int) -> _Least:
+        """One of them."""
+        i = slice(k, k + 1)
+        return _Least(self.mode[i], self.which[i], self.place[i], self.rate[i], self.value[i])
 
 
-def resonant_places(segment: Segment) -> list[float]:
-    """The places inside a segment at which det(1 − M_n) or det(−1 − M_n) of a mode has a small least value."""
-    modes = _modes(segment)
-    samples = 0 if modes is None else _samples(segment, modes)
-    if modes is None or not samples:
+def resonant_points(segment: Segment, skip: bool) -> list[Place]:
+    """Points inside a segment at which det(1 − M_n) or det(−1 − M_n) of a mode has a small least value, in order.
+
+    A mode that comes back by itself swings up without bound as the place is neared, often on one side only: there it
+    is the points on both sides.
+
+    Parameters
+    ----------
+    segment
+        The step.
+    skip
+        Whether places without a point are left out; else Strayed is raised.
+    """
+    maps = mode_maps(segment)
+    least = None if maps is None else _least_values(maps, segment.length)
+    if maps is None or least is None:
         return []
-    places = np.linspace(0.0, segment.length, samples)
-    found = []
-    for n, which, i in _lowest(_determinants(segment, modes, places)):
-        one, low, high = modes.some(slice(n, n + 1)), places[i - 1], places[i + 1]
-        for _ in range(_LOOKS):
-            closer = np.linspace(low, high, _PEAK)
-            j = int(np.argmin(_determinants(segment, one, closer)[which, 0]))
-            low, high = closer[max(j - 1, 0)], closer[min(j + 1, _PEAK - 1)]
-        found.append(float(closer[j]))
-    return sorted({place for place in found if 0.0 < place < segment.length})
+    found: list[Place] = []
+    for k in range(least.mode.size):
+        try:
+            found += _points(segment, maps, least.one(k))
+        except Strayed:
+            if not skip:
+                raise
+    return sorted(found, key=lambda one: one[0])
 
 
-def _lowest(values: Array) -> list[tuple[int, int, int]]:
-    """Number of the mode from 0 on, 0 for ξ = 1 or 1 for ξ = −1, and number of the sample, of small least values."""
+def _points(segment: Segment, maps: ModeMaps, one: _Least) -> list[Place]:
+    """The point of a least value, or those on both sides of it."""
+    place, length = float(one.place[0]), segment.length
+    if not 0.0 < place < length:
+        return []
+    if one.value[0] > _BY_ITSELF:
+        return [(place, segment.at(place))]
+    aside = _BESIDE / float(one.rate[0])
+    for _ in range(2):  # the way beside the curve is not the curve: a place so narrow is sought again from its points
+        if not aside < place < length - aside:
+            return []
+        near = place - 100.0 * aside if place > 100.0 * aside else place + 100.0 * aside
+        if not 0.0 < near < length:
+            return []
+        beside = maps.beside(near, segment.at(near))
+        place = float(_closer(beside, one._replace(place=np.array([place]))).place[0])
+    return [(side, segment.at(side)) for side in (place - aside, place + aside) if 0.0 < side < length]
+
+
+def _least_values(maps: ModeMaps, length: float) -> _Least | None:
+    """The least values inside a length, each told by parabolas."""
+    turned = maps.turning(length)
+    if np.all(maps.damping * maps.period > _DAMPED):
+        return None
+    samples = min(max(math.ceil(float(turned.max()) / _FINE) + 1, _FEWEST), _MOST)
+    places = np.linspace(0.0, length, samples)
+    values = maps.determinants(slice(None), places)
     inside = values[..., 1:-1]
     least = (inside <= values[..., :-2]) & (inside < values[..., 2:]) & (inside < _NEAR)
-    which, modes, samples = np.nonzero(least)
-    order = np.argsort(values[which, modes, samples + 1] * (modes + 1.0) ** 2, kind="stable")[:_PLACES]
-    return [(int(modes[k]), int(which[k]), int(samples[k]) + 1) for k in order]
-
-
-def _modes(segment: Segment) -> _Modes | None:
-    """The elastic modes; None where there are none, or other ones at the other end."""
-    curve, found = segment.curve, []
-    if not curve.modes:
+    which, mode, sample = np.nonzero(least & (turned > _STILL)[:, None])
+    if not which.size:
         return None
-    for point in (segment.start, segment.stop):
-        system = curve.system(curve.value(point.x))
-        known = system.body.modes(curve.modes, system.load.at)
-        found += [np.asarray(known.omega), np.asarray(known.damping)]
-    return _Modes(*found) if found[0].shape == found[2].shape and found[0].size else None
+    kept = np.argsort(inside[which, mode, sample] * (mode + 1.0) ** 2, kind="stable")[:_PLACES]
+    which, mode, sample = which[kept], mode[kept], sample[kept]
+    rate = turned[mode] / length
+    return _closer(maps, _Least(mode, which, places[sample + 1], rate, inside[which, mode, sample]))
 
 
-def _samples(segment: Segment, modes: _Modes) -> int:
-    """How many samples show every turn of every mode; 0 where none needs to be looked at."""
-    period = 2.0 * math.pi * segment.curve.periods
-    if not segment.length > 0.0 or np.all(modes.damping * period > 2.0 * math.log(1e3)):
-        return 0
-    p = segment.curve.impacts
-    moved = 2.0 * np.abs(np.diff(segment.stop.x[:p] - segment.start.x[:p])).sum()
-    turned = np.abs(modes.beyond - modes.omega) * period + np.maximum(modes.omega, modes.beyond) * moved
-    return min(max(math.ceil(float(turned.max()) / _FINE) + 1, _FEWEST), _MOST)
+def _closer(maps: ModeMaps, least: _Least) -> _Least:
+    """The same, nearer and nearer: by parabolas, which tell it well as the numbers vanish as squares."""
+    rows, place, value = np.arange(least.mode.size), np.array(least.place), least.value
+    for angle in _CLOSER:
+        h = angle / least.rate
+        at = place[:, None] + h[:, None] * np.array([-1.0, 0.0, 1.0])
+        low, middle, high = maps.determinants(least.mode, at)[least.which, rows].T
+        bend, slope = low - 2.0 * middle + high, 0.5 * (high - low)
+        bend = np.where(bend > 0.0, bend, 1e-300)
+        share = np.clip(-slope / bend, -2.0, 2.0)
+        place, value = place + share * h, middle - 0.5 * share**2 * bend
+    return least._replace(place=place, value=np.asarray(value))
 
 
-def _determinants(segment: Segment, modes: _Modes, places: Array) -> Array:
-    """det(1 − M_n) and det(−1 − M_n) of some modes at places of a segment; shape (2, n, len(places))."""
-    curve, length = segment.curve, segment.length
-    p, period = curve.impacts, 2.0 * math.pi * curve.periods
-    share = (places / length)[:, None]
-    bend = segment.stop.x - segment.start.x - length * segment.start.tangent
-    x = segment.start.x + places[:, None] * segment.start.tangent + share**2 * bend
-    flights = np.concatenate([x[:, 1:p], x[:, :1] + period], axis=1) - x[:, :p]
-    omega = modes.omega + share * (modes.beyond - modes.omega)
-    damping = modes.damping + share * (modes.damped - modes.damping)
-    step = propagator(omega[:, None, :], damping[:, None, :], flights[..., None])
-    contact = curve.system(curve.value(segment.start.x)).contact
-    alpha, beta = contact.strain_factor, contact.velocity_factor
-    a, b, c, e = np.ones_like(omega), np.zeros_like(omega), np.zeros_like(omega), np.ones_like(omega)
-    for i in range(p):
-        sa, sb, sc, se = (part[:, i, :] for part in step[:4])
-        a, c = alpha * (sa * a + sb * c), beta * (sc * a + se * c)
-        b, e = alpha * (sa * b + sb * e), beta * (sc * b + se * e)
-    trace, size = a + e, a * e - b * c
-    return np.stack([(1.0 - trace + size).T, (1.0 + trace + size).T])
+def hides(segment: Segment, points: Sequence[Place]) -> bool:
+    """Whether det K(1) or det K(−1) at points inside a step is so far from what the ends let expect that more may be.
+
+    Beside a place where a mode comes back the curve may turn to and fro, and which of its sheets is met there is by
+    chance; but both numbers fall, or rise, long before.
+    """
+    if not points:
+        return False
+    low, high = (_numbers(segment, point) for point in (segment.start, segment.stop))
+    size = np.maximum(np.abs(low), np.abs(high))
+    for place, point in points:
+        share = place / segment.length
+        if np.any(np.abs(_numbers(segment, point) - (1.0 - share) * low - share * high) > _ALIKE * size):
+            return True
+    return False
+
+
+def _numbers(segment: Segment, point: CurvePoint) -> Array:
+    motion = segment.curve.motion(point.x)
+    return np.array([indicator(motion, 1.0), indicator(motion, -1.0)])

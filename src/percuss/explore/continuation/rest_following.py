@@ -16,6 +16,7 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, numbers, text
+from percuss.model.set_at_wall import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
 from percuss.steady.resting.falling_push import FallingPush
@@ -168,7 +169,7 @@ class _Walker:
 
         def releases(at: float) -> bool:
             try:
-                return bool(release_phases(self.systems.system({self.name: at}).load).size)
+                return bool(release_phases(wall_load(self.systems.system({self.name: at}), self.first.modes)).size)
             except PercussError:
                 return True
 
@@ -196,7 +197,7 @@ class _Walker:
         if float(cycle.rest_times.min()) < short_rest(cycle):
             what = "chatter" if cycle.chatters else "impact before the rest"
             told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-            if cycle.chatters and cycle.modes:
+            if cycle.chatters and cycle.modes and cycle.system.body.is_free:
                 told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
             elif cycle.chatters and cycle.system.contact.keeps_strain:
                 told += (

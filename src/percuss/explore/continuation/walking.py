@@ -16,9 +16,9 @@ from percuss.explore.continuation.happenings import Happening, end_of, to_corner
 from percuss.explore.continuation.homecoming import home
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.narrow_ends import first_impossible
+from percuss.explore.continuation.narrow_ends import dying, first_impossible
 from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
-from percuss.explore.continuation.resonances import resonant_places
+from percuss.explore.continuation.resonances import hides, resonant_points
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.model.checks import Array
@@ -123,13 +123,15 @@ class _Walker:
                 segment = Segment(self.curve, self.here, target.point)
                 if not self.fresh and self.size > _REFINED and may_vanish_twice(segment):
                     raise Strayed("more may happen in the step than its ends show")
-                places = [] if self.fresh else resonant_places(segment)
-                narrow = first_impossible(segment, places)
+                inside = [] if self.fresh else resonant_points(segment, self.size <= _REFINED)
+                narrow = first_impossible(segment, inside)
                 if narrow is not None:
                     target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
                 happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
                 part = to_corner(segment, happening)
-                between = crossings(part, *self._smooth(part, happening), self.fresh, places)
+                between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
+                if self.size > _REFINED and happening is None and hides(segment, inside):
+                    raise Strayed("more may happen in the step than its ends show")
             except Strayed:
                 continue
             self._went(segment, between, happening, target.limit)
@@ -231,6 +233,8 @@ class _Walker:
             self.end(BranchEvent.RESONANCE)
         elif self.walk.refusal is not None:
             self.end(BranchEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else BranchEvent.NO_SYSTEM)
+        elif (happening := dying(self.curve, self.walk.points)) is not None:
+            self._at(happening)
         else:
             self.end(BranchEvent.LOST)
 

@@ -12,6 +12,7 @@ from percuss.explore.continuation.rest_following import short_rest
 from percuss.explore.point_curves.onsets import Held, Late, Vanishing
 from percuss.explore.point_curves.rest_conditions import Grazing, Pulling, RestCondition
 from percuss.explore.point_curves.rest_way import TURN, RestWay, Struck, near, struck
+from percuss.model.set_at_wall import set_at_wall, wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain, Course
 from percuss.steady.resting.falling_push import FallingPush
@@ -51,7 +52,10 @@ def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
 def _way(point: RestBranchPoint, chain: Chain, number: int) -> RestWay:
     """The way of a chain up to an impact."""
     cycle = point.cycle
-    off = [abs(math.remainder(float(phase) - chain.release, TURN)) for phase in release_phases(cycle.system.load)]
+    off = [
+        abs(math.remainder(float(phase) - chain.release, TURN))
+        for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    ]
     if min(off, default=math.inf) > _RELEASE:
         raise ParameterError(
             "point", str(point), "one after a release where the load begins to pull", "this bar was laid down later"
@@ -71,7 +75,7 @@ def _onset(point: RestBranchPoint) -> RestCondition:
             ends = ends[-1:]
         chain, number = min(ends, key=lambda end: _off_release(cycle, end[0].impacts[end[1] - 1].time))
         way = _way(point, chain, number)
-        return Late(way) if cycle.modes or system.load.is_piecewise else Vanishing(way)
+        return Late(way) if (cycle.modes and system.body.is_free) or system.load.is_piecewise else Vanishing(way)
     best = None
     for chain in chains:
         found = _vanishing(cycle, chain, FallingPush(factor))
@@ -85,12 +89,14 @@ def _onset(point: RestBranchPoint) -> RestCondition:
 
 
 def _off_release(cycle: RestCycle, time: float) -> float:
-    return min(abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(cycle.system.load))
+    return min(
+        abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    )
 
 
 def _left(cycle: RestCycle, chain: Chain) -> list[Struck]:
     """What each impact of a chain leaves."""
-    course = Course(Swing(cycle.system, cycle.modes), chain.release, chain.stop + TURN)
+    course = Course(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
     return [struck(course) for _ in chain.impacts]
 
 

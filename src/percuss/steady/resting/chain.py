@@ -2,7 +2,8 @@
 
 Rest forgets everything: the bar leaves the wall undeformed and at rest, so that all that follows is told by the phase
 of the release alone. As in a simulation the bar is taken to be away from the wall as long as the load pulls, and for
-the time of one wave through it; that no flight touches the wall before its impact is proved from then on.
+the time of one wave through it; that no flight touches the wall before its impact is proved from then on. So does the
+one mode of a structure, under the load `wall_load`: it is away as long as that pulls, half a period of its own at most.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.model.set_at_wall import half_swing
 from percuss.steady.resting.first_contact import Contact, first_contact
 from percuss.steady.resting.leg import Leg, Motion, Swing
 from percuss.steady.resting.releases import pull_lasts
@@ -73,6 +75,8 @@ def chatter_left(leg: Leg, factor: float) -> float | None:
         −R, by which the law multiplies velocities; between -1 and 0.
     """
     swing, w, d = leg.swing, -leg.rate, leg.swing.system.d
+    if not swing.system.body.is_free:
+        return _left_of_a_mode(leg, factor)
     push = leg.acceleration - d * w
     if push <= 0.0:
         return None
@@ -90,6 +94,25 @@ def chatter_left(leg: Leg, factor: float) -> float | None:
     k = swing.harmonics
     waves = (swing.end * leg.turned * (-1j * k**3 - d * k**2)).real.sum()
     return float(left * (1.0 - d * left / 6.0 - waves * left / (3.0 * push)))
+
+
+def _left_of_a_mode(leg: Leg, factor: float) -> float | None:
+    """The same of one mode, y'' = P − d y' − ω² y: only the second order in time is not known."""
+    known, load, w, k = leg.swing.known, leg.swing.system.load, -leg.rate, leg.swing.harmonics
+    d, gamma = float(known.damping[0]), float(known.gamma[0])
+    push = leg.acceleration - d * w
+    if push <= 0.0:
+        return None
+    left = 2.0 * w / ((1.0 + factor) * push)
+    if left > _LONGEST:
+        return None
+    forces = gamma * load.coefficients[k.astype(int)]
+    first = float(k @ np.abs(forces)) * left / push + d * left
+    second = (float(k**2 @ np.abs(forces)) / push + float(known.omega[0]) ** 2) * left**2
+    if first > 0.1 or (first**2 + second) * left > _ERROR:
+        return None
+    rate = float((1j * k * forces * leg.turned).real.sum())
+    return left * (1.0 - d * left / 6.0 - rate * left / (3.0 * push))
 
 
 def chain_from(swing: Swing, release: float, stop: float) -> Chain:
@@ -122,9 +145,10 @@ class Course:
         self.law = swing.system.contact
         none = np.zeros(modes)
         self.leg = Leg(swing, release, Motion(0.0, 0.0, 0.0, none, none))
+        pulled, free = pull_lasts(swing.system.load, release), body.is_free
         wave = (1.0 + 0.5 / modes) * body.transit_time if modes else 0.0
-        self.free_until = release + max(pull_lasts(swing.system.load, release), wave)
-        self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes else 0.0
+        self.free_until = release + (max(pulled, wave) if free else min(pulled, half_swing(swing.known)))
+        self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes and free else 0.0
         self.impacts: list[Impact] = []
         self.flight = math.inf  # the last one
 

@@ -37,7 +37,7 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Swing:
-    """What the load does to a bar of modes 0 … N, whatever its motion.
+    """What the load does to a bar of modes 0 … N, whatever its motion; or to the one mode of a structure at its wall.
 
     Parameters
     ----------
@@ -70,6 +70,8 @@ class Swing:
     @cached_property
     def rigid(self) -> ComplexArray:
         """… and the bar as a whole, in velocity; shape (K,)."""
+        if not self.system.body.is_free:
+            return np.zeros(self.harmonics.size, dtype=complex)
         p = self.system.load.coefficients[self.harmonics.astype(int)]
         return np.asarray(p / (self.system.d + 1j * self.harmonics))
 
@@ -119,6 +121,11 @@ class Leg:
         """The constant part of the load."""
         return self.swing.constant(self.time)
 
+    @property
+    def whole(self) -> float:
+        """What of it moves the bar as a whole."""
+        return self.push if self.swing.system.body.is_free else 0.0
+
     @cached_property
     def turned(self) -> ComplexArray:
         """exp(ikt) at the start."""
@@ -150,7 +157,7 @@ class Leg:
         known, k = swing.known, swing.harmonics
         waves = float((-(k**2) * swing.end * self.turned).real.sum())
         elastic = float(known.gamma @ (-(known.omega**2) * z - known.damping * rate))
-        return self.push - swing.system.d * self.drift + waves + elastic
+        return self.whole - swing.system.d * self.drift + waves + elastic
 
     @cached_property
     def ringing(self) -> Array:
@@ -162,7 +169,7 @@ class Leg:
     def bend(self) -> float:
         """Bound of |y''|."""
         known, k, size = self.swing.known, self.swing.harmonics, np.abs(self.swing.end)
-        drift = abs(self.push - self.swing.system.d * self.drift)
+        drift = abs(self.whole - self.swing.system.d * self.drift)
         swing = float(self.ringing @ (known.omega * (known.omega + known.damping)))
         return drift + float(k**2 @ size) + swing
 
@@ -171,14 +178,14 @@ class Leg:
         """Bounds of |y'''|: of the smooth part of the motion, and of the free elastic one."""
         known, k, size, d = self.swing.known, self.swing.harmonics, np.abs(self.swing.end), self.swing.system.d
         both = known.omega + known.damping
-        smooth = d * abs(self.push - d * self.drift) + float(k**3 @ size)
+        smooth = d * abs(self.whole - d * self.drift) + float(k**3 @ size)
         return smooth, float(self.ringing @ (known.omega * both**2))
 
     def gap(self, t: Array) -> tuple[Array, Array]:
         """Gap function and its velocity at times since the start; both of shape (len(t),)."""
         look()
         swing, d = self.swing, self.swing.system.d
-        fade, force = t * phi1(d * t), self.push - d * self.drift
+        fade, force = t * phi1(d * t), self.whole - d * self.drift
         y, v = self.start.rate * t + force * t**2 * phi2(d * t), self.start.rate + force * fade
         if swing.harmonics.size:
             angle, amplitude = np.outer(t, swing.harmonics), swing.end * self.turned
@@ -233,7 +240,7 @@ class Leg:
             return Motion(gap, speed, speed, self.start.displacement, self.start.velocity)
         waves = np.exp(1j * swing.harmonics * t) * self.turned
         rigid = float((swing.rigid * waves).real.sum())
-        rigid += self.drift * float(np.exp(-d * t)) + self.push * t * float(phi1(d * t))
+        rigid += self.drift * float(np.exp(-d * t)) + self.whole * t * float(phi1(d * t))
         known, (z, rate) = swing.known, self.free
         step = propagator(known.omega, known.damping, t)
         moved = swing.gains * waves

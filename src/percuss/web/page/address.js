@@ -4,7 +4,7 @@
 import { DEFAULTS, data, machineTables, on, view } from "./state.js";
 import { valueAt, withKey } from "./moves.js";
 
-const TABLES = ["system", "bar", "contact", "load", "tool", "rock", "blow", "start", "simulation"];
+const TABLES = ["system", "bar", "body", "contact", "load", "tool", "rock", "blow", "start", "simulation"];
 
 /** The state as the text behind the #. */
 export function address() {

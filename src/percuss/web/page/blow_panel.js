@@ -8,7 +8,7 @@ import { BlowStage } from "./blow_stage.js";
 import { h, latest, put, select } from "./dom.js";
 import { list, said } from "./case_files.js";
 import { counted, number, percent, si, withUnit } from "./format.js";
-import { data, on, show, view } from "./state.js";
+import { data, isHeld, on, show, view } from "./state.js";
 
 export const panel = {
   name: "blow",
@@ -17,6 +17,7 @@ export const panel = {
     blowShow: "start",
     blowSlow: 12, // seconds that all that is shown takes
   },
+  held: "One blow is resolved by waves in a free bar; of a structure that is held no blow is. Its motions, with a blow that takes no time, are in the panel Branches.",
   start: startBlow,
 };
 
@@ -61,7 +62,7 @@ function keys(event) {
 }
 
 function want() {
-  if (view.panel !== "blow") return pauseBlow();
+  if (view.panel !== "blow" || isHeld()) return pauseBlow();
   if (!data.tables) return;
   followBlowSliders();
   parts.shown.querySelector("select").value = view.blowShow;

@@ -9,6 +9,10 @@ import { UP } from "./branches_picture.js";
 const MODES = [0, 4, 8, 16, 32];
 const DEPTHS = [0, 1, 2, 3, 4, 5, 6];
 const LABELS = ["1/1", "1/2", "1/3", "2/1", "2/2", "2/3", "3/1", "3/2", "4/1"];
+const RESTING = ["chatter/1", "chatter/2", "rest/1", "rest/2"];
+
+/** Whether a label is of a motion with rest. */
+export const rests = (label) => /^(chatter|rest)\//.test(label);
 
 /** The parameters that an orbit can be followed through. */
 const known = () => data.info.parameters.filter(({ name, value }) => name !== "m" && value !== null);
@@ -67,9 +71,9 @@ export function branchChoices(row, searched) {
 
 /** Where to begin: the motion of the head, or one of those that a search finds. */
 function begins(searched) {
-  const named = view.begin && h("span", { class: "small", id: "branches-begin" }, `from z=${view.begin.replace(/:phases.*/, "")}`);
+  const named = view.begin && h("span", { class: "small", id: "branches-begin" }, `from ${rests(view.begin) ? "" : "z="}${view.begin.replace(/:phases.*/, "")}`);
   const back = view.begin && h("button", { type: "button", onclick: () => show({ begin: "", spot: "" }) }, "The head's motion");
-  const label = select("Other motions", [["", "z=p/n …"], ...LABELS.map((name) => [name, `z=${name}`])], "", (name) => name && searched(name), { id: "branches-search" });
+  const label = select("Other motions", [["", "z=p/n …"], ...LABELS.map((name) => [name, `z=${name}`]), ...RESTING.map((name) => [name, name])], "", (name) => name && searched(name), { id: "branches-search" });
   return [label, named, back];
 }
 

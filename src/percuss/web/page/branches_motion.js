@@ -53,7 +53,7 @@ export const showMotion = latest(
       name: along.name,
       unit: along.unit,
       value: row.value,
-      times: row.times,
+      ...(row.releases ? { release: row.releases[0] } : { times: row.times }),
       periods,
       modes,
       frames: Math.min(2000, FRAMES * periods + 1),
@@ -75,7 +75,8 @@ function take({ tables, along, row }) {
   pace();
   facts(along, row);
   const { canvas } = parts.stage;
-  canvas.setAttribute("aria-label", `The bar and the wall: ${motion.label}, ${counted(motion.orbit.impacts.length, "blow")} in a cycle`);
+  const many = `${counted(motion.orbit.impacts.length, "blow")}${motion.label.startsWith("chatter") ? " and a chatter" : ""}`;
+  canvas.setAttribute("aria-label", `The bar and the wall: ${motion.label}, ${many} in a cycle`);
   Object.assign(canvas.dataset, { label: motion.label, value: String(row.value) });
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "branches") parts.player.begin();
 }
@@ -104,6 +105,7 @@ function facts({ label, unit }, { value }) {
     [label, withUnit(value, unit, 5)],
     [`largest multiplier ${number(largest, 3)}`, orbit.stable ? "stable" : "unstable"],
     [orbit.impacts.length > 1 ? "impact phases" : "impact phase", orbit.impacts.length > 1 ? list(orbit.impacts.map(({ phase }) => number(phase, 4))) : angle(orbit.impacts[0].phase)],
+    ...(orbit.rest_phase === undefined ? [] : [["comes to rest at", angle(orbit.rest_phase)], ["is let go at", angle(orbit.release_phase)]]),
     ["striking speed", list(speeds)],
     ["delivered by each blow", list(energies)],
     ["heard", "–"],

@@ -3,16 +3,18 @@
 
 import { post } from "./api.js";
 import { Chart, span } from "./chart.js";
-import { along, askedRange, beginning, branchChoices } from "./branches_choices.js";
+import { along, askedRange, beginning, branchChoices, rests } from "./branches_choices.js";
 import { eventTable, orbitList } from "./branches_events.js";
 import { motionCard, noMotion, pauseBranch, showMotion, toggleBranch } from "./branches_motion.js";
+import { everyRow, impossible, others, stopEvery, wantEvery } from "./branches_every.js";
 import { diagram, spotted } from "./branches_picture.js";
+import { branchesOf } from "./branches_rows.js";
 import { settledDots, settledHeights, settledRow, stopSettled, wantSettled } from "./branches_settled.js";
-import { ASIDE, RISING, branchesOf, placeAt, placeNear, placeOf, rowAt } from "./branches_walk.js";
+import { ASIDE, RISING, placeAt, placeNear, placeOf, rowAt } from "./branches_walk.js";
 import { framed, h, latest, put, settled } from "./dom.js";
 import { plainNumber, withUnit } from "./format.js";
 import { present } from "./moves.js";
-import { REST, chosen, data, move, on, show, switchesItself, uptodate, view } from "./state.js";
+import { REST, chosen, data, isHeld, move, on, show, switchesItself, uptodate, view } from "./state.js";
 
 export const panel = {
   name: "branches",
@@ -24,6 +26,7 @@ export const panel = {
     begin: "", // "2/1:3"; empty for the motion of the head
     depth: 1, // how often to go on at flips
     bmodes: 8,
+    every: "", // "3/3": with all branches up to this label
     settled: 0, // 1: with what simulations settle on
     spot: "", // the place that is looked at: "value,phase of its first impact"
     branchSlow: "",
@@ -35,7 +38,8 @@ export const panel = {
 const NEAR = 40; // pixels within which a click takes the branch
 const parts = {};
 let key = "";
-let branches = []; // what was followed
+let drawn = { followed: [], others: [], thin: [] };
+let branches = []; // all that can be looked at: what was followed, then the others of the diagram
 let asked = null; // the question it answers: {tables, along, modes}
 let spot = null; // {branch, along}
 let since = 0; // the last change of the case that is not a move through the parameter
@@ -54,20 +58,25 @@ function startBranches(section) {
     section,
     h("div", { class: "card" }, parts.choice),
     parts.found,
-    h("div", { class: "grid" }, h("div", { class: "card" }, parts.chart.figure, parts.readout, settledRow(repaint), parts.status), motionCard(carry)),
+    h("div", { class: "grid" }, h("div", { class: "card" }, parts.chart.figure, parts.readout, everyRow(more), settledRow(repaint), parts.status), motionCard(carry)),
     parts.events,
   );
   pointer(canvas);
   section.addEventListener("keydown", keys);
   on("tables", () => {
-    if (!moveOnly()) since = data.changed;
+    if (!moveOnly()) {
+      since = data.changed;
+      stopAll(); // of another hammer: sliders come first
+    }
     if (switchesItself()) pauseBranch();
   });
   on("info view quick", () => ready() && (branchChoices(parts.choice, search), want(), placed()));
-  on("view", () => view.panel !== "branches" && (pauseBranch(), stopSettled()));
+  on("view", () => view.panel !== "branches" && (pauseBranch(), stopAll()));
   on("tables quick view theme", repaint);
   document.addEventListener("visibilitychange", () => document.hidden && pauseBranch());
 }
+
+const stopAll = () => (stopEvery(), stopSettled());
 
 const ready = () => view.panel === "branches" && Boolean(data.info?.system) && !switchesItself();
 
@@ -84,7 +93,7 @@ const want = settled(() => {
   if (!begin) return nothing("There is no steady motion to begin with: choose another one under “Other motions”, or move a slider.");
   key = now;
   put(parts.status, "Following …");
-  askBranches({ tables: data.tables, axis, begin, depth: view.depth, modes: view.bmodes, now });
+  askBranches({ tables: data.tables, axis, begin, depth: rests(begin) ? 0 : view.depth, modes: view.bmodes, now });
 }, REST);
 
 const askBranches = latest(
@@ -92,13 +101,12 @@ const askBranches = latest(
     post("follow", { case: tables, along: askedRange(axis), orbit: begin, switch: depth, modes }),
   (found, question) => {
     if (question.now !== key) return;
-    branches = branchesOf(found);
     asked = question;
     spot = null;
+    renew(branchesOf(found));
     const { dataset } = parts.chart.canvas;
-    dataset.branches = branches.map(({ label }) => label).join();
-    eventTable(parts.events, branches, question.axis, goTo);
-    const stopped = branches.some(({ points }) => points.some(({ type }) => type === "stopped"));
+    dataset.branches = drawn.followed.map(({ label }) => label).join();
+    const stopped = drawn.followed.some(({ points }) => points.some(({ type }) => type === "stopped"));
     put(parts.status, stopped ? "It took too long: this is what was followed so far." : `${modes(question.modes)} Click on a branch, drag along it, or use the arrow keys.`);
     placed();
     simulated();
@@ -111,32 +119,50 @@ const askBranches = latest(
   },
 );
 
-const modes = (n) => (n ? `With ${n} elastic modes.` : "Of a rigid bar.");
+const modes = (n) => isHeld() ? `With ${n} modes at most.` : (n ? `With ${n} elastic modes.` : "Of a rigid bar.");
 
-function nothing(words) {
-  branches = [];
-  asked = spot = null;
-  delete parts.chart.canvas.dataset.branches;
-  put(parts.events);
-  put(parts.readout);
-  put(parts.status, words);
-  noMotion("");
-  simulated();
+/** Other branches are those that were followed. */
+function renew(followed) {
+  drawn = { followed, others: others(followed), thin: impossible() };
+  branches = [...drawn.followed, ...drawn.others];
+  if (branches.length) asked ??= { tables: data.tables, axis: along(), modes: view.bmodes };
+  if (spot && !branches[spot.branch]) spot = null;
+  parts.chart.canvas.dataset.others = String(drawn.others.length);
+  eventTable(parts.events, drawn, asked?.axis, goTo);
+}
+
+/** There are more branches in the diagram, or none any more. */
+function more() {
+  renew(drawn.followed);
+  placed();
   repaint();
 }
 
-/** Simulations over what the diagram shows, where they are wanted. */
+function nothing(words) {
+  asked = spot = null;
+  renew([]);
+  delete parts.chart.canvas.dataset.branches;
+  put(parts.readout);
+  put(parts.status, words);
+  if (!branches.length) noMotion("");
+  simulated();
+  placed();
+  repaint();
+}
+
+/** All branches, and simulations over what the diagram shows, where they are wanted. */
 function simulated() {
   const { name, unit, from, to } = askedRange(along());
-  const seen = view.alongr || !branches.length ? { from, to } : reached();
-  const range = { from: Math.max(from, seen.from), to: Math.min(to, seen.to) };
-  wantSettled({ name, unit, ...range, modes: view.bmodes, now: since });
+  const question = { name, unit, modes: view.bmodes, now: since };
+  wantEvery({ ...question, from, to });
+  const seen = view.alongr || view.every || !branches.length ? { from, to } : reached();
+  wantSettled({ ...question, from: Math.max(from, seen.from), to: Math.min(to, seen.to) });
 }
 
 /* the orbits of another label */
 
 const search = latest(
-  (label) => (put(parts.status, `Searching z=${label} …`), post("orbits", { case: data.tables, label, modes: view.bmodes })),
+  (label) => (put(parts.status, `Searching ${rests(label) ? label : `z=${label}`} …`), post("orbits", { case: data.tables, label, modes: view.bmodes })),
   (found) => (put(parts.status, ""), orbitList(parts.found, found, (begin) => (put(parts.found), show({ begin, spot: "" })))),
   (error) => put(parts.status, h("span", { class: "problem", role: "alert" }, error.message)),
 );
@@ -145,7 +171,7 @@ const search = latest(
 
 /** The place of the address; without one, that of the present design. */
 function placed() {
-  if (!asked || dragging) return;
+  if (!asked || dragging || !branches.length) return;
   const now = spot && kept();
   if (view.spot && view.spot === now) return;
   const [value, phase] = view.spot.split(",").map(Number);
@@ -202,9 +228,9 @@ const repaint = framed(() => {
   const now = present(data, axis.name);
   const height = view.up === "phase" ? phaseNow() : chosen()?.quick.impact_velocity;
   const design = now === undefined ? null : { x: now, y: height ?? null };
-  const range = view.alongr || !branches.length ? askedRange(axis) : reached(now);
+  const range = view.alongr || view.every || !branches.length ? askedRange(axis) : reached(now);
   const settled = { dots: settledDots(view.up), heights: settledHeights(view.up) };
-  parts.chart.draw(diagram(branches, { label: axis.label, from: range.from, to: range.to }, view.up, design, settled));
+  parts.chart.draw(diagram(drawn, { label: axis.label, from: range.from, to: range.to }, view.up, design, settled));
   const { canvas, frame, spec, scale } = parts.chart;
   if (design) canvas.dataset.design = `${design.x}`;
   if (frame) {

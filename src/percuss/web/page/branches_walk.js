@@ -1,101 +1,15 @@
-// Branches as rows that can be drawn and walked along: a place on one is its number and how far along its rows it is.
+// Places on branches: a place is the number of a branch and how far along its rows it is.
 
-const TURN = 2 * Math.PI;
+import { TURN, around, between, phaseOf } from "./branches_rows.js";
 
 /** How far from the end of a branch, in rows, one is still well on it. */
 export const ASIDE = 0.03;
-
-/** An angle taken into −π … π. */
-const around = (angle) => angle - TURN * Math.round(angle / TURN);
-
-/** A phase of the load, 0 … 2π. */
-const phaseOf = (time) => ((time % TURN) + TURN) % TURN;
 
 /** What is drawn up the plane of a row of a branch: one value for each impact. */
 export const RISING = {
   phase: ({ times }) => times.map(phaseOf),
   speed: ({ speeds }) => speeds,
 };
-
-/** All branches of an answer, with what happens put in as rows of its own: {label, periods, rows, points}. */
-export function branchesOf(answer) {
-  return [answer, ...answer.switched].map((one) => ({
-    label: one.label,
-    periods: Number(one.label.split("/")[1]),
-    points: one.points,
-    rows: rowsOf(one),
-  }));
-}
-
-function rowsOf({ branch, points }) {
-  const rows = branch.value.map((value, i) => ({
-    value,
-    times: branch.times[i],
-    speeds: branch.speeds[i],
-    stable: branch.stable[i],
-  }));
-  let from = 0;
-  for (const point of points) {
-    if (!point.orbit?.impacts.length) continue; // nothing to be marked
-    const { segment, share } = nearest(rows, point, from);
-    const row = matched(between(rows[segment], rows[segment + 1] ?? rows[segment], share), point);
-    const known = [segment, segment + 1].find((i) => rows[i] && near(rows[i], row));
-    if (known !== undefined) rows[known] = { ...rows[known], point, stable: BORDERS.has(point.type) ? null : rows[known].stable };
-    else rows.splice(segment + 1, 0, row);
-    from = known ?? segment + 1;
-  }
-  return rows;
-}
-
-const BORDERS = new Set(["fold", "flip", "neimark_sacker", "nonsmooth_fold"]);
-
-const near = (one, other) =>
-  Math.abs(one.value - other.value) < 1e-9 * (1 + Math.abs(one.value)) && Math.abs(around(one.times[0] - other.times[0])) < 1e-6;
-
-/** The stretch between two rows, from `from` on, that a point lies on. */
-function nearest(rows, point, from) {
-  let best = { segment: Math.max(rows.length - 2, 0), share: 1, far: Infinity };
-  for (let i = from; i + 1 < rows.length; i++) {
-    const [a, b] = [rows[i], rows[i + 1]];
-    const reach = b.value - a.value;
-    const share = reach ? Math.min(Math.max((point.value - a.value) / reach, 0), 1) : 0.5;
-    const { times, value } = between(a, b, share);
-    const apart = point.orbit.impacts.map(({ phase }) => Math.min(...times.map((t) => Math.abs(around(t - phase)))));
-    const far = Math.max(...apart) + Math.abs(value - point.value) / (Math.abs(reach) || 1);
-    if (far < best.far) best = { segment: i, share, far };
-  }
-  return best;
-}
-
-/** A row at a point, its impacts in the order of the row that it is beside. */
-function matched(row, point) {
-  const { impacts } = point.orbit;
-  const closest = row.times.map((time) => {
-    const apart = impacts.map(({ phase }) => Math.abs(around(phase - time)));
-    return impacts[apart.indexOf(Math.min(...apart))];
-  });
-  return {
-    value: point.value,
-    times: row.times.map((time, j) => time + around(closest[j].phase - time)),
-    speeds: closest.map(({ speed }) => speed),
-    stable: null, // a border
-    point,
-  };
-}
-
-/** The row between two others. */
-function between(a, b, share) {
-  const mixed = (one, other) => one + share * (other - one);
-  return {
-    value: mixed(a.value, b.value),
-    times: a.times.map((time, j) => mixed(time, b.times[j])),
-    speeds: a.speeds.map((speed, j) => mixed(speed, b.speeds[j])),
-    stable: stableBetween(a, b),
-  };
-}
-
-/** Whether what lies between two rows is stable. */
-export const stableBetween = (a, b) => a.stable ?? b.stable ?? true;
 
 /** The row at a place, `along` in rows. */
 export function rowAt({ rows }, along) {
@@ -104,17 +18,25 @@ export function rowAt({ rows }, along) {
   return share > 0 && rows[i + 1] ? between(rows[i], rows[i + 1], share) : rows[i];
 }
 
+/** Both heights of an impact beside a row; null where it is not in both rows, and where a phase goes round. */
+export function stretch(heights, path, i, rising) {
+  if (path[i] < 0 || path[i + 1] < 0) return null;
+  const ends = [heights[i][path[i]], heights[i + 1][path[i + 1]]];
+  return rising === RISING.phase && Math.abs(ends[1] - ends[0]) > Math.PI ? null : ends;
+}
+
 /** The place under a point of the picture: {branch, along, far}, `far` in pixels; of one branch only, or of all. */
 export function placeAt(branches, rising, frame, { x, y }, only = null) {
   let best = { branch: 0, along: 0, far: Infinity };
-  for (const [branch, { rows }] of branches.entries()) {
+  for (const [branch, { rows, paths }] of branches.entries()) {
     if (only !== null && branch !== only) continue;
     const heights = rows.map(rising);
-    for (let i = 0; i + 1 < rows.length; i++)
-      for (let j = 0; j < heights[i].length; j++) {
-        if (rising === RISING.phase && Math.abs(heights[i + 1][j] - heights[i][j]) > Math.PI) continue;
-        const from = [frame.px(rows[i].value), frame.py(heights[i][j])];
-        const to = [frame.px(rows[i + 1].value), frame.py(heights[i + 1][j])];
+    for (const path of paths)
+      for (let i = 0; i + 1 < rows.length; i++) {
+        const ends = stretch(heights, path, i, rising);
+        if (!ends) continue;
+        const from = [frame.px(rows[i].value), frame.py(ends[0])];
+        const to = [frame.px(rows[i + 1].value), frame.py(ends[1])];
         const { share, far } = foot(from, to, [x, y]);
         if (far < best.far) best = { branch, along: i + share, far };
       }

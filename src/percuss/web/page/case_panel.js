@@ -6,7 +6,7 @@ import { number, si, withUnit } from "./format.js";
 import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
 import { struckNow, whatIsStruck } from "./blow_target.js";
 import { coefficients, fillCoefficients } from "./coefficients.js";
-import { BAR, CONTACT, KINDS, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad, struckFields } from "./fields.js";
+import { BAR, CONTACT, HELD, KINDS, MODES, MOUNTED, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad, struckFields } from "./fields.js";
 import { field, fill, problemOf, tellProblems } from "./form_fields.js";
 import { chosenLaws, dampingFields, placeField, strainField } from "./law_choices.js";
 import { sectioned, sectionsTable, toolTable, uniformOrSections } from "./sections_table.js";
@@ -97,9 +97,10 @@ async function save() {
 function build() {
   const tables = data.tables;
   if (!tables) return;
-  parts.si.setAttribute("aria-pressed", String(Boolean(tables.bar)));
+  parts.si.setAttribute("aria-pressed", String(!tables.system));
   parts.plain.setAttribute("aria-pressed", String(Boolean(tables.system)));
   parts.si.disabled = Boolean(tables.system) && !physical();
+  parts.plain.disabled = Boolean(tables.body) && !tables.system; // its numbers are those of its own kind
   parts.si.title = parts.si.disabled
     ? "A dimensionless case has no scales: pick a machine, or upload a case in SI"
     : "";
@@ -109,10 +110,11 @@ function build() {
   put(parts.before, back ? words : "");
   const { kind, coefficients: pairs } = tables.load ?? {};
   const own = kind === "valve" && valveKeys(tables.load);
-  const now = JSON.stringify([Boolean(tables.bar), kind, pairs?.length, own, ...chosenLaws(tables), ...toolShape(tables)]);
+  const now = JSON.stringify([Boolean(tables.bar), tables.body?.kind, Boolean(tables.system), kind, pairs?.length, own, ...chosenLaws(tables), ...toolShape(tables)]);
   if (now !== shape) {
     shape = now;
-    put(parts.form, tables.bar ? inSI(tables) : inPlainNumbers(tables), blow(tables), simulation());
+    const own = tables.body ? held(tables) : [tables.bar ? inSI(tables) : inPlainNumbers(tables), blow(tables)];
+    put(parts.form, own, simulation());
     problems();
   }
   fill(parts.form);
@@ -135,6 +137,19 @@ function inPlainNumbers(tables) {
     h("div", { class: "stack" }, group("System", uniformOrSections(tables), fields(inside)), parts.files),
     load(tables),
     sectioned(tables) && sectionsTable(tables),
+  ];
+}
+
+/** A structure that is held; a bar on a spring is described by its file. */
+function held(tables) {
+  const { kind } = tables.body;
+  const words = kind === "modes" ? "A structure told by a table of its modes." : "A mass or a bar on a spring and a dashpot, at its driven end.";
+  const mass = tables.system ? [] : [["body.mass", "Mass", "of a rigid mass, as 2 kg"]];
+  const own = kind === "modes" ? MODES : [...MOUNTED, ...(tables.bar ? [] : mass)];
+  const wall = [tables.system ? SYSTEM.at(-1) : CONTACT[0]];
+  return [
+    h("div", { class: "stack" }, group("Structure", h("p", { class: "hint small muted" }, words), fields([...TITLE, ...HELD, ...own, ...wall].map(field))), parts.files),
+    load(tables),
   ];
 }
 
@@ -168,9 +183,10 @@ const toolShape = (tables) => [
 
 function load(tables) {
   const kind = tables.load?.kind ?? "harmonic";
-  const si = Boolean(tables.bar);
+  const si = !tables.system;
   const change = (value) => setTables({ ...data.tables, load: changedLoad(data.tables, value) });
-  const known = KINDS.some(([name]) => name === kind) ? KINDS : [[kind, kind], ...KINDS];
+  const kinds = tables.body ? KINDS.filter(([name]) => name !== "valve") : KINDS;
+  const known = kinds.some(([name]) => name === kind) ? kinds : [[kind, kind], ...kinds];
   const pick = select("Kind", known, kind, change, { id: "field-load-kind" });
   return group(
     "Load",
@@ -182,8 +198,8 @@ function load(tables) {
 }
 
 /** The load as one of another kind. */
-function changedLoad({ load: now, bar }, kind) {
-  const si = Boolean(bar);
+function changedLoad({ load: now, system }, kind) {
+  const si = !system;
   if (now.kind === "valve") return clockedLoad(kind, si, data.machine);
   if (kind === "valve") return valveLoad(now, si, data.info);
   return otherLoad(now, kind, si, data.info?.system?.load_factor);
@@ -208,8 +224,11 @@ function facts() {
   const system = info.system ?? info.plain.system; // of a machine that switches itself, with a second as unit of time
   const clocked = Boolean(info.system);
   const rows = [
-    ["wave speed s", number(system.s)],
-    system.d !== undefined && ["damping d", number(system.d)],
+    info.body?.kind === "modes" || info.body?.kind === "mounted"
+      ? ["modes", number(info.body.frequencies.length)]
+      : ["wave speed s", number(system.s)],
+    system.gap !== undefined && ["gap", number(system.gap)],
+    system.d !== undefined && system.d !== null && ["damping d", number(system.d)],
     ["restitution R", number(system.restitution)],
     clocked && ["load factor p₀/p₁", number(system.load_factor)],
     ["damping", info.laws.damping],

@@ -1,17 +1,22 @@
-// What the panels for clocked loads say of a machine that switches itself: a sentence, and where its answer is.
+// What panels say of cases that are not theirs: of a machine that switches itself, and of a structure that is held.
 
-import { h } from "./dom.js";
-import { on, show, switchesItself } from "./state.js";
+import { h, put } from "./dom.js";
+import { isHeld, on, show, switchesItself } from "./state.js";
 
-/** Put the sentence of a panel in its place when the case has no clock. */
-export function tellClocked(section, words) {
-  const open = () => show({ panel: "machine" });
-  const note = h("div", { class: "card own", hidden: true }, h("p", {}, `${words} `, h("button", { type: "button", class: "link", onclick: open }, "Open the panel Machine")));
+/** Put the sentence of a panel in its place when the case has no clock (`clocked`), or no free bar (`held`). */
+export function tellOthers(section, { clocked, held }) {
+  if (!clocked && !held) return;
+  const words = h("p", {});
+  const note = h("div", { class: "card own", hidden: true }, words);
   section.prepend(note);
   const look = () => {
-    const own = switchesItself();
-    note.hidden = !own;
-    section.classList.toggle("away", own);
+    const own = clocked && switchesItself();
+    const away = Boolean(own || (held && isHeld()));
+    note.hidden = !away;
+    section.classList.toggle("away", away);
+    if (away) put(words, own ? [`${clocked} `, opener("machine", "Machine")] : [`${held} `, opener("branches", "Branches")]);
   };
   on("tables view", look);
 }
+
+const opener = (panel, title) => h("button", { type: "button", class: "link", onclick: () => show({ panel }) }, `Open the panel ${title}`);

@@ -23,6 +23,23 @@ export const SYSTEM = [
   ["system.restitution", "Restitution R", "0 to 1"],
 ];
 
+/** Of a structure that is held: what a table of modes has not is left out. */
+export const HELD = [
+  ["body.gap", "Gap", "from the contact to the wall without any force; negative where the wall presses"],
+];
+
+export const MOUNTED = [
+  ["body.spring", "Spring", "its stiffness; in SI as 20 kN/m"],
+  ["body.dashpot", "Dashpot", "its force per velocity; none when empty"],
+];
+
+export const MODES = [
+  ["body.omega", "Frequencies", "of the modes, in radians per radian of the load, or rad/s in SI", true],
+  ["body.damping", "Dampings", "2ζω of each mode", true],
+  ["body.contact", "Modes at the contact", "normalised to the modal mass 1", true],
+  ["body.drive", "Modes at the load", "the same where the load acts", true],
+];
+
 const SI_ONLY = [
   ["load.frequency", "Frequency", "of the fundamental, as 60 Hz or 402 blows/min"],
   ["load.area", "Piston area", "that a pressure acts on; leave empty for forces"],

@@ -4,7 +4,7 @@ import { $, h, put } from "./dom.js";
 import { number, scaleOf } from "./format.js";
 import { machineFigures, machineKey, machineVerdict } from "./headline_machine.js";
 import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
-import { chosen, data, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "./state.js";
+import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "./state.js";
 
 export function startHeadline() {
   on("quick steady machine problems view info played", unhurried(paint));
@@ -116,7 +116,7 @@ function inUnit(key, value) {
 function figures({ quick, full }) {
   const si = quick.si;
   const cells = si
-    ? FIRST.map((key) => inUnit(key, si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null)))
+    ? (isHeld() ? FIRST.filter((key) => key in si) : FIRST).map((key) => inUnit(key, si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null)))
     : [
         ["blow energy", quick.blow_energy, ""],
         ["striking speed", quick.impact_velocity, ""],
@@ -124,15 +124,17 @@ function figures({ quick, full }) {
       ];
   if (!(quick.impact_velocity > 0))
     for (const cell of cells) if (cell[0] !== "impact phase [rad]") cell[1] = Number.NaN; // there is no blow
-  const { margin_rhythm: rhythm, margin_ringing: ringing } = full ?? quick;
-  cells.push(["rhythm margin", rhythm, ""]);
-  if (!full || ringing !== null) cells.push(["ringing margin", ringing, ""]);
+  cells.push(...(isHeld() ? [["margin of stability", quick.margin, ""]] : margins(full ?? quick, Boolean(full))));
   return h(
     "dl",
     { class: "figures" },
     cells.map(([name, value, unit]) => figure(name, value, unit)),
   );
 }
+
+/** Of the rhythm, and of the ringing of a bar that rings, which is known with the full answer. */
+const margins = ({ margin_rhythm: rhythm, margin_ringing: ringing }, known) =>
+  [["rhythm margin", rhythm, ""], !(known && ringing === null) && ["ringing margin", ringing, ""]].filter(Boolean);
 
 function figure(name, value, unit) {
   if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));

@@ -2,7 +2,7 @@
 
 import { get, takeToken } from "./api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
-import { tellClocked } from "./clocked.js";
+import { tellOthers } from "./clocked.js";
 import { forPaper, forgetTheme, usePalette } from "./colours.js";
 import { $, $$, flushFrames, h, put } from "./dom.js";
 import { startHeadline } from "./headline.js";
@@ -67,10 +67,10 @@ function startPanels() {
   $("#tabs").append(...PANELS.map(tab));
   $("#panels").append(...PANELS.map(section));
   startTabs();
-  for (const { name, start: begin, clocked } of PANELS) {
-    const place = $(`#panel-${name}`);
-    begin(place);
-    if (clocked) tellClocked(place, clocked);
+  for (const panel of PANELS) {
+    const place = $(`#panel-${panel.name}`);
+    panel.start(place);
+    tellOthers(place, panel);
   }
 }
 

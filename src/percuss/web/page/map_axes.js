@@ -2,7 +2,7 @@
 
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber, withUnit } from "./format.js";
-import { data, show, switchesItself, view } from "./state.js";
+import { data, isHeld, show, switchesItself, view } from "./state.js";
 
 const SHOWN = {
   verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
@@ -16,6 +16,9 @@ const SHOWN = {
   power: { label: "percussive power", quantities: ["power"] },
   label: { label: "motion found by simulation", quantities: ["label"], body: { modes: 0, impacts: 400 } },
 };
+
+/** Those that need no rigid motion. */
+const OF_STRUCTURES = ["stable", "margin", "blow_energy", "impact_velocity", "label"];
 
 const rigid = (label, ...quantities) => ({ label, quantities, body: { modes: 0 } });
 
@@ -35,6 +38,7 @@ const OF_MACHINES = {
 
 /** What there is to show; the flow in SI is known of a machine whose supply has a pressure. */
 function kinds() {
+  if (isHeld()) return Object.fromEntries(OF_STRUCTURES.map((name) => [name, SHOWN[name]]));
   if (!switchesItself()) return SHOWN;
   const { flow, ...others } = OF_MACHINES;
   return data.tables.bar && !data.tables.load.pressure ? others : { ...others, flow };

@@ -3,7 +3,7 @@
 
 import { post, postBinary } from "./api.js";
 import { parameter, shown } from "./map_axes.js";
-import { data, switchesItself, view } from "./state.js";
+import { data, isHeld, switchesItself, view } from "./state.js";
 
 const STRIP = 250; // ms that one request may take
 const POINTS = 24; // of a curve in one request
@@ -91,7 +91,7 @@ async function quiet(signal) {
 /** The exact curves, halving the steps: yields lists of {kind, x, y}; a plane without such curves has none. */
 export async function* curves(map, signal) {
   const { x, y, body } = map;
-  if (switchesItself() || x.whole || y.whole || body.quantities.includes("label")) return;
+  if (switchesItself() || isHeld() || x.whole || y.whole || body.quantities.includes("label")) return;
   const found = new Map();
   for (const part of halvings(4 * POINTS)) {
     const values = part.map((share) => x.from + share * (x.to - x.from));

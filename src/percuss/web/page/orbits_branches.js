@@ -5,7 +5,7 @@ import { Chart, PHASES } from "./chart.js";
 import { theme } from "./colours.js";
 import { latest, settled } from "./dom.js";
 import { inUnit } from "./format.js";
-import { REST, data, on, uptodate, view } from "./state.js";
+import { REST, data, isHeld, on, uptodate, view } from "./state.js";
 
 let chart = null;
 let orbitPoints = null; // draws the present motions, as the other charts do
@@ -20,7 +20,7 @@ export function branchChart(points) {
 
 /** Ask for the branches when the case has come to rest; along the load factor they stay as they are. */
 export const wantBranches = settled(() => {
-  if (view.panel !== "orbits" || !uptodate() || branched === data.changed) return;
+  if (view.panel !== "orbits" || isHeld() || !uptodate() || branched === data.changed) return;
   askBranches({ tables: data.tables, m: view.m, changed: data.changed });
 }, REST);
 

@@ -5,13 +5,14 @@ import { framed, h, put } from "./dom.js";
 import { angle, number, si } from "./format.js";
 import { wantBranches } from "./orbits_branches.js";
 import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
-import { chosen, data, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
+import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, unhurried, view } from "./state.js";
 
 export const panel = {
   name: "orbits",
   title: "Orbits",
   needs: { curve: 361, multipliers: true },
   clocked: "The steady motions here are those of a clocked load, by their phase; the piston of this machine switches its own load, so that there is no phase.",
+  held: "The equation of the impact phase and the criteria that are drawn here are those of a free bar. The steady motions of this structure are named in the head of the page, and followed in the panel Branches.",
   start: startOrbits,
 };
 
@@ -27,10 +28,10 @@ function startOrbits(panel) {
   on("quick view", wantBranches);
 }
 
-const pictures = () => view.panel === "orbits" && drawOrbitCharts(data.quick);
+const pictures = () => view.panel === "orbits" && !isHeld() && drawOrbitCharts(data.quick);
 
 function words() {
-  if (view.panel !== "orbits") return;
+  if (view.panel !== "orbits" || isHeld()) return;
   table();
   about();
 }

@@ -1,7 +1,7 @@
 // The panels in the order of their tabs; the first one is shown at first. A new panel is a file and a line here. Each file
 // exports its `panel`: the `name` in the address, the `title` of its tab, `start`, which fills its section, and, where it
-// has them, the `defaults` of what it keeps in the address, what it `needs` of the answer to a slider, and, where it is
-// about loads that keep time, what it says of a machine without such a clock (`clocked`).
+// has them, the `defaults` of what it keeps in the address, what it `needs` of the answer to a slider, and what it says of
+// cases that are not its own: of a machine without a clock (`clocked`), of a structure that is held (`held`).
 
 import { panel as blow } from "./blow_panel.js";
 import { panel as branches } from "./branches_panel.js";

@@ -10,6 +10,7 @@ export const panel = {
   name: "report",
   title: "Report",
   clocked: "This report is of a steady motion under a clocked load. For a machine that switches itself, percuss machine prints one; its figures are in the panel Machine.",
+  held: "This report is of a free bar. For a structure that is held percuss steady prints one; its motions are in the panel Branches.",
   start: startReport,
 };
 

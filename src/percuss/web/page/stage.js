@@ -121,14 +121,14 @@ export class Stage {
     const wall = width - 56;
     const travel = 0.36 * wall;
     const bar = 0.5 * wall;
-    const rigid = this.motion.modes === 0; // what is left then is the rounding of the numbers on their way here
+    const rigid = this.motion.modes === 0 || this.strain < 1e-11; // what is left then is the rounding of the numbers on their way here
     return { wall, bar, travel: travel / this.deepest, stretch: rigid ? 0 : (0.07 * bar * this.grow) / this.stretch };
   }
 
   /** How much larger than the bar its travel and its stretch are drawn, in words. */
   magnified() {
     const { bar, travel, stretch } = this.scales(1000);
-    const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; a rigid bar";
+    const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; nothing is stretched";
     return `travel drawn ×${number(travel / bar, 2)}${stretched} on the bar's own scale`;
   }
 
@@ -247,7 +247,10 @@ export class Stage {
     const most = stress ? si(this.strain * stress, "Pa", 3) : number(this.strain, 3);
     const y = height - 20;
     const bar = Math.min(120, width * 0.2);
-    const [from, to] = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
+    const long = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
+    const room = width - 14 - bar - 2 * 8 - 6;
+    const fits = long.reduce((sum, text) => sum + pen.measureText(text).width, 0) <= room;
+    const [from, to] = fits ? long : [`−${most}`, `+${most}${stress ? "" : " strain"}`];
     pen.fillStyle = colours.muted;
     const left = 14 + pen.measureText(from).width + 8;
     pen.fillText(from, 14, y + 10);

@@ -68,6 +68,9 @@ export const uptodate = () => data.quick?.changed === data.changed;
 /** Whether the piston switches the load of the case: it has a cycle of its own, and no steady motions of a clocked load. */
 export const switchesItself = () => data.tables?.load?.kind === "valve";
 
+/** Whether the case is a structure that something holds, in place of a free bar: it has no rigid motion. */
+export const isHeld = () => Boolean(data.tables?.body);
+
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
 
