@@ -19,7 +19,7 @@ from percuss.steady.resting.first_contact import Contact, first_contact
 from percuss.steady.resting.leg import Leg, Motion, Swing
 from percuss.steady.resting.releases import pull_lasts
 
-__all__ = ["MOST_IMPACTS", "Chain", "Impact", "chain_from", "chatter_left"]
+__all__ = ["MOST_IMPACTS", "Chain", "Course", "Impact", "chain_from", "chatter_left"]
 
 MOST_IMPACTS = 20_000
 _ERROR = 1e-13  # to which the end of a chatter is known
@@ -125,11 +125,19 @@ def chain_from(swing: Swing, release: float, stop: float) -> Chain:
     release, stop
         When it is let go, and when to give up; in rad of the load.
     """
-    return _Follower(swing, release, stop).chain()
+    return Course(swing, release, stop).chain()
 
 
-class _Follower:
-    """The bar as it is followed from impact to impact."""
+class Course:
+    """A bar that is let go, as it is followed from impact to impact.
+
+    Attributes
+    ----------
+    leg
+        The flight that begins: after the release, then after the last impact or jump of the load.
+    impacts
+        Those that were followed.
+    """
 
     def __init__(self, swing: Swing, release: float, stop: float) -> None:
         self.swing, self.stop, self.release = swing, stop, release
@@ -145,21 +153,26 @@ class _Follower:
         self.flight = math.inf  # the last one
 
     def chain(self) -> Chain:
-        """The whole of it."""
-        while len(self.impacts) < MOST_IMPACTS:
-            landed = self._landing()
-            if landed is None:
-                break
-            time, motion, speed = landed
-            self.flight = time - self.impacts[-1].time if self.impacts else math.inf
-            self.impacts.append(Impact(time, speed))
-            u, v = self.law.after(motion.displacement, motion.velocity)
-            factor = self.law.velocity_factor
-            self.leg = Leg(self.swing, time, Motion(0.0, factor * speed, factor * motion.rigid, u, v))
+        """The whole way to the rest."""
+        while len(self.impacts) < MOST_IMPACTS and self.strikes():
+            time, speed = self.impacts[-1]
             left, chatters = self._rests(speed)
             if left is not None and time + left <= self.stop:
                 return Chain(self.release, tuple(self.impacts), time + left, chatters, time + left)
         return Chain(self.release, tuple(self.impacts), None, False, min(self.stop, self.leg.time))
+
+    def strikes(self) -> bool:
+        """Follow the bar through its next impact; whether there is one before the stop."""
+        landed = self._landing()
+        if landed is None:
+            return False
+        time, motion, speed = landed
+        self.flight = time - self.impacts[-1].time if self.impacts else math.inf
+        self.impacts.append(Impact(time, speed))
+        u, v = self.law.after(motion.displacement, motion.velocity)
+        factor = self.law.velocity_factor
+        self.leg = Leg(self.swing, time, Motion(0.0, factor * speed, factor * motion.rigid, u, v))
+        return True
 
     # -- flights --
 

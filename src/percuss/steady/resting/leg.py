@@ -6,6 +6,7 @@ the time. The ever shorter flights of a chatter then keep their digits.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -20,6 +21,8 @@ from percuss.steady.oscillator import phi1, phi2, propagator
 from percuss.steady.resonance import refuse_resonance
 
 __all__ = ["Leg", "Motion", "Swing"]
+
+_FEW = 8  # harmonics, of which a loop is faster than arrays
 
 
 class Motion(NamedTuple):
@@ -198,6 +201,27 @@ class Leg:
             v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
         return np.asarray(self.start.gap + y), np.asarray(v)
 
+    def gap_at(self, t: float) -> tuple[float, float]:
+        """Gap function and its velocity at a time since the start: `gap`, sooner for a rigid bar under a short sum."""
+        swing, d = self.swing, self.swing.system.d
+        if swing.modes or swing.harmonics.size > _FEW:
+            y, v = self.gap(np.array([t]))
+            return float(y[0]), float(v[0])
+        look()
+        fade, bend = (t, 0.5 * t * t) if d == 0.0 else (t * float(phi1(d * t)), t**2 * float(phi2(d * t)))
+        force = self.push - d * self.drift
+        height, speed = self.rate * t + force * bend, self.rate + force * fade
+        for k, amplitude in self._waves:
+            angle = k * t
+            even = 2.0 * math.sin(0.5 * angle) ** 2
+            height -= amplitude.imag * _excess_of(angle) + amplitude.real * even
+            speed -= k * (amplitude.real * math.sin(angle) - amplitude.imag * even)
+        return self.start.gap + height, speed
+
+    @cached_property
+    def _waves(self) -> list[tuple[float, complex]]:
+        return list(zip(self.swing.harmonics.tolist(), (self.swing.end * self.turned).tolist(), strict=True))
+
     def _bent(self, b: Array, time: Array) -> Array:
         """Φ's b − t, without cancellation where the modes ring; shape (len(t), N)."""
         known = self.swing.known
@@ -225,11 +249,21 @@ class Leg:
         return Motion(gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate)
 
 
+def _excess_of(x: float) -> float:
+    """The sine of x less x, exact for small x."""
+    if abs(x) >= 1.0:
+        return math.sin(x) - x
+    y, series = x * x, 1.0
+    for j in range(19, 3, -2):
+        series = 1.0 - y * series / ((j - 1.0) * j)
+    return -x * y / 6.0 * series
+
+
 def _excess(x: Array) -> Array:
     """The sine of x less x, exact for small x."""
     small = np.abs(x) < 1.0
     y = np.where(small, x, 0.0) ** 2
     series = np.ones_like(y)
     for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule
-        series = 1.0 - y * series / (j * (j + 1.0) if j % 2 == 0 else (j - 1.0) * j)
+        series = 1.0 - y * series / ((j - 1.0) * j)
     return np.asarray(np.where(small, -x * y / 6.0 * series, np.sin(x) - x))
