@@ -17,7 +17,7 @@ from percuss.model.checks import having, text
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, PointCurve
 
-__all__ = ["point_curves_answer"]
+__all__ = ["followed_points", "point_curves_answer"]
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
 _NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
@@ -79,7 +79,7 @@ def point_curves_answer(
 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
     """The points that a text names."""
-    every = _points(branch)
+    every = followed_points(branch)
     if text("curve", which, _CHOICE).strip() == "all":
         found = every
     else:
@@ -89,7 +89,7 @@ def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
     return found
 
 
-def _points(branch: Branch) -> list[BranchPoint]:
+def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
     kept = [point for point in branch.points if point.kind in FOLLOWED]
     return kept + [
