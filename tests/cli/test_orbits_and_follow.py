@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
+import signal
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -12,6 +15,7 @@ import pytest
 from percuss import Load, System
 from percuss.case import Case, branch_answer
 from percuss.cli import main
+from percuss.cli.long_commands import Watch
 from percuss.cli.report_printing import show
 from percuss.cli.rest_report import rest_branch_report
 from percuss.explore import follow_rest_cycle
@@ -218,3 +222,83 @@ def test_the_onset_of_chatter_is_told(capsys: pytest.CaptureFixture[str]) -> Non
     told = " ".join(capsys.readouterr().out.split())
     assert re.search(r"onset 0\.4578252\d*: the end of the chatter meets the next release", told) is not None
     assert "multipliers all 0" in told
+
+
+# -- Ctrl-C ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
+    """Ctrl-C when the computation asks for the n-th time."""
+
+    def chosen(number: int) -> None:
+        calls = count(1)
+        plain = Watch.asked
+
+        def asked(self: Watch) -> bool:
+            if next(calls) == number:
+                signal.raise_signal(signal.SIGINT)
+            return plain(self)
+
+        monkeypatch.setattr(Watch, "asked", asked)
+
+    return chosen
+
+
+def test_a_search_is_interrupted(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    """What was found is told, of the label that was being searched, too; it is a part of what there is."""
+    asked = ["orbits", hammer, "--label", "3/1", "--motions", "0", "--tries", "3000", "--json"]
+    assert main(asked) == 0
+    whole = json.loads(capsys.readouterr().out)
+    ctrl_c_at(6)
+    assert main(asked) == 130
+    told = capsys.readouterr()
+    part = json.loads(told.out)
+    assert told.err == "percuss: interrupted: the search is done for 0 of 1 label\n"
+    assert part["halted"] and not whole["halted"] and not part["complete"]
+    assert 0 < part["tries"] < whole["tries"] == 3000
+    assert 0 < sum(part["dropped"].values()) + len(part["orbits"]) <= part["tries"]
+    phases = [[impact["phase"] for impact in orbit["impacts"]] for orbit in whole["orbits"]]
+    for orbit in part["orbits"]:
+        assert [impact["phase"] for impact in orbit["impacts"]] in [pytest.approx(one, abs=1e-9) for one in phases]
+
+
+def test_labels_searched_before_ctrl_c_are_told(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    ctrl_c_at(10)
+    assert main(["orbits", hammer, "--label", "1/1", "--up-to", "3/1", "--tries", "3000"]) == 130
+    told = capsys.readouterr()
+    assert "1/1: the search" in told.out
+    assert "before all tries were made" in told.out or "3/1" not in told.out
+    assert told.err.startswith("percuss: interrupted: the search is done for ")
+
+
+def test_an_orbit_is_followed_until_ctrl_c(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    ctrl_c_at(60)
+    assert main(["follow", hammer, "--orbit", "1/1:phases=2.43", "--along", "mean=0.5:1", "--json"]) == 130
+    told = capsys.readouterr()
+    assert json.loads(told.out)["branch"]["value"]
+    assert told.err == "percuss: interrupted: the answer is of what was followed until then\n"
+
+
+def test_reach_is_interrupted(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    """The steady motions and the parameters that were done before are told."""
+    hammer = str(Path(hammer).with_name("possible.toml"))
+    Path(hammer).write_text(HAMMER.replace("0.62", "0.7"), encoding="utf-8")
+    asked = ["steady", hammer, "--modes", "0", "--reach-of", "mean,restitution", "--json"]
+    assert main(asked) == 0
+    whole = json.loads(capsys.readouterr().out)
+    ctrl_c_at(1)
+    assert main(asked) == 130
+    told = capsys.readouterr()
+    part = json.loads(told.out)
+    assert part["reach"] == []
+    assert part["periods"] == whole["periods"]
+    assert told.err == "percuss: interrupted: how far 0 of 2 parameters may move is known\n"

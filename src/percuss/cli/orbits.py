@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from percuss.cli.files import named_case
+from percuss.cli.long_commands import watching
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
+from percuss.errors import Interrupted
+from percuss.halting import halting
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -21,13 +26,17 @@ __all__ = ["run", "typed_label"]
 _MOST = 8
 """Modes that a line names."""
 
+PATIENCE = 5.0
+"""Seconds after which Ctrl-C no longer waits for a batch of tries."""
+
 _DESCRIPTION = """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
 a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
 search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
 others. Each is proved to stay off the wall between its impacts. Cycles in which the bar comes to rest on the wall, at
 the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. All numbers are
-dimensionless: phases of the load in rad, speeds in the scales of the case."""
+dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the answer is what has been
+found so far."""
 
 _EXAMPLES = """\
   percuss orbits pneumatic-jackleg --label 2/1
@@ -76,7 +85,7 @@ def typed_label(text: str) -> str:
 
 def run(arguments: Sequence[str]) -> int:
     """Search for the orbits of a case; returns the exit code."""
-    from percuss.case import orbits_answer
+    from percuss.case.answers.numerals import counted
     from percuss.case.answers.orbits_answer import parsed_label
     from percuss.case.answers.orbits_json import orbits_dict
     from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_answer, rest_cycles_dict
@@ -99,21 +108,19 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.simulation_progress import orbits_ready
 
         orbits_ready()
-    found = [
-        orbits_answer(
-            case,
-            label,
-            modes=options.modes,
-            tries=options.tries,
-            seed=options.seed,
-            motions=options.motions,
-            switch=options.switch,
-        )
-        for label in labels
-    ]
-    resting = None
-    if options.up_to is not None and case.system().body.is_free:
-        resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
+    with watching(parser, patience=PATIENCE) as watch:
+        found = []
+        for label in labels:
+            with suppress(Interrupted):
+                found.append(_searched(case, label, options, watch.asked))
+            if watch.interrupted:
+                break
+        resting = None
+        if options.up_to is not None and case.system().body.is_free and not watch.interrupted:
+            with suppress(Interrupted), halting(watch.asked):
+                resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
+    if not found:
+        raise KeyboardInterrupt
     rests = [] if resting is None else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= first[1]})
     if options.json:
         answers = [orbits_dict(one) for one in found]
@@ -124,7 +131,28 @@ def run(arguments: Sequence[str]) -> int:
 
         mode = "elastic mode" if case.tables.body is None else "mode"
         show(_report(case.title, found, resting, rests, mode))
+    if watch.interrupted:
+        done = sum(not one.halted for one in found)
+        print(
+            f"percuss: interrupted: the search is done for {done} of {counted(len(labels), 'label')}", file=sys.stderr
+        )
+        return 130
     return 0
+
+
+def _searched(case: Case, label: str, options: argparse.Namespace, halt: Callable[[], bool]) -> FoundOrbits:
+    from percuss.case import orbits_answer
+
+    return orbits_answer(
+        case,
+        label,
+        modes=options.modes,
+        tries=options.tries,
+        seed=options.seed,
+        motions=options.motions,
+        switch=options.switch,
+        halt=halt,
+    )
 
 
 def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
@@ -163,6 +191,8 @@ def _report(
             for name, tally in one.sources.items()
         ]
         lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
+        if one.halted:
+            lines.append(("interrupted", "before all tries were made; there may be more orbits"))
         if one.resonant_modes:
             told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
                 ", …" if len(one.resonant_modes) > _MOST else ""

@@ -28,7 +28,8 @@ PATIENCE = 5.0
 
 _DESCRIPTION = """\
 Every steady motion with one impact per m load periods: whether it is possible, whether it is stable and by what
-margin, and what it means in joules, hertz, metres per second and megapascals."""
+margin, and what it means in joules, hertz, metres per second and megapascals. After Ctrl-C while --reach moves the
+parameters, the answer has those that are done."""
 
 _EXAMPLES = """\
   percuss steady hydraulic-drifter
@@ -94,8 +95,9 @@ def run(arguments: Sequence[str]) -> int:
     starts = 0 if options.json and options.starts is None else options.starts
     with _undisturbed():
         case, answer = _answer(case, options.periods, options.modes, starts)
+    cut = ""
     if options.reach or options.reach_of is not None:
-        answer = _with_reach(parser, options, case, answer)
+        answer, cut = _with_reach(parser, options, case, answer)
     text = _json(answer) if options.json else ""
     if options.plot is not None:
         from percuss import plot
@@ -114,25 +116,30 @@ def run(arguments: Sequence[str]) -> int:
 
         show(steady_report(answer))
     tell_made(options.json, picture=options.plot, report=options.report)
-    return 0
+    if cut:
+        print(f"percuss: interrupted: {cut}", file=sys.stderr)
+    return 130 if cut else 0
 
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
-def _with_reach(parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer) -> SteadyAnswer:
-    """The answer with how far parameters may move; after Ctrl-C of as many as are known."""
+def _with_reach(
+    parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer
+) -> tuple[SteadyAnswer, str]:
+    """The answer with how far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
     from percuss.case.answers.reach_answer import reach_answer, varied_parameters
     from percuss.cli.long_commands import watching
 
-    varied_parameters(case, options.reach_of)  # which refuses what is unknown
+    wanted = varied_parameters(case, options.reach_of)  # which refuses what is unknown
     chosen = answer.chosen
     if chosen is None or not (chosen.orbit.admissible and chosen.stability.stable):
-        return replace(answer, reach=())
+        return replace(answer, reach=()), ""
     with watching(parser, patience=PATIENCE) as watch:
         found = reach_answer(case, chosen.orbit, options.reach_of, modes=options.modes, halt=watch.asked)
-    return replace(answer, reach=found)
+    cut = f"how far {len(found)} of {len(wanted)} parameters may move is known" if watch.interrupted else ""
+    return replace(answer, reach=found), cut
 
 
 @contextmanager

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from percuss.model import System
-from percuss.model.checks import Array, count, instance
+from percuss.model.checks import Array, callback, count, instance
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 __all__ = ["SIMULATED", "orbit_seeds"]
@@ -24,7 +25,14 @@ _NEW = 1e-4  # rad, by which two starts must differ
 
 
 def orbit_seeds(
-    system: System, impacts: int, periods: int = 1, *, modes: int = 32, motions: int = 64, seed: int = 0
+    system: System,
+    impacts: int,
+    periods: int = 1,
+    *,
+    modes: int = 32,
+    motions: int = 64,
+    seed: int = 0,
+    halt: Callable[[], bool] | None = None,
 ) -> dict[str, Array]:
     """Where `percuss.steady.orbits` is to start: impacts of simulated motions that come back nearly after a cycle.
 
@@ -43,6 +51,8 @@ def orbit_seeds(
         How many are simulated, from random starts.
     seed
         Of the random starts.
+    halt
+        Once it returns true no more motions are followed.
 
     Returns
     -------
@@ -71,7 +81,11 @@ def orbit_seeds(
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     start = count("seed", seed, least=0, most=2**63 - 1)
     starts = Starts.random(system, count("motions", motions, most=_MOST), seed=start)
-    ensemble = simulate_many(system, starts, modes=modes, stop=Stop(_IMPACTS + 2 * p), keep=_KEPT + p)
+    callback("halt", halt)
+    ensemble = simulate_many(
+        system, starts, modes=modes, stop=Stop(_IMPACTS + 2 * p), keep=_KEPT + p,
+        progress=None if halt is None else lambda _: halt(),
+    )  # fmt: skip
     found = [row for times in np.asarray(ensemble.last_time) for row in _returns(times[np.isfinite(times)], p, n)]
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}
 

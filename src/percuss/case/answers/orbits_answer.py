@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.orbit_phases import orbit_at_phases
@@ -13,9 +14,10 @@ from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.quantity_text import parsed_quantity
-from percuss.errors import ParameterError
+from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
+from percuss.halting import halting
 from percuss.model.checks import count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
@@ -59,6 +61,7 @@ def orbits_answer(
     seed: int = 0,
     motions: int = 64,
     switch: bool = False,
+    halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
     """The orbits z=p/n of a case; see `percuss.steady.orbits`.
 
@@ -76,6 +79,8 @@ def orbits_answer(
         How many are simulated to start from their close returns; 0 for none.
     switch
         Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
+    halt
+        As for `percuss.steady.orbits`.
 
     Raises
     ------
@@ -92,16 +97,17 @@ def orbits_answer(
     impacts, periods = parsed_label(label)
     system, kept, drawn = case.system(), _modes(case, modes), count("motions", motions, least=0, most=10**5)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
-        found = orbits(system, impacts, periods, modes=kept, tries=1)
+        found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
         if found.complete:
             return found
     near = {}
     if drawn and impacts > 1:
         check_pushes(system)
-        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed)
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt)
     if flag("switch", switch) and impacts > 1:
-        near |= switched_seeds(system, impacts, periods, modes=kept)
-    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near)
+        with suppress(Interrupted), halting(halt):
+            near |= switched_seeds(system, impacts, periods, modes=kept)
+    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
 
 
 def branch_answer(

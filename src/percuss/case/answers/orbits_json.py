@@ -11,11 +11,11 @@ from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve
+    from percuss.explore import Branch, BranchPoint, PointCurve, RestPointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
-__all__ = ["branch_dict", "curve_dict", "orbit_dict", "orbits_dict"]
+__all__ = ["branch_dict", "curve_dict", "orbit_dict", "orbits_dict", "rest_curve_dict"]
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
@@ -26,6 +26,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
         "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
         "complete": found.complete,
         "unseen": found.unseen,
+        "halted": found.halted,
         "ended": found.ended,
         "tries": found.tries,
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
@@ -69,6 +70,25 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
             "phases": curve.phases.tolist(),
             "is_orbit": curve.is_orbit.tolist(),
             "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
+        },
+    }
+
+
+def rest_curve_dict(curve: RestPointCurve) -> dict[str, Any]:
+    """A curve of ends of cycles with rest."""
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {"type": point.kind.value, "values": list(point.values), "beyond": point.beyond} for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "release_phases": curve.release_phases.tolist(),
+            "event_phases": curve.event_phases.tolist(),
+            "is_orbit": curve.is_orbit.tolist(),
         },
     }
 

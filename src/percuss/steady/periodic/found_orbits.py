@@ -60,6 +60,8 @@ class FoundOrbits(Shown):
         Where the starts came from: ``"random times"``, and what was given besides.
     ended
         From how many tries `unseen` is estimated; it is worth little where these are few.
+    halted
+        Whether the search was told to end before all of its tries.
     """
 
     system: System
@@ -74,6 +76,7 @@ class FoundOrbits(Shown):
     complete: bool
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
     ended: int = 0
+    halted: bool = False
 
     @property
     def label(self) -> str:
@@ -92,7 +95,7 @@ class FoundOrbits(Shown):
             head = f"{self.label}: {found}, complete (proved)"
         else:
             estimate = _estimate(self.unseen, self.ended)
-            head = f"{self.label}: {found} in {self.tries} tries, {estimate}"
+            head = f"{self.label}: {found} in {self.tries} tries, {estimate}{', halted' if self.halted else ''}"
         return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
 
 

@@ -13,7 +13,7 @@ from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.periodic.flight import Flight
 from percuss.steady.periodic.impact_motion import ImpactMotion
 from percuss.steady.periodic.sameness import canonical, load_turn
-from percuss.steady.periodic.sampled_flights import sampled_flights
+from percuss.steady.periodic.sampled_flights import sampled_flights, samples_are_many
 from percuss.steady.reason import Reason
 
 __all__ = ["PeriodicOrbit"]
@@ -92,7 +92,7 @@ class PeriodicOrbit(ImpactMotion):
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
         # the times of several impacts come from compiled functions, so that these need not be loaded for it
-        if self.impacts > 1 and sampled_flights(self).proven:
+        if self.impacts > 1 and not samples_are_many(self) and sampled_flights(self).proven:
             return (Contactless(None),) * self.impacts
         return tuple(flight_check(flight) for flight in self.flights)
 

@@ -99,6 +99,7 @@ class RootSearch:
         complete: bool = False,
         sources: Mapping[str, Tally] | None = None,
         ended: int = 0,
+        halted: bool = False,
     ) -> FoundOrbits:
         """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain = self.chain
@@ -109,5 +110,5 @@ class RootSearch:
         dropped = {drop: counted[drop] for drop in Drop if counted[drop]}
         return FoundOrbits(
             chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
-            sources or {}, ended,
+            sources or {}, ended, halted,
         )  # fmt: skip

@@ -12,7 +12,10 @@ from percuss.steady.periodic.impact_motion import ImpactMotion
 from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.system_numbers import numbers_of
 
-__all__ = ["SampledFlights", "sampled_flights"]
+__all__ = ["SampledFlights", "sampled_flights", "samples_are_many"]
+
+PER_WAVE = 8.0
+MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
 
 
 class SampledFlights(NamedTuple):
@@ -44,3 +47,11 @@ def sampled_flights(motion: ImpactMotion) -> SampledFlights:
     orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
     height, time, flight, proven = found.tolist()
     return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+
+
+def samples_are_many(motion: ImpactMotion) -> bool:
+    """Whether the samples of a cycle would take longer than a proof flight by flight: at very large s."""
+    if motion.modes == 0:
+        return False
+    fastest = float(motion.system.body.modes(motion.modes, motion.system.load.at).omega[-1])
+    return PER_WAVE * fastest * motion.period / (2.0 * math.pi) * motion.modes > MOST

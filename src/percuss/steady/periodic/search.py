@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError
+from percuss.errors import Interrupted, ParameterError
+from percuss.halting import halting, look
 from percuss.model import HeldBody, System
-from percuss.model.checks import array, count, instance
+from percuss.model.checks import Array, array, callback, count, instance
 from percuss.steady.periodic.found_orbits import FoundOrbits, Tally
 from percuss.steady.periodic.given_starts import RANDOM, given_rows
 from percuss.steady.periodic.impact_chain import ImpactChain
@@ -40,6 +41,7 @@ def orbits(
     tries: int = 400,
     seed: int = 0,
     near: Mapping[str, npt.ArrayLike] | None = None,
+    halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
     """The periodic motions z=p/n with p impacts in n load periods.
 
@@ -66,6 +68,8 @@ def orbits(
     near
         Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
         the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
+    halt
+        Asked now and then; once it returns true the search ends with what it has, `halted`.
 
     Raises
     ------
@@ -75,6 +79,8 @@ def orbits(
         When an undamped bar is driven exactly at one of its own frequencies.
     ParameterError
         For numbers out of range.
+    Interrupted
+        When it was halted before there was anything: among motions with one impact, which are found all at once.
 
     Examples
     --------
@@ -92,31 +98,60 @@ def orbits(
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
     given = given_rows(near, p, n)
+    callback("halt", halt)
     check_pushes(system)
-    if p == 1:
-        return _with_one_impact(system, n, kept)
-    search = RootSearch(ImpactChain(system, p, n, kept))
-    if p == 2 and kept == 0 and _proved(search):
-        return search.result(0, 0.0, complete=True)
-    random = np.random.default_rng(start)
-    free = (wanted + 1) // 2
-    met: Counter[int] = Counter()
-    sources: dict[str, Tally] = {}
-    for name, rows in given.items():
-        before, first = search.good, 0
-        for size in search.batches(rows.shape[0]):
-            search.followed(rows[first : first + size])
-            first += size
-        sources[name] = Tally(first, search.good - before)
-    before = search.good
-    for size in search.batches(free):
-        met.update(search.followed(search.drawn(random, size)))
-    for size in search.batches(wanted - free, _FEWEST):
-        search.followed(search.drawn(random, size), search.known)
-    ended = sum(met.values())
-    unseen = sum(1 for times in met.values() if times == 1) / ended if ended else None
-    sources[RANDOM] = Tally(wanted, search.good - before)
-    return search.result(sum(tally.tries for tally in sources.values()), unseen, sources=sources, ended=ended)
+    with halting(halt):
+        if p == 1:
+            return _with_one_impact(system, n, kept)
+        tried = _Tried(RootSearch(ImpactChain(system, p, n, kept)))
+        try:
+            if p == 2 and kept == 0 and _proved(tried.search):
+                return tried.search.result(0, 0.0, complete=True)
+            tried.all_of(given, wanted, np.random.default_rng(start))
+        except Interrupted:
+            if halt is None or not halt():  # told from outside: nobody waits for a part
+                raise
+            tried.halted = True
+    return tried.result()
+
+
+class _Tried:
+    """The tries of a search so far, by where they started."""
+
+    def __init__(self, search: RootSearch) -> None:
+        self.search = search
+        self.met: Counter[int] = Counter()  # the orbits at which free tries ended
+        self.sources: dict[str, Tally] = {}
+        self.halted = False
+
+    def all_of(self, given: Mapping[str, Array], wanted: int, random: np.random.Generator) -> None:
+        """From what is given, then freely, then away from what is known."""
+        search, free = self.search, (wanted + 1) // 2
+        for name, rows in given.items():
+            self._counted(name, 0)
+            first = 0
+            for size in search.batches(rows.shape[0]):
+                self._counted(name, size, rows[first : first + size])
+                first += size
+        self._counted(RANDOM, 0)
+        for size in search.batches(free):
+            self.met.update(self._counted(RANDOM, size, search.drawn(random, size)))
+        for size in search.batches(wanted - free, _FEWEST):
+            self._counted(RANDOM, size, search.drawn(random, size), search.known)
+
+    def _counted(self, name: str, size: int, starts: Array | None = None, known: Array | None = None) -> list[int]:
+        look()
+        before, tally = self.search.good, self.sources.get(name, Tally(0, 0))
+        reached = [] if starts is None else self.search.followed(starts, known)
+        self.sources[name] = Tally(tally.tries + size, tally.orbits + self.search.good - before)
+        return reached
+
+    def result(self) -> FoundOrbits:
+        """What was found, and an estimate of what was not."""
+        ended = sum(self.met.values())
+        unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
+        tries = sum(tally.tries for tally in self.sources.values())
+        return self.search.result(tries, unseen, sources=self.sources, ended=ended, halted=self.halted)
 
 
 def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
