@@ -10,33 +10,25 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchPoint
-from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestBranchPoint
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch
 from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.following_rest_points import followed_rest_point
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
+from percuss.explore.point_curves.point_start import FOLLOWED, point_condition
 from percuss.explore.point_curves.rest_point_curve import RestPointCurve
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, instance, numbers, several
-from percuss.steady import PeriodicOrbit
 
 __all__ = ["FOLLOWED", "follow_point"]
 
 MOST_POINTS = 100_000
-FOLLOWED = (
-    BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.HALVING, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH,
-    BranchEvent.DEATH, BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD,
-)  # fmt: skip
-"""The kinds of points of which there are curves."""
-
 _UNITS = 4.0
 _SAME = 1e-6
 _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
@@ -186,7 +178,7 @@ def _start(
 ) -> tuple[ExtendedCurve, ExtendedPoint]:
     """The curve of a point, and the point on it."""
     orbit = point.orbit
-    condition, extra = _condition(point)
+    condition, extra = point_condition(point)
     units = tuple(2.0 ** round(math.log2((high - low) / _UNITS)) for low, high in bounds)
     curve = ExtendedCurve(family, names, (units[0], units[1]), orbit.impacts, orbit.periods, orbit.modes, condition)
     places = [value / unit for value, unit in zip(here, units, strict=True)]
@@ -199,37 +191,6 @@ def _start(
         told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
         raise ParameterError("point", str(point), f"a point of the systems with {told}")
     return curve, found
-
-
-def _condition(point: BranchPoint) -> tuple[Condition, list[float]]:
-    """What the orbits of the curve have in common, and the unknowns that this brings."""
-    kind, orbit = point.kind, point.orbit
-    if kind is BranchEvent.FOLD:
-        return Multiplier.of(orbit, 1.0), []
-    if kind in (BranchEvent.FLIP, BranchEvent.HALVING):
-        return Multiplier.of(orbit, -1.0), []
-    if kind is BranchEvent.NEIMARK_SACKER and point.multipliers is not None:
-        turning = point.multipliers[np.abs(point.multipliers.imag) > 0.0]
-        cosine = math.cos(float(np.angle(turning[np.argmin(np.abs(np.abs(turning) - 1.0))])))
-        return Pair.of(orbit, cosine), [cosine]
-    if kind is BranchEvent.DEATH and point.impact is not None:
-        return Death(point.impact - 1), []
-    if kind is BranchEvent.TOUCH and point.touch_phase is not None:
-        return _touch(orbit, point.touch_phase)
-    if kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD) and point.impact is not None:
-        return Corner.of(orbit, point.impact - 1), []
-    known = ", ".join(one.value for one in FOLLOWED)
-    raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
-
-
-def _touch(orbit: PeriodicOrbit, phase: float) -> tuple[Touch, list[float]]:
-    """The flight in which the bar touches the wall at a phase, and how long after its start."""
-    turn = 2.0 * math.pi
-    after = float(np.mod(phase - orbit.times[0], turn)) + turn * np.arange(orbit.periods)
-    time = float(after[np.argmax(orbit.end_point(after))])
-    starts = np.array(orbit.times) - orbit.times[0]
-    flight = int(np.searchsorted(starts, time, side="right")) - 1
-    return Touch(flight), [time - float(starts[flight])]
 
 
 # -- the answer -------------------------------------------------------------------------------------------------------

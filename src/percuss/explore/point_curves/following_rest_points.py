@@ -13,8 +13,9 @@ from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestBranchPoint
 from percuss.explore.family import Family
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.line_roots import root_on_line
 from percuss.explore.point_curves.onsets import Held
-from percuss.explore.point_curves.plane_walk import PlaneWalk, root_on_line
+from percuss.explore.point_curves.plane_walk import PlaneWalk
 from percuss.explore.point_curves.rest_point_curve import RestCurvePoint, RestPointCurve
 from percuss.explore.point_curves.rest_start import rest_condition
 from percuss.explore.point_curves.rest_walk import RestPlane, RestWalk

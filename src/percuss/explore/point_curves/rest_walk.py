@@ -12,8 +12,9 @@ from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestEvent
 from percuss.explore.family import Family
 from percuss.explore.point_curves.kinds import CurveEvent
+from percuss.explore.point_curves.line_roots import root_on_line, vanishing_beyond
 from percuss.explore.point_curves.onsets import Endless, Held, Late
-from percuss.explore.point_curves.plane_walk import PlaneWalk, root_on_line, to_the_left, vanishing_beyond
+from percuss.explore.point_curves.plane_walk import PlaneWalk, to_the_left
 from percuss.explore.point_curves.rest_conditions import RestCondition
 from percuss.explore.point_curves.rest_way import Unlike
 from percuss.model import System

@@ -19,6 +19,7 @@ from percuss.model.checks import Array, ComplexArray
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.oscillator import phi1, phi2, propagator
 from percuss.steady.resonance import refuse_resonance
+from percuss.steady.resting.excess import excess, excess_of
 
 __all__ = ["Leg", "Motion", "Swing"]
 
@@ -190,7 +191,7 @@ class Leg:
         if swing.harmonics.size:
             angle, amplitude = np.outer(t, swing.harmonics), swing.end * self.turned
             turned = np.sin(angle) + 1j * 2.0 * np.sin(0.5 * angle) ** 2  # (exp(ix) − 1)/i
-            bent = _excess(angle) + 1j * 2.0 * np.sin(0.5 * angle) ** 2  # … − x
+            bent = excess(angle) + 1j * 2.0 * np.sin(0.5 * angle) ** 2  # … − x
             y = y + (bent @ (1j * amplitude)).real
             v = v - (turned @ (swing.harmonics * amplitude)).real
         if swing.modes:
@@ -214,7 +215,7 @@ class Leg:
         for k, amplitude in self._waves:
             angle = k * t
             even = 2.0 * math.sin(0.5 * angle) ** 2
-            height -= amplitude.imag * _excess_of(angle) + amplitude.real * even
+            height -= amplitude.imag * excess_of(angle) + amplitude.real * even
             speed -= k * (amplitude.real * math.sin(angle) - amplitude.imag * even)
         return self.start.gap + height, speed
 
@@ -229,7 +230,7 @@ class Leg:
         square = known.omega**2 - half**2
         rate = np.sqrt(np.abs(square))
         angle = np.where(square > 0.0, rate, 1.0) * time
-        exact = np.expm1(-half * time) * b / np.exp(-half * time) + _excess(angle) / np.where(square > 0.0, rate, 1.0)
+        exact = np.expm1(-half * time) * b / np.exp(-half * time) + excess(angle) / np.where(square > 0.0, rate, 1.0)
         return np.asarray(np.where((square > 0.0) & (half * time < 1.0), exact, b - time))
 
     def at(self, t: float) -> Motion:
@@ -247,23 +248,3 @@ class Leg:
         forced = self.push / known.omega**2 + moved.real.sum(axis=1)
         forced_rate = (moved * (1j * swing.harmonics)).real.sum(axis=1)
         return Motion(gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate)
-
-
-def _excess_of(x: float) -> float:
-    """The sine of x less x, exact for small x."""
-    if abs(x) >= 1.0:
-        return math.sin(x) - x
-    y, series = x * x, 1.0
-    for j in range(19, 3, -2):
-        series = 1.0 - y * series / ((j - 1.0) * j)
-    return -x * y / 6.0 * series
-
-
-def _excess(x: Array) -> Array:
-    """The sine of x less x, exact for small x."""
-    small = np.abs(x) < 1.0
-    y = np.where(small, x, 0.0) ** 2
-    series = np.ones_like(y)
-    for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule
-        series = 1.0 - y * series / ((j - 1.0) * j)
-    return np.asarray(np.where(small, -x * y / 6.0 * series, np.sin(x) - x))
