@@ -70,6 +70,16 @@ def test_onsets_of_a_rigid_bar(curve: RestPointCurve) -> None:
     assert curve.event_phases == pytest.approx(curve.release_phases, rel=0, abs=1e-9)
 
 
+def test_it_is_met_from_a_bar_that_does_not_rebound() -> None:
+    start = follow_rest_cycle(only(harmonic(0.0, 0.32)), "mean", (0.28, 0.4), points=3).points[0]
+    curve = follow_point(start, PLANE, ((0.0, 0.05), (0.2, 1.0)))
+    edge = next(end for end in curve.ends if end.values[0] == 0.0)
+    assert edge.kind is CurveEvent.LIMIT
+    restitution, mean = curve.values[np.argmax(curve.values[:, 0])]
+    branch = follow_rest_cycle(only(harmonic(restitution, mean + 0.01)), "mean", (mean - 0.01, mean + 0.02), points=3)
+    assert branch.points[0].value == pytest.approx(mean, rel=0, abs=5e-11)
+
+
 def test_simulated_motions_chatter_on_one_side_of_it_alone(curve: RestPointCurve) -> None:
     for i in np.linspace(2, len(curve.values) - 3, 5).astype(int):
         restitution, mean = curve.values[i]

@@ -63,7 +63,8 @@ def _start(plane: RestPlane, point: RestBranchPoint, here: Array, box: Array) ->
         for _ in range(2):
             slopes = plane.slopes(here, box)
             axis = np.zeros(2)
-            axis[int(np.argmax(np.abs(slopes)))] = 1.0
+            inside = np.abs(slopes) * np.where((here == box[0]) | (here == box[1]), 1e-9, 1.0)
+            axis[int(np.argmax(inside))] = 1.0  # not off the edge of the plane
             here, _ = root_on_line(plane.number, here, axis, float(slopes @ axis) or math.inf, reach)
             plane.arrived(here)
     except Interrupted:

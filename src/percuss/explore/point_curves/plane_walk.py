@@ -97,7 +97,8 @@ class PlaneWalk:
                 self.stray = stray  # one that says more than that there was none is kept
             self.size *= 0.5
             if self.size < SHORTEST:
-                self.end = CurveEvent.LOST
+                on_edge = np.any((here == self.box[0]) | (here == self.box[1]))
+                self.end = CurveEvent.LIMIT if on_edge and len(self.points) == 1 else CurveEvent.LOST
             return
         self.points.append(found)
         self.ways.append(way)
