@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
-__all__ = ["branch_dict", "orbit_dict", "orbits_dict", "rest_curve_dict"]
+__all__ = ["branch_dict", "curve_dict", "orbit_dict", "orbits_dict", "rest_curve_dict"]
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
@@ -44,11 +44,12 @@ def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, 
         **_branch(branch),
         "switched": [_branch(other) for other in others],
         "cascade": [row._asdict() for row in branch.cascade],
-        "curves": [_curve(curve) for curve in curves],
+        "curves": [curve_dict(curve) for curve in curves],
     }
 
 
-def _curve(curve: PointCurve) -> dict[str, Any]:
+def curve_dict(curve: PointCurve) -> dict[str, Any]:
+    """Points of a branch followed through two parameters."""
     return {
         "type": curve.event.value,
         "label": curve.label,

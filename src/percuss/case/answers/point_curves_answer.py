@@ -19,7 +19,7 @@ from percuss.model.checks import having, text
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, PointCurve, RestBranchPoint, RestPointCurve
 
-__all__ = ["point_curves_answer"]
+__all__ = ["followed_points", "point_curves_answer"]
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
 _NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
@@ -95,7 +95,7 @@ def point_curves_answer(
 
 def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list[RestBranchPoint]:
     """The points that a text names."""
-    every: list[Any] = _rest_points(branch) if isinstance(branch, RestBranch) else _points(branch)
+    every: list[Any] = _rest_points(branch) if isinstance(branch, RestBranch) else followed_points(branch)
     names = _REST_NAMES if isinstance(branch, RestBranch) else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
     known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
@@ -107,7 +107,7 @@ def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list
     return every
 
 
-def _points(branch: Branch) -> list[BranchPoint]:
+def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
     kept = [point for point in branch.points if point.kind in FOLLOWED]
     return kept + [
