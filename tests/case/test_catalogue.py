@@ -7,14 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from percuss.case import MACHINES, Case, load_case, machine_answer, steady_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, steady_answer, structure_answer
 from percuss.case.answers.machine_figures import machine_figures
 from percuss.case.catalogue.sample_cases import (
     HISTORY_FILE,
     SampleMachine,
+    file_beside,
     is_machine,
+    is_sample,
     machine_text,
     uses_history,
+    write_beside,
     write_history,
 )
 from percuss.errors import CaseError
@@ -38,6 +41,28 @@ def test_twelve_machines() -> None:
     assert [machine.name for machine in MACHINES] == NAMES + VALVES
     assert all(is_machine(name) for name in NAMES + VALVES)
     assert [machine.name for machine in MACHINES if machine.valve] == VALVES
+
+
+@pytest.mark.parametrize(
+    ("name", "modes", "speed"), [("stopped-oscillator", 1, 0.2017196477), ("stopped-beam", 4, None)]
+)
+def test_a_structure_has_one_stable_motion(name: str, modes: int, speed: float | None) -> None:
+    """That of the oscillator has a published speed, V = 0.564815013723 at the time scale 2.8."""
+    case = load_case(name)
+    (motion,) = [one for one in structure_answer(case).motions[0] if one.stable and one.orbit.admissible]
+    assert case.system().body.most_modes == modes
+    if speed is not None:
+        assert motion.orbit.impact_velocity == pytest.approx(speed, rel=1e-9)
+    assert is_sample(name) and not is_machine(name)
+
+
+def test_what_a_case_names_is_written_beside_it(tmp_path: Path) -> None:
+    assert [file_beside(name) for name in ("stopped-beam", "stopped-oscillator", "hydraulic-drifter")] == [
+        "beam_modes.csv", None, HISTORY_FILE,
+    ]  # fmt: skip
+    write_beside("stopped-beam", tmp_path / "beam_modes.csv")
+    (tmp_path / "beam.toml").write_text(machine_text("stopped-beam"), encoding="utf-8")
+    assert Case.read(tmp_path / "beam.toml").system() == load_case("stopped-beam").system()
 
 
 @pytest.mark.parametrize("machine", [machine for machine in MACHINES if not machine.valve], ids=NAMES)

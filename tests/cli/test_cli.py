@@ -342,7 +342,8 @@ def test_machines(run: Run) -> None:
     assert done.returncode == 0
     assert all(machine.name in done.stdout for machine in MACHINES)
     listed = json.loads(run("machines", "--json").stdout)
-    assert [entry["name"] for entry in listed] == [machine.name for machine in MACHINES]
+    assert [entry["name"] for entry in listed if not entry["structure"]] == [machine.name for machine in MACHINES]
+    assert all(entry["name"] in done.stdout for entry in listed if entry["structure"])
 
 
 def test_new_to_stdout(run: Run, tmp_path: Path) -> None:
@@ -364,6 +365,13 @@ def test_new_then_steady(run: Run, tmp_path: Path) -> None:
     assert not (tmp_path / "other.toml").exists()
     assert run("new", "hydraulic-drifter", "-o", "other.toml", "--force").returncode == 0
     refused(run("new", "hydraulic-drifter", "-o", "drifter_pressure.csv", "--force"), "another name")
+
+
+def test_new_structure(run: Run, tmp_path: Path) -> None:
+    assert run("new", "stopped-beam", "-o", "beam.toml").returncode == 0
+    assert "possible" in run("steady", "beam.toml").stdout
+    (tmp_path / "beam_modes.csv").unlink()
+    assert "beam_modes.csv" in run("steady", "beam.toml").stderr
 
 
 # -- interruptions --------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.explore import Branch, BranchEvent, SystemFamily, follow
 from percuss.explore.continuation.indicators import outside, unstable
+from percuss.explore.continuation.narrow_ends import dying
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import _Walker
 from percuss.model import External, Kept, Reversed, UniformBar
@@ -277,3 +278,40 @@ def test_the_same_events_are_met_both_ways(modes: int) -> None:
 @pytest.mark.parametrize("modes", [0, 8, 32])
 def test_the_same_events_are_met_both_ways_on_many(modes: int) -> None:
     assert sum(both_ways(seed, modes) for seed in range(100, 112 if modes < 32 else 104)) > 2
+
+
+def test_a_branch_that_another_one_crosses_goes_on() -> None:
+    """Without losses, under a load that is the same backwards in time, ξ = 1 is met at other points than folds."""
+    system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.4, 1.0))
+    for start in orbits(system, 2, 2, modes=0, tries=12).orbits:
+        branch = follow(start, "mean", (0.3, 0.7))
+        for point in branch.at(BranchEvent.CROSSING):
+            assert point.value == pytest.approx(0.51946266216, abs=1e-10)
+            assert point.multipliers is not None
+            assert float(np.abs(point.multipliers - 1.0).min()) < 1e-4
+            assert branch.values.min() < point.value < branch.values.max()
+            return
+    pytest.fail("no branch point")
+
+
+def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:
+    """Where several die at once the equations are singular, and no step leads past the place."""
+    death = follow(orbit_near(HAMMER, [0.39, 2.32], modes=0), "mean", (0.3, 0.7)).ends[0]
+    curve = SolutionCurve(SystemFamily(HAMMER), "mean", 2, 1, 0, 0.25)
+    end = curve.corrected(curve.unknowns(death.orbit, death.value), curve.level)
+    into = end.tangent if min(curve.motion(end.x + 1e-6 * end.tangent).speeds) > 0.0 else -end.tangent
+    points = [curve.corrected(end.x + aside * into, into) for aside in (4e-8, 2e-8)]
+    found = dying(curve, points)
+    assert found is not None
+    assert found.kind is BranchEvent.DEATH
+    assert curve.value(found.point.x) == pytest.approx(death.value, abs=1e-11)
+    assert dying(curve, points[::-1]) is None
+    assert dying(curve, points[:1]) is None
+
+
+def test_a_branch_that_a_mode_turns_to_and_fro_in_the_middle_of_a_step_has_both_folds() -> None:
+    """Beside R = 0.7583 the first mode comes back after a cycle almost by itself, and the branch is an S of 4e-4."""
+    hammer = random_hammer(40)
+    start = next(iter(orbits(hammer.system, 2, 1, modes=hammer.modes, tries=8).orbits))
+    folds = [point.value for point in follow(start, "restitution", (0.64, 0.85)).at(BranchEvent.FOLD)]
+    assert folds == pytest.approx([0.6523163463, 0.6450948815, 0.7586010759, 0.7581810885], abs=1e-9)

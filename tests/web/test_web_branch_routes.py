@@ -15,6 +15,7 @@ from percuss.case import (
     diagram_answer,
     load_case,
     orbits_answer,
+    point_curves_answer,
     rest_branch_answer,
     rest_cycles_answer,
 )
@@ -176,3 +177,22 @@ def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) ->
     assert client.problems("/api/diagram", {**asked, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32})
     assert client.problems("/api/diagram", {**asked, "along": {**along, "name": "what"}})[0]["key"] == "parameter"
     assert client.problems("/api/diagram", {"machine": "valve-drifter", "along": along})
+
+
+def test_curves_over_a_plane_are_those_of_the_command_line_and_each_is_told_once(client: Client) -> None:
+    case, up, across = case_of(RIGID), "mean=0.55:0.7", "restitution=0.499:0.501"
+    plane = {"x": {"name": "restitution", "from": 0.499, "to": 0.501}, "y": {"name": "mean", "from": 0.55, "to": 0.7}}
+    asked = {"case": RIGID, "orbit": "2/1:phases=0.39,2.32", "modes": 0, **plane}
+    told = events(client.post("/api/follow/curves", asked).text)
+    assert [kind for kind, _ in told[:-1]] == ["progress"] * (len(told) - 1) and told[-1][0] == "done"
+    branch = branch_answer(case, "2/1:phases=0.39,2.32", up, modes=0)
+    curves = branch_dict(branch, point_curves_answer(case, branch, "all", up, across))["curves"]
+    assert len(curves) > 1 and told[-1][1]["curves"][: len(curves)] == curves
+    places = [
+        (one["type"], np.array(one["curve"]["values"]).mean(axis=0).round(4).tolist()) for one in told[-1][1]["curves"]
+    ]
+    assert len({str(place) for place in places}) == len(places)
+    assert client.problems("/api/follow/curves", {**asked, "y": plane["x"]})[0]["key"] == "y"
+    assert client.problems("/api/follow/curves", {**asked, "x": {**plane["x"], "to": 0.1}})[0]["key"] == "x"
+    wrong = events(client.post("/api/follow/curves", {**asked, "orbit": "1/1:9"}).text)
+    assert [kind for kind, _ in wrong] == ["error"] and wrong[0][1]["problems"][0]["key"] == "orbit"

@@ -10,10 +10,10 @@ from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 from percuss.stability import orbit_multipliers
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, PointCurve
+    from percuss.explore import Branch, PointCurve, RestPointCurve
     from percuss.steady import PeriodicOrbit
 
-__all__ = ["branch_report", "orbit_row"]
+__all__ = ["branch_report", "curve_section", "orbit_row"]
 
 _MOST = 4
 """Impacts of which a line tells."""
@@ -43,7 +43,7 @@ def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ())
             (row.label, f"{row.value:.12g}", "" if row.ratio is None else f"{row.ratio:.4f}") for row in branch.cascade
         )
         sections.append(Grid("Cascade", ("label", branch.parameter, "ratio"), rows))
-    sections += [_curve(one) for one in curves]
+    sections += [curve_section(one) for one in curves]
     low, high = float(branch.values.min()), float(branch.values.max())
     summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}; branches: {len(every)}."
     return Report(title, summary, PLAIN, tuple(sections))
@@ -54,7 +54,8 @@ def _branch(branch: Branch) -> Section:
     return Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows)
 
 
-def _curve(curve: PointCurve) -> Section:
+def curve_section(curve: PointCurve | RestPointCurve) -> Section:
+    """What happens on a curve of points."""
     head = f"{curve.event.value} of {curve.label} over {' and '.join(curve.parameters)}"
     rows = tuple(
         (point.kind.value, f"{point.values[0]:.12g}, {point.values[1]:.12g}: {point.beyond}") for point in curve.points

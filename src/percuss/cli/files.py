@@ -104,15 +104,15 @@ def named_case(name: str) -> Case:
     CaseError
         When there is neither, or the file is not a case.
     """
-    from percuss.case import MACHINES, Case, load_case
-    from percuss.case.catalogue.sample_cases import is_machine
+    from percuss.case import Case, load_case
+    from percuss.case.catalogue.sample_cases import is_sample, sample_names
     from percuss.case.file_format.suggest import did_you_mean
 
-    if is_machine(name) and not os.path.isfile(name):
+    if is_sample(name) and not os.path.isfile(name):
         return load_case(name)
     if name != "-" and not os.path.exists(name):
         near = [entry for entry in _entries(os.path.dirname(name)) if entry.endswith(".toml")]
-        remedy = did_you_mean(name, [*near, *(machine.name for machine in MACHINES)])
+        remedy = did_you_mean(name, [*near, *sample_names()])
         what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
         raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
     return Case.read(name)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from percuss.case import Case
     from percuss.cli.long_commands import Watch
-    from percuss.explore import PointCurve
+    from percuss.explore import PointCurve, RestPointCurve
 
 __all__ = ["run"]
 
@@ -38,6 +38,7 @@ _EXAMPLES = """\
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png
   percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv
   percuss follow laboratory-striker --orbit chatter/1:1 --along load_factor=0.3:1.2 --modes 0
+  percuss follow laboratory-striker --orbit chatter/1 --along load_factor=0.3:1.2 --curve onset --over restitution=0:0.9
   percuss follow case.toml --orbit 2/1:2 --along mean=0.3:1.2 --curve flip,fold --over restitution=0:0.9 --json"""
 
 
@@ -52,7 +53,8 @@ def _parser() -> Parser:
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
-        "the second fold, several with commas between them, or all")  # fmt: skip
+        "the second fold, several with commas between them, or all; of a cycle with rest onset, touch, death or "
+        "release_lost")  # fmt: skip
     add("--over", metavar="RANGE", help="the second parameter and its range: restitution=0:0.9")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--json", action="store_true", help="print the branches as JSON")
@@ -90,7 +92,8 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.case.answers.point_curves_table import point_curves_table
         from percuss.whole_file import write_whole
 
-        write_whole(options.output, point_curves_table(curves) if curves else branch_table(branch))
+        asked = options.curve is not None  # also where Ctrl-C has left none of them
+        write_whole(options.output, point_curves_table(curves) if asked else branch_table(branch))
     if options.plot is not None:
         from percuss import plot
 
@@ -113,28 +116,36 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
     """Follow a cycle with rest; returns the exit code."""
     from percuss.case import rest_branch_answer
 
-    if options.switch or options.curve is not None:
-        parser.error("arguments --switch and --curve: nothing branches off a cycle with rest: follow an orbit P/N")
+    if options.switch:
+        parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
+    curves: tuple[RestPointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
         branch = rest_branch_answer(case, options.orbit, options.along, modes=options.modes, halt=watch.asked)
+        if options.curve is not None and not watch.asked():
+            from percuss.case import point_curves_answer
+
+            curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
     if options.output is not None:
+        from percuss.case.answers.point_curves_table import point_curves_table
         from percuss.case.answers.rest_branch_answer import rest_branch_table
         from percuss.whole_file import write_whole
 
-        write_whole(options.output, rest_branch_table(branch))
+        asked = options.curve is not None
+        write_whole(options.output, point_curves_table(curves) if asked else rest_branch_table(branch))
     if options.plot is not None:
         from percuss import plot
 
-        plot.save(plot.rest_branch(branch, case.title), options.plot)
+        figure = plot.curves(curves, case.title) if curves else plot.rest_branch(branch, case.title)
+        plot.save(figure, options.plot)
     if options.json:
         from percuss.case.answers.rest_branch_answer import rest_branch_dict
 
-        print(json.dumps(rest_branch_dict(branch), allow_nan=False))
+        print(json.dumps(rest_branch_dict(branch, curves), allow_nan=False))
     else:
         from percuss.cli.report_printing import show
         from percuss.cli.rest_report import rest_branch_report
 
-        show(rest_branch_report(case.title, branch))
+        show(rest_branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
     return _ended(watch)
 

@@ -10,7 +10,8 @@ from percuss.cli.parser import Parser
 __all__ = ["run"]
 
 _DESCRIPTION = """\
-The catalogue of sample cases: sizes and figures of public data sheets, synthetic force histories."""
+The catalogue of sample cases: hammers, with sizes and figures of public data sheets and synthetic force histories, and
+structures that strike a stop."""
 
 _EXAMPLES = """\
   percuss machines
@@ -26,17 +27,22 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parsed(arguments)
 
     from percuss.case.answers.numerals import quantity
-    from percuss.case.catalogue.sample_cases import MACHINES
+    from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES
 
     if options.json:
         import json
 
-        print(json.dumps([asdict(machine) for machine in MACHINES], indent=1))
+        none = dict.fromkeys(("mass", "blow_rate", "blow_energy"))
+        rows = [asdict(machine) | {"structure": False} for machine in MACHINES]
+        rows += [asdict(one) | none | {"valve": False, "structure": True} for one in STRUCTURES]
+        print(json.dumps(rows, indent=1))
         return 0
     print(f"{'machine':<20}{'mass':>9}{'blow rate':>11}{'blow energy':>13}   what it is")
     for m in MACHINES:
         figures = f"{f'{m.mass:g} kg':>9}{f'{m.blow_rate:g} Hz':>11}{quantity(m.blow_energy, 'J', 3):>13}"
         print(f"{m.name:<20}{figures}   {m.title}")
+    for structure in STRUCTURES:
+        print(f"{structure.name:<53}   {structure.title}")
     print("\nRun one with 'percuss steady MACHINE', start from one with 'percuss new MACHINE -o FILE'.")
     valves = ", ".join(f"'percuss machine {m.name}'" for m in MACHINES if m.valve)
     print(f"Those that switch their own valve have a command of their own: {valves}.")

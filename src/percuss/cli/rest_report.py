@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted
 from percuss.case.answers.rest_cycles_answer import rest_cycles_dict
+from percuss.cli.branch_report import curve_section
 from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
-    from percuss.explore import RestBranch
+    from percuss.explore import RestBranch, RestPointCurve
     from percuss.steady import FoundRestCycles
 
 __all__ = ["rest_branch_report", "rest_report", "rest_sections"]
@@ -23,7 +25,8 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     """The cycles of a label, and where the other releases lead."""
     told = rest_cycles_dict(found, label)["label"]
     cycles = found.labelled(told)
-    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
+    mode = "elastic mode" if found.system.body.is_free else "mode"
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, mode)}."
     return Report(title, summary, PLAIN, rest_sections(found, told))
 
 
@@ -57,8 +60,8 @@ def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, .
     return tuple(sections)
 
 
-def rest_branch_report(title: str, branch: RestBranch) -> Report:
-    """Where a branch of cycles with rest ends, and how long the bar rests there."""
+def rest_branch_report(title: str, branch: RestBranch, curves: Sequence[RestPointCurve] = ()) -> Report:
+    """Where a branch of cycles with rest ends, how long the bar rests there, and what happens on curves of its ends."""
     rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
     rests = branch.rest_times
     lines = (
@@ -68,6 +71,7 @@ def rest_branch_report(title: str, branch: RestBranch) -> Report:
     sections = (
         Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows),
         Section(f"{branch.label}: on the way", lines),
+        *(curve_section(one) for one in curves),
     )
     low, high = float(branch.values[0]), float(branch.values[-1])
     return Report(title, f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}.", PLAIN, sections)

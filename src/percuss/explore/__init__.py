@@ -62,6 +62,8 @@ if TYPE_CHECKING:
     from percuss.explore.point_curves.kinds import CurveEvent as CurveEvent
     from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
     from percuss.explore.point_curves.point_curve import PointCurve as PointCurve
+    from percuss.explore.point_curves.rest_point_curve import RestCurvePoint as RestCurvePoint
+    from percuss.explore.point_curves.rest_point_curve import RestPointCurve as RestPointCurve
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
@@ -101,7 +103,9 @@ _HOME = {
     "ReachEnd": "continuation.reaching",
     "RestBranch": "continuation.rest_branch",
     "RestBranchPoint": "continuation.rest_branch",
+    "RestCurvePoint": "point_curves.rest_point_curve",
     "RestEvent": "continuation.rest_branch",
+    "RestPointCurve": "point_curves.rest_point_curve",
     "STALLS": "machine_quantities",
     "SettledMotion": "diagrams.settled",
     "Share": "attractors.shares",

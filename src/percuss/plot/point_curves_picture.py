@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore import PointCurve
+    from percuss.explore import PointCurve, RestPointCurve
 
 __all__ = ["curves"]
 
@@ -27,7 +27,7 @@ _WORDS = {
 _MARKS = "sD^vPX*op<>h"
 
 
-def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
+def curves(found: Sequence[PointCurve | RestPointCurve], title: str = "") -> Figure:
     """Draw curves of `percuss.explore.follow_point` over their two parameters; thin and dotted where no orbit is.
 
     Parameters
@@ -75,13 +75,13 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
     return figure
 
 
-def _line(ax: Axes, one: PointCurve, colour: str) -> None:
+def _line(ax: Axes, one: PointCurve | RestPointCurve, colour: str) -> None:
     name = f"{_WORDS.get(one.event.value, one.event.value)} of {one.label}"
     ax.plot(*one.values.T, ":", color=colour, lw=0.8)
     ax.plot(*one.real.T, "-", color=colour, lw=1.4, label=name)
 
 
-def _marked(ax: Axes, found: Sequence[PointCurve]) -> None:
+def _marked(ax: Axes, found: Sequence[PointCurve | RestPointCurve]) -> None:
     marks: dict[str, Any] = {}
     for one in found:
         for point in one.points:

@@ -79,8 +79,12 @@ def follow(
     stop: Stop,
     begin_time: float,
     progress: Callable[[Progress], object] | None = None,
+    skip: int = 0,
 ) -> Stretch:
-    """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
+    """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone.
+
+    `skip`: impacts that the running sums leave out.
+    """
     state, modes = snapshot.copy(), table.modes.omega.size
     room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
     log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
@@ -97,7 +101,7 @@ def follow(
     while not outcome:
         count["events"] = 0
         budget = (int(count["work"]) // stride + 1) * stride
-        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
         follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
         code = int(found["ended"][0])
         n = int(count["events"])

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from percuss.model import System
 from percuss.notebook import watched
-from percuss.simulate.engine import Progress, Stretch, follow
+from percuss.simulate.engine import Progress, Stretch
 from percuss.simulate.events import Events
-from percuss.simulate.held_rest import laid_down
+from percuss.simulate.held_release import followed
 from percuss.simulate.restored import restored
 from percuss.simulate.simulated_motion import SimulatedMotion, unresolved
 from percuss.simulate.stop import Stop
@@ -31,8 +31,7 @@ def go_on(motion: Kind, stop: Stop, progress: Callable[[Progress], object] | Non
     """A motion followed further."""
     snapshot = restored(motion)
     with watched(progress) as watch:
-        stretch = follow(prepared(motion.system, motion.modes)[1], snapshot, stop, motion.begin_time, watch)
-    stretch = laid_down(motion.spectrum, stretch)
+        stretch = followed(*prepared(motion.system, motion.modes), snapshot, stop, motion.begin_time, watch)
     whole = Stretch(
         Events.of_all([motion.events, stretch.events]),
         np.concatenate([motion.states, stretch.states]),

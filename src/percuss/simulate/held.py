@@ -3,16 +3,17 @@
 The rigid motion of the kernels has no force, no speed and so no motion here: u_0 = −g for ever. The load reaches the
 modes alone; the constant part of the load, which would push the bar as a whole, is taken into the place about which the
 modes swing. Kernels use those places where a motion is put in and where it comes to rest. The first is made up for by a
-shift of the start (`shifted`). At rest (the wall holds the contact, by complete chatter or an impact without rebound)
-the structure goes on to move in ways that no law of impact says: a simulation ends there. So that the kernels end it,
-the load that they see at the wall never pulls.
+shift of the start (`shifted`). At rest (the wall holds the contact, by complete chatter or an impact without rebound) a
+structure of several modes goes on to move in ways that no law of impact says: a simulation ends there. One of one mode
+stands still, and is let go by `held_release`. So that the kernels end both, the load that they see at the wall never
+pulls. Whether a structure that does not rebound stays at the wall, they then ask its acceleration: they do so for any
+rebound that is not exactly 0.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
 from percuss.model.checks import Array
 from percuss.simulate.kernels.layout import Table
@@ -21,26 +22,23 @@ from percuss.simulate.spectrum import units
 __all__ = ["held_table", "shifted", "state_of"]
 
 _FAINT = 2.0**-400  # what of the steps the rigid motion feels
+_NO_REBOUND = 2.0**-1000
+_RIPPLE = 1e-3  # of a radian of the one mode: how soon it is looked at again after a release
 
 
 def held_table(table: Table, system: System) -> Table:
-    """The table of a structure, from that of its modes; its `bar` is changed.
-
-    Raises
-    ------
-    ParameterError
-        For steps and no rebound of a structure with several modes: the kernels cannot tell when it leaves the wall.
-    """
+    """The table of a structure, from that of its modes; its `bar` is changed."""
     bar, load, harmonics = table.bar, system.load, table.harmonics
     bar["mean"], bar["pushing"], bar["force"] = 0.0, np.inf, abs(load.mean) + float(bar["force"])
+    if table.modes.omega.size == 1:
+        bar["damping"] = table.modes.damping[0]  # of no rigid motion, but by which a chatter ends
+        bar["ripple"] = _RIPPLE / (1.0 + float(table.modes.omega[0]))
     silent = np.zeros_like(harmonics.load_re)
     quiet = harmonics._replace(load_re=silent, load_im=silent.copy())
     if not load.is_piecewise:
         return table._replace(harmonics=quiet)
     if not system.contact.rebounds:
-        raise ParameterError(
-            "restitution", system.contact.restitution, "more than 0 for a held body under a load of steps, simulated"
-        )
+        bar["restitution"] = _NO_REBOUND
     values = np.array(load.values)
     bar["force"] = float(np.abs(values).max())
     modes = table.modes._replace(statics=table.modes.statics / _FAINT)

@@ -14,21 +14,24 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
 from percuss.model.checks import callback, count, instance, several
+from percuss.model.set_at_wall import rests
 from percuss.notebook import watched
 from percuss.simulate.engine import ENDS
 from percuss.simulate.ensemble import Ensemble, EnsembleProgress
+from percuss.simulate.events import IMPACT
 from percuss.simulate.held import shifted, state_of
+from percuss.simulate.held_release import followed
 from percuss.simulate.kernels.calls import MEMBER, Rules
-from percuss.simulate.kernels.codes import BY_WORK, TURN, WINDOW
+from percuss.simulate.kernels.codes import AT_REST, BY_WORK, TURN, WINDOW
 from percuss.simulate.kernels.layout import PAST, Desk, Motion, Table
 from percuss.simulate.kernels.many import follow
 from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.running import run
-from percuss.simulate.snapshot import NO_LOG, Snapshot, begins, clocks, desk_for
+from percuss.simulate.snapshot import NO_LOG, Snapshot, begin, begins, clocks, desk_for
 from percuss.simulate.start import Start
 from percuss.simulate.starts import Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import table_of, to_change
+from percuss.simulate.tables import prepared, table_of, to_change
 from percuss.simulate.trajectory import Trajectory
 
 __all__ = ["cores", "simulate_many"]
@@ -245,6 +248,27 @@ class _Job:
             to_change(table), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
             self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
+        if isinstance(system.body, HeldBody) and rests(system, self.modes):
+            for i in np.flatnonzero(self.found["ended"][window] == AT_REST):
+                self._over_rests(system, first + int(i))
+
+    def _over_rests(self, system: System, i: int) -> None:
+        """A structure that came to rest, from its start on: whether it leaves the wall again is not for the kernels."""
+        if self.stopped[0]:
+            return
+        start, (spectrum, table) = self.starts[i if len(self.starts) > 1 else 0], prepared(system, self.modes)
+        made = followed(
+            spectrum, table, begin(spectrum, table, start), self.stop, start.time,
+            lambda _: bool(self.stopped[0]), self.skip,
+        )  # fmt: skip
+        conclude(made.snapshot.motion, _code(made.outcome), self.found[i])
+        struck = made.events[made.events.code == IMPACT]
+        kept = min(self.last, len(struck))
+        if kept:
+            row = self.tail[i, self.last - kept :]
+            row["phase"], row["speed"], row["period"] = (
+                values[-kept:] for values in (struck.phase, struck.impact_velocity, struck.period)
+            )
 
     def _desk(self, table: Table) -> tuple[Motion, Motion, Desk]:
         """What a thread works in: made once for each."""

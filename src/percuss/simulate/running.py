@@ -7,10 +7,10 @@ from collections.abc import Callable
 from percuss.model import HeldBody, System
 from percuss.model.checks import callback, count, instance
 from percuss.notebook import watched
-from percuss.simulate.engine import Progress, follow
+from percuss.simulate.engine import Progress
 from percuss.simulate.flight import Anchor
 from percuss.simulate.going_on import ending
-from percuss.simulate.held_rest import laid_down
+from percuss.simulate.held_release import followed
 from percuss.simulate.kernels.codes import RESTING
 from percuss.simulate.snapshot import begin
 from percuss.simulate.start import Start
@@ -75,7 +75,7 @@ def run(
         snapshot.z.copy(),
     )
     with watched(progress) as watch:
-        stretch = laid_down(spectrum, follow(table, snapshot, stop, start.time, watch))
+        stretch = followed(spectrum, table, snapshot, stop, start.time, watch)
     return Trajectory(
         system=system,
         modes=spectrum.modes,

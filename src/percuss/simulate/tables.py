@@ -17,7 +17,7 @@ from percuss.simulate.kernels.layout import BAR, Harmonics, Modes, Table
 from percuss.simulate.kernels.load import release_phases
 from percuss.simulate.spectrum import Spectrum
 
-__all__ = ["bar_of", "prepared", "table_of", "tabled_modes", "to_change"]
+__all__ = ["bar_of", "prepared", "table_of", "tabled_modes", "to_change", "turns_to_pull"]
 
 _EQUAL = 4.0 * np.finfo(float).eps
 
@@ -192,6 +192,11 @@ def _longest_push(load: Load) -> float:
     if not pulls.size:
         return np.inf
     return float(np.diff(pulls, append=pulls[0] + _SAMPLES.size).max() * _SAMPLES[1])
+
+
+def turns_to_pull(body: Body, load: Load) -> Array:
+    """Phases at which a load that is a Fourier series begins to pull, ascending."""
+    return _releases(body, load.at, tuple(load.coefficients.tolist())[1:], 1, load.mean)
 
 
 @lru_cache(maxsize=1024)

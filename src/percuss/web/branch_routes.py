@@ -13,16 +13,25 @@ from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_bran
 from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
 from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_answer import parsed_label
-from percuss.case.answers.orbits_json import branch_dict, orbits_dict
+from percuss.case.answers.orbits_json import branch_dict, curve_dict, orbits_dict
 from percuss.case.answers.rest_branch_answer import rest_branch_dict
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
+from percuss.case.answers.watched_curves import watched_curves
 from percuss.case.answers.watched_diagram import watched_diagram
+from percuss.halting import halting
 from percuss.web.asked_cases import case_asked
 from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
 from percuss.web.lanes import Halt
 from percuss.web.packed_arrays import packed
 from percuss.web.problem_json import refused
-from percuss.web.questions import AlongAsked, BranchMotionAsked, DiagramAsked, FollowAsked, OrbitsAsked
+from percuss.web.questions import (
+    AlongAsked,
+    BranchMotionAsked,
+    DiagramAsked,
+    FollowAsked,
+    OrbitsAsked,
+    PointCurvesAsked,
+)
 from percuss.web.request_bodies import StrictRoute
 from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, compiled, gate_of, limits_of, plain_json
 from percuss.web.steady_routes import BINARY
@@ -127,7 +136,26 @@ async def motions_over(request: Request, asked: DiagramAsked) -> Response:
     return await streamed(request, gate.experiments, limits.experiment_seconds, follow_passes)
 
 
-def along_text(asked: AlongAsked) -> str:
+@router.post("/api/follow/curves", summary="What happens to an orbit, as curves over a plane", responses=STREAM)
+async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
+    """Events ``progress`` with the curves found so far, then ``done`` or ``error``; ends when the client leaves."""
+    limits, gate = limits_of(request), gate_of(request)
+    across, up = along_text(asked.x, "x"), along_text(asked.y, "y")
+    if asked.x.name == asked.y.name:
+        raise refused(422, "expected two different parameters", "", "y", asked.y.name)
+    case = await gate.quick.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
+    await compiled(request, "orbits")
+
+    def follow_points(halt: Halt, tell: Tell) -> None:
+        with failures_told(tell, "following points"), halting(halt):
+            for share, curves in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
+                told = {"done": share, "curves": [curve_dict(curve) for curve in curves]}
+                tell("done" if share == 1.0 else "progress", told)
+
+    return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
+
+
+def along_text(asked: AlongAsked, key: str = "along") -> str:
     """A parameter and its range as the command line takes them.
 
     Raises
@@ -136,6 +164,6 @@ def along_text(asked: AlongAsked) -> str:
         When the range is none.
     """
     if not asked.from_ < asked.to:
-        raise refused(422, "expected a range from a lower to a higher value", "", "along", [asked.from_, asked.to])
+        raise refused(422, "expected a range from a lower to a higher value", "", key, [asked.from_, asked.to])
     low, high = (f"{value!r} {asked.unit}".rstrip() for value in (asked.from_, asked.to))
     return f"{asked.name}={low}:{high}"

@@ -24,6 +24,7 @@ __all__ = [
     "MotionAsked",
     "OrbitsAsked",
     "PlaceAsked",
+    "PointCurvesAsked",
     "QuickAsked",
     "RangeAsked",
     "ReportAsked",
@@ -203,6 +204,15 @@ class DiagramAsked(CaseAsked):
     switch: Annotated[int, Field(ge=0, le=4, description="how deep to go on at flips and grazings")] = 1
     tries: Annotated[int, Field(ge=1, le=400, description="random starts of each search")] = 100
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+
+
+class PointCurvesAsked(CaseAsked):
+    """What happens to an orbit, followed through two parameters, as ``percuss follow --curve all --json`` has it."""
+
+    x: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
+    y: Annotated[AlongAsked, Field(examples=[_LOAD_FACTOR])]
+    orbit: Annotated[str, Field(max_length=2000, description="2/1:3 or 2/1:phases=1.2,4.5")] = "1/1"
+    modes: Modes = 8
 
 
 class BranchMotionAsked(CaseAsked):

@@ -11,11 +11,11 @@ from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve
+    from percuss.explore import Branch, BranchPoint, PointCurve, RestPointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundOrbits, PeriodicOrbit
 
-__all__ = ["branch_dict", "orbit_dict", "orbits_dict"]
+__all__ = ["branch_dict", "curve_dict", "orbit_dict", "orbits_dict", "rest_curve_dict"]
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
@@ -44,11 +44,12 @@ def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, 
         **_branch(branch),
         "switched": [_branch(other) for other in others],
         "cascade": [row._asdict() for row in branch.cascade],
-        "curves": [_curve(curve) for curve in curves],
+        "curves": [curve_dict(curve) for curve in curves],
     }
 
 
-def _curve(curve: PointCurve) -> dict[str, Any]:
+def curve_dict(curve: PointCurve) -> dict[str, Any]:
+    """Points of a branch followed through two parameters."""
     return {
         "type": curve.event.value,
         "label": curve.label,
@@ -69,6 +70,25 @@ def _curve(curve: PointCurve) -> dict[str, Any]:
             "phases": curve.phases.tolist(),
             "is_orbit": curve.is_orbit.tolist(),
             "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
+        },
+    }
+
+
+def rest_curve_dict(curve: RestPointCurve) -> dict[str, Any]:
+    """A curve of ends of cycles with rest."""
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {"type": point.kind.value, "values": list(point.values), "beyond": point.beyond} for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "release_phases": curve.release_phases.tolist(),
+            "event_phases": curve.event_phases.tolist(),
+            "is_orbit": curve.is_orbit.tolist(),
         },
     }
 

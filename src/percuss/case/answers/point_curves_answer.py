@@ -3,36 +3,51 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, overload
 
 from percuss.case.answers.orbits_answer import value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Axis, BranchEvent, follow_point
+from percuss.explore import Axis, BranchEvent, RestBranch, RestEvent, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
+from percuss.explore.point_curves.rest_start import REST_FOLLOWED
 from percuss.model.checks import having, text
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve
+    from percuss.explore import Branch, BranchPoint, PointCurve, RestBranchPoint, RestPointCurve
 
-__all__ = ["point_curves_answer"]
+__all__ = ["followed_points", "point_curves_answer"]
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
-_NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
-_CHOICE = f"all, or one of {', '.join(_NAMES)}, with :NUMBER for another than the first"
+_NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
+_REST_SHORT = {"touch": RestEvent.TOUCH, "death": RestEvent.DEATH}
+_REST_NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in REST_FOLLOWED}, **_REST_SHORT}
+
+
+@overload
+def point_curves_answer(
+    case: Case, branch: Branch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
+) -> tuple[PointCurve, ...]: ...
+
+
+@overload
+def point_curves_answer(
+    case: Case, branch: RestBranch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
+) -> tuple[RestPointCurve, ...]: ...
 
 
 def point_curves_answer(
     case: Case,
-    branch: Branch,
+    branch: Branch | RestBranch,
     which: str,
     along: str,
     over: str,
     *,
     halt: Callable[[], bool] | None = None,
-) -> tuple[PointCurve, ...]:
+) -> tuple[PointCurve, ...] | tuple[RestPointCurve, ...]:
     """Points of a branch followed through its parameter and a second one; see `percuss.explore.follow_point`.
 
     Parameters
@@ -40,7 +55,8 @@ def point_curves_answer(
     case
         The case of the branch.
     branch
-        As `branch_answer` gives it; the points of the branches switched to count, too, after its own.
+        As `branch_answer` gives it, or `rest_branch_answer` for a cycle with rest; the points of the branches switched
+        to count, too, after its own.
     which
         ``flip`` for the first flip, ``flip:2`` for the second, several with commas between them, or ``all``.
     along, over
@@ -63,12 +79,12 @@ def point_curves_answer(
     ('fold', ('load_factor', 'restitution'))
     """
     checked_case(case)
-    having("branch", branch, ("points", "family"), "a branch, as percuss.case.branch_answer gives it")
+    having("branch", branch, ("points", "parameter"), "a branch, as percuss.case.branch_answer gives it")
     axes = [Axis.spanned(text(name, given, "NAME=FROM:TO")) for name, given in (("along", along), ("over", over))]
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
     second = value_of(case, family, axes[1].name)
     ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
-    found = []
+    found: list[Any] = []
     for point in _chosen(branch, which):
         names, values = [axis.name for axis in axes], (point.value, second)
         found.append(follow_point(point, names, ranges, family=family, values=values, halt=halt))
@@ -77,19 +93,21 @@ def point_curves_answer(
     return tuple(found)
 
 
-def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
+def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list[RestBranchPoint]:
     """The points that a text names."""
-    every = _points(branch)
-    if text("curve", which, _CHOICE).strip() == "all":
-        found = every
-    else:
-        found = [_one(every, word.strip(), which) for word in which.split(",")]
-    if not found:
-        raise ParameterError("curve", which, "a branch with points of which there are curves")
-    return found
+    every: list[Any] = _rest_points(branch) if isinstance(branch, RestBranch) else followed_points(branch)
+    names = _REST_NAMES if isinstance(branch, RestBranch) else _NAMES
+    there = Counter(point.kind.value for point in every or branch.points)
+    known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
+    if text("curve", which, "all").strip() != "all":
+        return [_one(every, names, word.strip(), which, known) for word in which.split(",")]
+    if not every:
+        told = f"points of which there are curves: {', '.join(names)}"
+        raise ParameterError("curve", which, told, f"on this branch there are only: {known}")
+    return every
 
 
-def _points(branch: Branch) -> list[BranchPoint]:
+def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
     kept = [point for point in branch.points if point.kind in FOLLOWED]
     return kept + [
@@ -101,13 +119,22 @@ def _points(branch: Branch) -> list[BranchPoint]:
     ]
 
 
-def _one(every: Sequence[BranchPoint], word: str, given: str) -> BranchPoint:
+def _rest_points(branch: RestBranch) -> list[RestBranchPoint]:
+    """Those ends of a branch of cycles with rest that can be followed."""
+    return [point for point in branch.points if point.kind in REST_FOLLOWED]
+
+
+def _one(every: Sequence[Any], names: Mapping[str, BranchEvent | RestEvent], word: str, given: str, known: str) -> Any:
+    """The point that a word names."""
     found = re.fullmatch(r"([a-z_]+)(?::(\d{1,4}))?", word, re.ASCII)
-    if found is None or found[1] not in _NAMES:
-        raise ParameterError("curve", given, _CHOICE)
-    kind, number = _NAMES[found[1]], int(found[2] or 1)
+    if found is None or found[1] not in names:
+        told = f"all, or one of {', '.join(names)}, with :NUMBER for another than the first"
+        raise ParameterError("curve", given, told, f"on this branch there are: {known}")
+    kind, number = names[found[1]], int(found[2] or 1)
     those = [point for point in every if point.kind is kind]
+    if not those:
+        raise ParameterError("curve", given, f"a point that there is: this branch has no {kind.value}, but {known}")
     if not 1 <= number <= len(those):
-        known = ", ".join(dict.fromkeys(point.kind.value for point in every)) or "none"
-        raise ParameterError("curve", given, f"one of the {len(those)} points {kind.value}", f"there are: {known}")
+        numbers = f"a number from 1 to {len(those)}" if len(those) > 1 else "the only one, number 1"
+        raise ParameterError("curve", given, f"{numbers}, of its points {kind.value}", f"there are: {known}")
     return those[number - 1]

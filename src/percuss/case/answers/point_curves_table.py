@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.explore import PointCurve, RestPointCurve
 
 if TYPE_CHECKING:
-    from percuss.explore import PointCurve
     from percuss.model.checks import Array
 
 __all__ = ["LaidCurve", "laid_curves", "point_curves_table"]
@@ -31,8 +31,8 @@ class LaidCurve(NamedTuple):
     real: Array
 
 
-def point_curves_table(curves: Sequence[PointCurve]) -> str:
-    """Curves over the same two parameters as CSV: a line for each impact of each point.
+def point_curves_table(curves: Sequence[PointCurve | RestPointCurve]) -> str:
+    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest.
 
     Examples
     --------
@@ -40,12 +40,26 @@ def point_curves_table(curves: Sequence[PointCurve]) -> str:
     'curve,type,label,point,is_orbit,impact,phase\\n'
     """
     names = "".join(f"{name}," for name in curves[0].parameters) if curves else ""
+    resting = [one for one in curves if isinstance(one, RestPointCurve)]
+    if resting:
+        return _rest_table(resting, names)
     lines = [f"curve,type,label,point,{names}is_orbit,impact,phase"]
-    for number, one in enumerate(curves, 1):
+    for number, one in enumerate((one for one in curves if isinstance(one, PointCurve)), 1):
         rows = zip(one.values.tolist(), one.phases.tolist(), one.is_orbit.tolist(), strict=True)
         for point, ((first, second), phases, real) in enumerate(rows, 1):
             head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
             lines += [f"{head},{impact},{phase!r}" for impact, phase in enumerate(phases, 1)]
+    return "\n".join([*lines, ""])
+
+
+def _rest_table(curves: Sequence[RestPointCurve], names: str) -> str:
+    lines = [f"curve,type,label,point,{names}is_orbit,release_phase,event_phase"]
+    for number, one in enumerate(curves, 1):
+        phases = zip(one.release_phases.tolist(), one.event_phases.tolist(), strict=True)
+        rows = zip(one.values.tolist(), one.is_orbit.tolist(), phases, strict=True)
+        for point, ((first, second), real, (release, event)) in enumerate(rows, 1):
+            head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
+            lines.append(f"{head},{release!r},{event!r}")
     return "\n".join([*lines, ""])
 
 

@@ -49,6 +49,7 @@ _WHERE = {
     BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
     BranchEvent.FLIP: "where the period doubles",
     BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
+    BranchEvent.CROSSING: "where another motion takes over, as a multiplier passes 1",
     BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
     BranchEvent.TOUCH: "where the bar touches the wall between two blows",
     BranchEvent.DEATH: "where the blow has no speed left",

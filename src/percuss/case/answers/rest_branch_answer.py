@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from percuss.case.answers.orbits_answer import value_of
+from percuss.case.answers.orbits_json import rest_curve_dict
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycle_dict, rest_cycles_answer
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -18,7 +16,7 @@ from percuss.explore import Axis, RestEvent, follow_rest_cycle
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
-    from percuss.explore import RestBranch, RestBranchPoint
+    from percuss.explore import RestBranch, RestBranchPoint, RestPointCurve
     from percuss.steady import RestCycle
 
 __all__ = ["rest_branch_answer", "rest_branch_dict", "rest_branch_table"]
@@ -80,8 +78,8 @@ def _chosen(case: Case, orbit: str, modes: int | None) -> RestCycle:
     return cycles[int(number[1]) - 1]
 
 
-def rest_branch_dict(branch: RestBranch) -> dict[str, Any]:
-    """A branch of cycles with rest, in the form of the answers of an orbit that is followed."""
+def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) -> dict[str, Any]:
+    """A branch of cycles with rest and curves of its ends, in the form of the answers of an orbit that is followed."""
     return {
         "parameter": branch.parameter,
         "modes": branch.modes,
@@ -99,26 +97,20 @@ def rest_branch_dict(branch: RestBranch) -> dict[str, Any]:
         },
         "switched": [],
         "cascade": [],
-        "curves": [],
+        "curves": [rest_curve_dict(curve) for curve in curves],
     }
 
 
 def _point(point: RestBranchPoint) -> dict[str, Any]:
-    dies = point.kind is RestEvent.DEATH and point.touch_phase is not None
+    dies = point.kind is RestEvent.DEATH
     return {
         "type": point.kind.value,
         "value": point.value,
         "orbit": rest_cycle_dict(point.cycle),
         "beyond": point.beyond,
-        "impact": _nearest(point.cycle, point.touch_phase or 0.0) if dies else None,
+        "impact": point.impact if dies else None,
         "touch_phase": None if dies else point.touch_phase,
     }
-
-
-def _nearest(cycle: RestCycle, phase: float) -> int:
-    """Number of the impact at a phase, from 1 on."""
-    off = np.abs(np.mod(cycle.phases - phase + math.pi, 2.0 * math.pi) - math.pi)
-    return int(np.argmin(off)) + 1
 
 
 def rest_branch_table(branch: RestBranch) -> str:

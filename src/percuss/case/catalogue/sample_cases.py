@@ -1,4 +1,4 @@
-"""The catalogue: sample cases of real kinds of hammers, ready to run and to be changed.
+"""The catalogue: sample cases of real kinds of hammers, and of structures, ready to run and to be changed.
 
 Sizes, rates and blow energies are typical figures of public data sheets; the force histories are synthetic, made so
 that the hammer runs at those figures. What most of them strike is described too, with the sources of its sizes. Every
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.file_format.suggest import did_you_mean
 from percuss.errors import CaseError, ParameterError
+from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -24,16 +25,28 @@ if TYPE_CHECKING:
 __all__ = [
     "HISTORY_FILE",
     "MACHINES",
+    "MODES_FILE",
+    "STRUCTURES",
     "SampleMachine",
+    "SampleStructure",
+    "file_beside",
     "is_machine",
+    "is_sample",
     "load_case",
     "machine_text",
+    "sample_names",
     "uses_history",
+    "write_beside",
     "write_history",
 ]
 
 HISTORY_FILE = "drifter_pressure.csv"
 """The name under which the sample history lies beside its case."""
+
+MODES_FILE = "beam_modes.csv"
+"""The name of the sample table of modes beside its case."""
+
+_FOLDER = "machines"
 
 
 @dataclass(frozen=True)
@@ -72,26 +85,65 @@ MACHINES: tuple[SampleMachine, ...] = (
 )
 
 
+@dataclass(frozen=True)
+class SampleStructure:
+    """A sample case of a structure that something holds and that strikes a stop."""
+
+    name: str
+    title: str
+
+    @property
+    def text(self) -> str:
+        """The commented case file."""
+        return machine_text(self.name)
+
+
+STRUCTURES: tuple[SampleStructure, ...] = (
+    SampleStructure("stopped-oscillator", "Oscillator with a stop, Budd and Dux 1994, dimensionless"),
+    SampleStructure("stopped-beam", "Cantilever with a stop, from a table of its modes"),
+)
+
+
+def sample_names() -> list[str]:
+    """The names of all machines and structures."""
+    return [*(machine.name for machine in MACHINES), *(structure.name for structure in STRUCTURES)]
+
+
+def is_sample(name: str) -> bool:
+    """Whether the catalogue has a machine or a structure of this name."""
+    return name in sample_names()
+
+
 def is_machine(name: str) -> bool:
     """Whether the catalogue has a machine of this name."""
     return any(machine.name == name for machine in MACHINES)
 
 
 def machine_text(name: str) -> str:
-    """The commented case file of a machine.
+    """The commented case file of a machine, or of a structure.
 
     Raises
     ------
     CaseError
-        When the catalogue has no machine of this name.
+        When the catalogue has none of this name.
     """
     if not isinstance(name, str):
         raise ParameterError("name", name, "the name of a machine, such as 'mini-breaker'", "see MACHINES")
-    if not is_machine(name):
-        known = [machine.name for machine in MACHINES]
+    if not is_sample(name):
+        known = sample_names()
         remedy = did_you_mean(name, known) or "see 'percuss machines'"
         raise CaseError(name, "", None, f"no machine of this name; the catalogue has {', '.join(known)}", remedy)
-    return resources.files("percuss.case.catalogue").joinpath("machines", f"{name}.toml").read_text(encoding="utf-8")
+    return _file(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _file(name: str) -> Path:
+    return Path(str(resources.files("percuss.case.catalogue"))) / _FOLDER / name
+
+
+def file_beside(name: str) -> str | None:
+    """The name of the file that a sample's case names; None for most of them."""
+    text = machine_text(name)
+    return next((file for file in (HISTORY_FILE, MODES_FILE) if file in text), None)
 
 
 def uses_history(name: str) -> bool:
@@ -100,12 +152,12 @@ def uses_history(name: str) -> bool:
 
 
 def load_case(name: str) -> Case:
-    """The case of a machine of the catalogue, with its history made on the way.
+    """The case of a machine or a structure of the catalogue, with its history made on the way.
 
     Raises
     ------
     CaseError
-        When the catalogue has no machine of this name.
+        When the catalogue has none of this name.
 
     Examples
     --------
@@ -116,12 +168,20 @@ def load_case(name: str) -> Case:
 
     text = machine_text(name)
     if not uses_history(name):
-        return Case.from_text(text, file=name)
+        return Case.from_text(text, file=name, folder=_file("") if MODES_FILE in text else Path())
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         write_history(Path(folder) / HISTORY_FILE)
         case = Case.from_text(text, file=name, folder=Path(folder))
         case.system()  # read the history while it is there; the case keeps what it found
     return case
+
+
+def write_beside(name: str, path: str | os.PathLike[str]) -> None:
+    """Write the file that a sample's case names, `file_beside`."""
+    if uses_history(name):
+        write_history(path)
+    else:
+        write_whole(path, _file(MODES_FILE).read_text(encoding="utf-8"))
 
 
 def write_history(path: str | os.PathLike[str]) -> None:

@@ -54,6 +54,7 @@ def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: 
 
 
 _PLAIN = {
+    BranchEvent.CROSSING: "another branch crosses this one, and stability may pass from one to the other",
     BranchEvent.HALVING: "the branch would go back over itself, half its period later",
     BranchEvent.COALESCENCE: "two impacts are one, so the label changes",
     BranchEvent.NO_PUSH: "the mean load does not push, so no motion keeps striking",

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from percuss.explore.continuation.branch_crossings import crossing_point
 from percuss.explore.continuation.happenings import Happening, happening
 from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
 from percuss.explore.continuation.kinds import BranchEvent
@@ -82,7 +83,10 @@ def _between(
     turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
     away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
     if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
-        raise Strayed("on another sheet of the branch")
+        crossed = None if turned else crossing_point(segment, fold, inner, high)
+        if crossed is None:
+            raise Strayed("on another sheet of the branch")
+        found.append(Happening(BranchEvent.CROSSING, *crossed))
     if turned and singular:
         found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
     if flip(start) * flip(stop) < 0.0:

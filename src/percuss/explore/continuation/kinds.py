@@ -35,6 +35,7 @@ class BranchEvent(Enum):
     FOLD = "fold", False, "a multiplier is 1: the branch turns back"
     FLIP = "flip", False, "a multiplier is −1: an orbit of twice the period begins"
     NEIMARK_SACKER = "neimark_sacker", False, "a pair of multipliers is on the unit circle"
+    CROSSING = "branch_point", False, "a multiplier is 1, and another branch crosses this one"
     CORNER = "corner", False, "an impact meets a step of the load: the branch has a corner"
     NONSMOOTH_FOLD = "nonsmooth_fold", False, "an impact meets a step of the load: the branch turns back"
     TOUCH = "grazing_touch", True, "the bar touches the wall between two impacts"

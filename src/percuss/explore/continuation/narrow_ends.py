@@ -1,14 +1,37 @@
-"""Where a motion is impossible in a place so narrow that neither end of a step shows it."""
+"""Where a motion is impossible in a place so narrow that neither end of a step shows it, or no step leads past it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from percuss.explore.continuation.indicators import greatest_top
-from percuss.explore.continuation.segment import Segment
-from percuss.explore.continuation.solution_curve import CurvePoint
+import numpy as np
 
-__all__ = ["first_impossible"]
+from percuss.explore.continuation.happenings import Happening
+from percuss.explore.continuation.indicators import greatest_top
+from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.segment import Segment
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+
+__all__ = ["dying", "first_impossible"]
+
+
+_NEAR = 1e-7  # rad, before the place where an impact dies
+
+
+def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | None:
+    """The death of an impact just beyond the last of some points, to which the last two lead straight; or None.
+
+    Where several impacts die at once the equations are singular, and Newton's method does not get past the place.
+    """
+    if len(points) < 2:
+        return None
+    first, last = points[-2:]
+    before, now = (curve.motion(point.x).speeds for point in (first, last))
+    which = int(np.argmin(now / before))
+    share, way = now[which] / (before[which] - now[which]), last.x - first.x
+    if not 0.0 < share * float(np.linalg.norm(way)) < _NEAR:
+        return None
+    return Happening(BranchEvent.DEATH, 0.0, last._replace(x=last.x + share * way), which)
 
 
 def first_impossible(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:

@@ -21,7 +21,9 @@ from percuss.steady.periodic.sameness import differences, load_turn
 
 __all__ = ["Reach", "ReachEnd", "reach"]
 
-_LOSING = {BranchEvent.FOLD, BranchEvent.NONSMOOTH_FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER}
+_LOSING = {
+    BranchEvent.FOLD, BranchEvent.NONSMOOTH_FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER, BranchEvent.CROSSING,
+}  # fmt: skip
 _OPEN = {BranchEvent.LIMIT, BranchEvent.STOPPED, BranchEvent.CLOSED}
 _BEYOND = 0.01  # of the parameter, how far beyond the end it is looked what a simulation does
 

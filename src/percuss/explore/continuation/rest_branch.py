@@ -43,6 +43,8 @@ class RestBranchPoint(Shown):
         What lies beyond, in a sentence.
     touch_phase
         Phase of the load at which the bar touches the wall; or None.
+    impact
+        Number of the impact, from 1 on through the whole cycle, that dies or, at a touch, is born; or None.
     """
 
     kind: RestEvent
@@ -50,6 +52,7 @@ class RestBranchPoint(Shown):
     cycle: RestCycle = field(repr=False)
     beyond: str
     touch_phase: float | None = None
+    impact: int | None = None
 
     def __str__(self) -> str:
         return f"{self.kind.value} of {self.cycle.label} at {self.value:.12g}: {self.beyond}"

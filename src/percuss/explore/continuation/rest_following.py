@@ -16,15 +16,18 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, numbers, text
+from percuss.model.set_at_wall import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
+from percuss.steady.resting.falling_push import FallingPush
 from percuss.steady.resting.releases import release_phases
 from percuss.steady.resting.search import cycle_through
 
-__all__ = ["follow_rest_cycle"]
+__all__ = ["follow_rest_cycle", "short_rest"]
 
 _EXACT = 2e-13  # of the parameter, to which a point is located
 _JUMP = 1.4  # factor by which a flight may change in a step
+_AHEAD = 1.5
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
 _NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
@@ -166,7 +169,7 @@ class _Walker:
 
         def releases(at: float) -> bool:
             try:
-                return bool(release_phases(self.systems.system({self.name: at}).load).size)
+                return bool(release_phases(wall_load(self.systems.system({self.name: at}), self.first.modes)).size)
             except PercussError:
                 return True
 
@@ -186,15 +189,17 @@ class _Walker:
             return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, _NO_RELEASE)
         other = _first_other(cycle.chains, chains)
         if other is not None:
-            kind, phase = other
+            kind, phase, impact = other
             touch = kind is RestEvent.TOUCH
             told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
             then = "what follows jumps" if cycle.modes else "what follows changes as the root of the distance from here"
-            return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase)
-        if float(cycle.rest_times.min()) < _SHORT:
+            return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase, impact)
+        if float(cycle.rest_times.min()) < short_rest(cycle):
             what = "chatter" if cycle.chatters else "impact before the rest"
             told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-            if cycle.chatters and cycle.system.contact.keeps_strain:
+            if cycle.chatters and cycle.modes and cycle.system.body.is_free:
+                told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
+            elif cycle.chatters and cycle.system.contact.keeps_strain:
                 told += (
                     f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
                 )
@@ -207,26 +212,40 @@ class _Walker:
         return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
 
 
+def short_rest(cycle: RestCycle) -> float:
+    """The rest, in rad of the load, below which the rest of a cycle is about to vanish.
+
+    By a law that turns the strain over the bar is held 1/(2c) contacts before the load lets go: see `FallingPush`.
+    """
+    contact, restitution = cycle.system.contact, -cycle.system.contact.velocity_factor
+    if contact.keeps_strain or not 0.0 < restitution < 1.0:
+        return _SHORT
+    return max(_SHORT, _AHEAD * cycle.system.body.transit_time / FallingPush(restitution).critical)
+
+
 def _alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
     """Whether the same impacts follow each release, so that the second chains go on from the first ones."""
     return len(chains) == len(others) and _first_other(chains, others) is None
 
 
-def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[RestEvent, float] | None:
-    """The first impact that one of the chains has and the other has not, and its phase; None for none."""
+def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[RestEvent, float, int] | None:
+    """The first impact that one of the chains has and the other has not, its phase and its number; None for none."""
+    before = 0
     for one, other in zip(chains, others, strict=False):
         if not (one.impacts and other.impacts):
             continue
         last, its_last = one.release, other.release
         many = min(_notable(one), _notable(other))
-        for mine, its in zip(one.impacts[:many], other.impacts[:many], strict=True):
+        for number, (mine, its) in enumerate(zip(one.impacts[:many], other.impacts[:many], strict=True), 1):
             ratio = (its.time - its_last) / (mine.time - last)
             slow, fast = sorted((mine.speed, its.speed))
             if not 1.0 / _JUMP < ratio < _JUMP or slow < _FEW * fast:
                 touch = its.speed < mine.speed  # what is born or dies is slow
                 where = its.time if touch else mine.time
-                return RestEvent.TOUCH if touch else RestEvent.DEATH, float(np.mod(where, 2.0 * math.pi))
+                kind = RestEvent.TOUCH if touch else RestEvent.DEATH
+                return kind, float(np.mod(where, 2.0 * math.pi)), before + number
             last, its_last = mine.time, its.time
+        before += len(one.impacts)
     return None
 
 

@@ -16,7 +16,7 @@ from percuss.explore.continuation.happenings import Happening, end_of, to_corner
 from percuss.explore.continuation.homecoming import home
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.narrow_ends import first_impossible
+from percuss.explore.continuation.narrow_ends import dying, first_impossible
 from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
 from percuss.explore.continuation.resonances import hides, resonant_points
 from percuss.explore.continuation.segment import Segment
@@ -233,6 +233,8 @@ class _Walker:
             self.end(BranchEvent.RESONANCE)
         elif self.walk.refusal is not None:
             self.end(BranchEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else BranchEvent.NO_SYSTEM)
+        elif (happening := dying(self.curve, self.walk.points)) is not None:
+            self._at(happening)
         else:
             self.end(BranchEvent.LOST)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import overload
 
 import numpy as np
 
@@ -11,14 +12,17 @@ from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchPoint
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.rest_branch import RestBranchPoint
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.explore.point_curves.conditions import Condition, Corner, Death, Touch
 from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.following_rest_points import followed_rest_point
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
+from percuss.explore.point_curves.rest_point_curve import RestPointCurve
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, instance, numbers, several
@@ -38,6 +42,7 @@ _SAME = 1e-6
 _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
 
 
+@overload
 def follow_point(
     point: BranchPoint,
     along: Sequence[str],
@@ -47,7 +52,32 @@ def follow_point(
     values: Sequence[float] | None = None,
     most: int = 2000,
     halt: Callable[[], bool] | None = None,
-) -> PointCurve:
+) -> PointCurve: ...
+
+
+@overload
+def follow_point(
+    point: RestBranchPoint,
+    along: Sequence[str],
+    between: Sequence[tuple[float, float]],
+    *,
+    family: System | Family | None = None,
+    values: Sequence[float] | None = None,
+    most: int = 2000,
+    halt: Callable[[], bool] | None = None,
+) -> RestPointCurve: ...
+
+
+def follow_point(
+    point: BranchPoint | RestBranchPoint,
+    along: Sequence[str],
+    between: Sequence[tuple[float, float]],
+    *,
+    family: System | Family | None = None,
+    values: Sequence[float] | None = None,
+    most: int = 2000,
+    halt: Callable[[], bool] | None = None,
+) -> PointCurve | RestPointCurve:
     """Follow a located point of a branch through two parameters, both ways, to the edge of their plane.
 
     A fold stays a fold, a flip a flip, a grazing a grazing, while both parameters change: the curve that divides the
@@ -58,7 +88,8 @@ def follow_point(
     Parameters
     ----------
     point
-        A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`.
+        A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`; an onset, touch, death
+        or the last release of `follow_rest_cycle`.
     along
         The names of both parameters.
     between
@@ -74,8 +105,8 @@ def follow_point(
 
     Returns
     -------
-    PointCurve
-        Its points, and what happens on it.
+    PointCurve or RestPointCurve
+        Its points, and what happens on it; the second for a cycle with rest.
 
     Raises
     ------
@@ -100,16 +131,20 @@ def follow_point(
     limit [0.4, 0.574481856]
     limit [0.6, 0.768652978]
     """
-    instance("point", point, BranchPoint)
+    if not isinstance(point, RestBranchPoint):
+        instance("point", point, BranchPoint)
+    system = point.cycle.system if isinstance(point, RestBranchPoint) else point.orbit.system
     names = tuple(several("along", along, _TWO))
     if len(names) != 2 or names[0] == names[1]:
         raise ParameterError("along", along, _TWO)
-    systems = SystemFamily(point.orbit.system) if family is None else family_of(family)
+    systems = SystemFamily(system) if family is None else family_of(family)
     systems.check({name: getattr(systems, "units", {}).get(name, "") for name in names})
-    here = _values(point.orbit.system, names, values)
+    here = _values(system, names, values)
     bounds = _ranges(between, here)
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
+    if isinstance(point, RestBranchPoint):
+        return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways, halt)
     with halting(halt):
         curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
         forward = walked_curve(curve, start, bounds, ways)

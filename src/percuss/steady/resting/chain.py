@@ -2,7 +2,8 @@
 
 Rest forgets everything: the bar leaves the wall undeformed and at rest, so that all that follows is told by the phase
 of the release alone. As in a simulation the bar is taken to be away from the wall as long as the load pulls, and for
-the time of one wave through it; that no flight touches the wall before its impact is proved from then on.
+the time of one wave through it; that no flight touches the wall before its impact is proved from then on. So does the
+one mode of a structure, under the load `wall_load`: it is away as long as that pulls, half a period of its own at most.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.model.set_at_wall import half_swing
 from percuss.steady.resting.first_contact import Contact, first_contact
 from percuss.steady.resting.leg import Leg, Motion, Swing
 from percuss.steady.resting.releases import pull_lasts
 
-__all__ = ["MOST_IMPACTS", "Chain", "Impact", "chain_from", "chatter_left"]
+__all__ = ["MOST_IMPACTS", "Chain", "Course", "Impact", "chain_from", "chatter_left"]
 
 MOST_IMPACTS = 20_000
 _ERROR = 1e-13  # to which the end of a chatter is known
@@ -73,6 +75,8 @@ def chatter_left(leg: Leg, factor: float) -> float | None:
         −R, by which the law multiplies velocities; between -1 and 0.
     """
     swing, w, d = leg.swing, -leg.rate, leg.swing.system.d
+    if not swing.system.body.is_free:
+        return _left_of_a_mode(leg, factor)
     push = leg.acceleration - d * w
     if push <= 0.0:
         return None
@@ -92,6 +96,25 @@ def chatter_left(leg: Leg, factor: float) -> float | None:
     return float(left * (1.0 - d * left / 6.0 - waves * left / (3.0 * push)))
 
 
+def _left_of_a_mode(leg: Leg, factor: float) -> float | None:
+    """The same of one mode, y'' = P − d y' − ω² y: only the second order in time is not known."""
+    known, load, w, k = leg.swing.known, leg.swing.system.load, -leg.rate, leg.swing.harmonics
+    d, gamma = float(known.damping[0]), float(known.gamma[0])
+    push = leg.acceleration - d * w
+    if push <= 0.0:
+        return None
+    left = 2.0 * w / ((1.0 + factor) * push)
+    if left > _LONGEST:
+        return None
+    forces = gamma * load.coefficients[k.astype(int)]
+    first = float(k @ np.abs(forces)) * left / push + d * left
+    second = (float(k**2 @ np.abs(forces)) / push + float(known.omega[0]) ** 2) * left**2
+    if first > 0.1 or (first**2 + second) * left > _ERROR:
+        return None
+    rate = float((1j * k * forces * leg.turned).real.sum())
+    return left * (1.0 - d * left / 6.0 - rate * left / (3.0 * push))
+
+
 def chain_from(swing: Swing, release: float, stop: float) -> Chain:
     """Follow a bar that is let go at a phase of the load.
 
@@ -102,11 +125,19 @@ def chain_from(swing: Swing, release: float, stop: float) -> Chain:
     release, stop
         When it is let go, and when to give up; in rad of the load.
     """
-    return _Follower(swing, release, stop).chain()
+    return Course(swing, release, stop).chain()
 
 
-class _Follower:
-    """The bar as it is followed from impact to impact."""
+class Course:
+    """A bar that is let go, as it is followed from impact to impact.
+
+    Attributes
+    ----------
+    leg
+        The flight that begins: after the release, then after the last impact or jump of the load.
+    impacts
+        Those that were followed.
+    """
 
     def __init__(self, swing: Swing, release: float, stop: float) -> None:
         self.swing, self.stop, self.release = swing, stop, release
@@ -114,28 +145,34 @@ class _Follower:
         self.law = swing.system.contact
         none = np.zeros(modes)
         self.leg = Leg(swing, release, Motion(0.0, 0.0, 0.0, none, none))
+        pulled, free = pull_lasts(swing.system.load, release), body.is_free
         wave = (1.0 + 0.5 / modes) * body.transit_time if modes else 0.0
-        self.free_until = release + max(pull_lasts(swing.system.load, release), wave)
-        self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes else 0.0
+        self.free_until = release + (max(pulled, wave) if free else min(pulled, half_swing(swing.known)))
+        self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes and free else 0.0
         self.impacts: list[Impact] = []
         self.flight = math.inf  # the last one
 
     def chain(self) -> Chain:
-        """The whole of it."""
-        while len(self.impacts) < MOST_IMPACTS:
-            landed = self._landing()
-            if landed is None:
-                break
-            time, motion, speed = landed
-            self.flight = time - self.impacts[-1].time if self.impacts else math.inf
-            self.impacts.append(Impact(time, speed))
-            u, v = self.law.after(motion.displacement, motion.velocity)
-            factor = self.law.velocity_factor
-            self.leg = Leg(self.swing, time, Motion(0.0, factor * speed, factor * motion.rigid, u, v))
+        """The whole way to the rest."""
+        while len(self.impacts) < MOST_IMPACTS and self.strikes():
+            time, speed = self.impacts[-1]
             left, chatters = self._rests(speed)
             if left is not None and time + left <= self.stop:
                 return Chain(self.release, tuple(self.impacts), time + left, chatters, time + left)
         return Chain(self.release, tuple(self.impacts), None, False, min(self.stop, self.leg.time))
+
+    def strikes(self) -> bool:
+        """Follow the bar through its next impact; whether there is one before the stop."""
+        landed = self._landing()
+        if landed is None:
+            return False
+        time, motion, speed = landed
+        self.flight = time - self.impacts[-1].time if self.impacts else math.inf
+        self.impacts.append(Impact(time, speed))
+        u, v = self.law.after(motion.displacement, motion.velocity)
+        factor = self.law.velocity_factor
+        self.leg = Leg(self.swing, time, Motion(0.0, factor * speed, factor * motion.rigid, u, v))
+        return True
 
     # -- flights --
 

@@ -90,7 +90,7 @@ def _refined(leg: Leg, low: float, high: float, guess: float) -> Contact:
     """The root of a y that grows between two times, by Newton's method kept between them."""
     t, speed, last = guess, 0.0, math.inf
     for _ in range(_STEPS):
-        y, speed = (float(part[0]) for part in leg.gap(np.array([t])))
+        y, speed = leg.gap_at(t)
         if y < 0.0:
             low = max(low, t)
         else:
@@ -102,4 +102,4 @@ def _refined(leg: Leg, low: float, high: float, guess: float) -> Contact:
         if step <= _CLOSE * t and (step >= 0.5 * last or step <= 2.0 * np.spacing(t)):
             break  # what is left is rounding
         last = step
-    return Contact(t, float(leg.gap(np.array([t]))[1][0]))
+    return Contact(t, leg.gap_at(t)[1])

@@ -6,6 +6,7 @@ the time. The ever shorter flights of a chatter then keep their digits.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -21,6 +22,8 @@ from percuss.steady.resonance import refuse_resonance
 
 __all__ = ["Leg", "Motion", "Swing"]
 
+_FEW = 8  # harmonics, of which a loop is faster than arrays
+
 
 class Motion(NamedTuple):
     """The gap and its rate, the velocity of the bar as a whole, and u_n, u_n' of its elastic modes."""
@@ -34,7 +37,7 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Swing:
-    """What the load does to a bar of modes 0 … N, whatever its motion.
+    """What the load does to a bar of modes 0 … N, whatever its motion; or to the one mode of a structure at its wall.
 
     Parameters
     ----------
@@ -67,6 +70,8 @@ class Swing:
     @cached_property
     def rigid(self) -> ComplexArray:
         """… and the bar as a whole, in velocity; shape (K,)."""
+        if not self.system.body.is_free:
+            return np.zeros(self.harmonics.size, dtype=complex)
         p = self.system.load.coefficients[self.harmonics.astype(int)]
         return np.asarray(p / (self.system.d + 1j * self.harmonics))
 
@@ -116,6 +121,11 @@ class Leg:
         """The constant part of the load."""
         return self.swing.constant(self.time)
 
+    @property
+    def whole(self) -> float:
+        """What of it moves the bar as a whole."""
+        return self.push if self.swing.system.body.is_free else 0.0
+
     @cached_property
     def turned(self) -> ComplexArray:
         """exp(ikt) at the start."""
@@ -147,7 +157,7 @@ class Leg:
         known, k = swing.known, swing.harmonics
         waves = float((-(k**2) * swing.end * self.turned).real.sum())
         elastic = float(known.gamma @ (-(known.omega**2) * z - known.damping * rate))
-        return self.push - swing.system.d * self.drift + waves + elastic
+        return self.whole - swing.system.d * self.drift + waves + elastic
 
     @cached_property
     def ringing(self) -> Array:
@@ -159,7 +169,7 @@ class Leg:
     def bend(self) -> float:
         """Bound of |y''|."""
         known, k, size = self.swing.known, self.swing.harmonics, np.abs(self.swing.end)
-        drift = abs(self.push - self.swing.system.d * self.drift)
+        drift = abs(self.whole - self.swing.system.d * self.drift)
         swing = float(self.ringing @ (known.omega * (known.omega + known.damping)))
         return drift + float(k**2 @ size) + swing
 
@@ -168,14 +178,14 @@ class Leg:
         """Bounds of |y'''|: of the smooth part of the motion, and of the free elastic one."""
         known, k, size, d = self.swing.known, self.swing.harmonics, np.abs(self.swing.end), self.swing.system.d
         both = known.omega + known.damping
-        smooth = d * abs(self.push - d * self.drift) + float(k**3 @ size)
+        smooth = d * abs(self.whole - d * self.drift) + float(k**3 @ size)
         return smooth, float(self.ringing @ (known.omega * both**2))
 
     def gap(self, t: Array) -> tuple[Array, Array]:
         """Gap function and its velocity at times since the start; both of shape (len(t),)."""
         look()
         swing, d = self.swing, self.swing.system.d
-        fade, force = t * phi1(d * t), self.push - d * self.drift
+        fade, force = t * phi1(d * t), self.whole - d * self.drift
         y, v = self.start.rate * t + force * t**2 * phi2(d * t), self.start.rate + force * fade
         if swing.harmonics.size:
             angle, amplitude = np.outer(t, swing.harmonics), swing.end * self.turned
@@ -190,6 +200,27 @@ class Leg:
             y = y + ((lost + half * step.b) * z + self._bent(step.b, time) * rate) @ known.gamma
             v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
         return np.asarray(self.start.gap + y), np.asarray(v)
+
+    def gap_at(self, t: float) -> tuple[float, float]:
+        """Gap function and its velocity at a time since the start: as `gap`; sooner for a rigid bar."""
+        swing, d = self.swing, self.swing.system.d
+        if swing.modes or swing.harmonics.size > _FEW:
+            y, v = self.gap(np.array([t]))
+            return float(y[0]), float(v[0])
+        look()
+        fade, bend = (t, 0.5 * t * t) if d == 0.0 else (t * float(phi1(d * t)), t**2 * float(phi2(d * t)))
+        force = self.push - d * self.drift
+        height, speed = self.rate * t + force * bend, self.rate + force * fade
+        for k, amplitude in self._waves:
+            angle = k * t
+            even = 2.0 * math.sin(0.5 * angle) ** 2
+            height -= amplitude.imag * _excess_of(angle) + amplitude.real * even
+            speed -= k * (amplitude.real * math.sin(angle) - amplitude.imag * even)
+        return self.start.gap + height, speed
+
+    @cached_property
+    def _waves(self) -> list[tuple[float, complex]]:
+        return list(zip(self.swing.harmonics.tolist(), (self.swing.end * self.turned).tolist(), strict=True))
 
     def _bent(self, b: Array, time: Array) -> Array:
         """Φ's b − t, without cancellation where the modes ring; shape (len(t), N)."""
@@ -209,7 +240,7 @@ class Leg:
             return Motion(gap, speed, speed, self.start.displacement, self.start.velocity)
         waves = np.exp(1j * swing.harmonics * t) * self.turned
         rigid = float((swing.rigid * waves).real.sum())
-        rigid += self.drift * float(np.exp(-d * t)) + self.push * t * float(phi1(d * t))
+        rigid += self.drift * float(np.exp(-d * t)) + self.whole * t * float(phi1(d * t))
         known, (z, rate) = swing.known, self.free
         step = propagator(known.omega, known.damping, t)
         moved = swing.gains * waves
@@ -218,11 +249,21 @@ class Leg:
         return Motion(gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate)
 
 
+def _excess_of(x: float) -> float:
+    """The sine of x less x, exact for small x."""
+    if abs(x) >= 1.0:
+        return math.sin(x) - x
+    y, series = x * x, 1.0
+    for j in range(19, 3, -2):
+        series = 1.0 - y * series / ((j - 1.0) * j)
+    return -x * y / 6.0 * series
+
+
 def _excess(x: Array) -> Array:
     """The sine of x less x, exact for small x."""
     small = np.abs(x) < 1.0
     y = np.where(small, x, 0.0) ** 2
     series = np.ones_like(y)
     for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule
-        series = 1.0 - y * series / (j * (j + 1.0) if j % 2 == 0 else (j - 1.0) * j)
+        series = 1.0 - y * series / ((j - 1.0) * j)
     return np.asarray(np.where(small, -x * y / 6.0 * series, np.sin(x) - x))

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from percuss.errors import ParameterError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.checks import count, instance
+from percuss.model.set_at_wall import set_at_wall
 from percuss.steady.resting.chain import Chain, chain_from
 from percuss.steady.resting.leg import Swing
 from percuss.steady.resting.releases import release_phases, time_to_release
@@ -84,9 +84,9 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     Parameters
     ----------
     system
-        The bar, its load and its contact.
+        The bar, its load and its contact; or a structure of one mode, of which the spring, too, presses or pulls.
     modes
-        N: the bar has the modes 0 … N, in the forced part, too.
+        N: the bar has the modes 0 … N, in the forced part, too; a structure the modes 1 … N.
     most
         Load periods of a cycle, 1 to 256.
 
@@ -95,7 +95,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
     ParameterError
-        For numbers out of range; for a body that is held, on which the load alone does not tell the force at the wall.
+        For numbers out of range; for a structure of several modes, which moves on while the wall holds its contact.
 
     References
     ----------
@@ -111,12 +111,11 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     chatter/1 2.498091545 6.018157846
     """
     instance("system", system, System)
-    if not system.body.is_free:
-        raise ParameterError("body", system.body.kind, "a free body: what holds another presses it on the wall, too")
     kept = count("modes", modes, least=0, most=_MOST_MODES)
+    kept = system.body.chosen(kept) if isinstance(system.body, HeldBody) else kept
     longest = count("most", most, most=MOST_PERIODS)
-    swing = Swing(system, kept)
-    releases = tuple(float(phase) for phase in release_phases(system.load))
+    swing = Swing(set_at_wall(system, kept), kept)
+    releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     ways: dict[int, Way] = {}
     leads_to: dict[int, int] = {-1: -1}
     cycles: list[RestCycle] = []
@@ -128,7 +127,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
             ways[here] = _sure_way(swing, releases, here, TURN * longest)
             here = ways[here].next
         if here in path:
-            cycle = _cycle(swing, releases, ways, path[path.index(here) :])
+            cycle = _cycle(system, swing, releases, ways, path[path.index(here) :])
             if cycle.periods <= longest:
                 cycles.append(cycle)
             found = len(cycles) - 1 if cycle.periods <= longest else -1
@@ -143,7 +142,9 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     )  # fmt: skip
 
 
-def _cycle(swing: Swing, releases: tuple[float, ...], ways: dict[int, Way], numbers: list[int]) -> RestCycle:
+def _cycle(
+    system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, Way], numbers: list[int]
+) -> RestCycle:
     """The cycle through some release phases, told from the least of them on."""
     first = numbers.index(min(numbers))
     chains: list[Chain] = []
@@ -152,7 +153,7 @@ def _cycle(swing: Swing, releases: tuple[float, ...], ways: dict[int, Way], numb
         way = ways[number]
         chains += [_later(chain, late) for chain in way.chains]
         late += way.end - releases[way.next]
-    return RestCycle(swing.system, round(late / TURN), swing.modes, tuple(chains))
+    return RestCycle(system, round(late / TURN), swing.modes, tuple(chains))
 
 
 def _later(chain: Chain, by: float) -> Chain:
@@ -183,12 +184,15 @@ def cycle_through(
     tuple
         The cycle, or None; all chains that were followed; the release phase, None where the load lets go nowhere.
     """
-    releases = tuple(float(phase) for phase in release_phases(system.load))
+    swing = Swing(set_at_wall(system, modes), modes)
+    releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     if not releases:
         return None, (), None
     off = np.abs(np.mod(np.asarray(releases) - release + math.pi, TURN) - math.pi)
     start = here = int(np.argmin(off))
-    swing, ways, path, late = Swing(system, modes), {}, [], 0.0
+    ways: dict[int, Way] = {}
+    path: list[int] = []
+    late = 0.0
     while here >= 0 and here not in path and late < TURN * most:
         path.append(here)
         ways[here] = way_from(swing, releases, here, TURN * most)
@@ -196,4 +200,4 @@ def cycle_through(
         here = ways[here].next
     chains = tuple(chain for number in path for chain in ways[number].chains)
     closed = here == start and late < TURN * (most + 0.5)
-    return (_cycle(swing, releases, ways, path) if closed else None), chains, releases[start]
+    return (_cycle(system, swing, releases, ways, path) if closed else None), chains, releases[start]

@@ -17,6 +17,7 @@ export const EVENTS = {
   fold: { words: "fold", shape: "square" },
   flip: { words: "flip: period doubling", shape: "triangle" },
   neimark_sacker: { words: "Neimark–Sacker", shape: "ring" },
+  branch_point: { words: "another branch crosses", shape: "ring" },
   corner: { words: "corner at a step of the load", shape: "square" },
   nonsmooth_fold: { words: "fold at a step of the load", shape: "square" },
   grazing_touch: { words: "end: touches the wall between impacts", shape: "cross" },

@@ -77,7 +77,7 @@ function rowsOf({ branch, points }) {
   return rows;
 }
 
-const BORDERS = new Set(["fold", "flip", "neimark_sacker", "nonsmooth_fold"]);
+const BORDERS = new Set(["fold", "flip", "neimark_sacker", "branch_point", "nonsmooth_fold"]);
 
 const near = (one, other) =>
   Math.abs(one.value - other.value) < 1e-9 * (1 + Math.abs(one.value)) && Math.abs(around(one.times[0] - other.times[0])) < 1e-6;

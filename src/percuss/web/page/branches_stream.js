@@ -1,4 +1,4 @@
-// A part of the diagram that the server tells while it finds it. One is told at a time, so that the sliders keep their share
+// A part of a picture that the server tells while it finds it, of the diagram or of a map. One is told at a time, so that the sliders keep their share
 // of the machine; what is no longer wanted ends at once.
 
 import { Refusal, stream } from "./api.js";
@@ -11,8 +11,8 @@ export class Part {
   #running = null; // the abort controller of the question under way
 
   /** `id` of its elements, `begun` what is said at first, `told(found, done)` is called with each answer, null for none. */
-  constructor({ id, begun, told }) {
-    Object.assign(this, { begun, told });
+  constructor({ id, path = "diagram", begun, told }) {
+    Object.assign(this, { path, begun, told });
     this.bar = h("progress", { max: 1, value: 0, id: `${id}-progress`, "aria-label": begun });
     this.words = h("span", { class: "small muted", id, role: "status" });
     this.bar.hidden = true;
@@ -49,7 +49,7 @@ export class Part {
     try {
       await before;
       if (own !== this.#running) return;
-      await stream("diagram", question, (event, found) => own === this.#running && this.#take(event, found), own.signal);
+      await stream(this.path, question, (event, found) => own === this.#running && this.#take(event, found), own.signal);
       if (own === this.#running && !this.bar.hidden) throw ended();
     } catch (error) {
       if (error.name === "AbortError" || own !== this.#running) return;

@@ -7,10 +7,11 @@ import { theme } from "./colours.js";
 import { framed, h, latest, put } from "./dom.js";
 import { number, plainNumber } from "./format.js";
 import { axis, choices, keptRanges, labelOf, parameter, shown, told } from "./map_axes.js";
+import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_followed.js";
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
 import { heldAt, present, withKey } from "./moves.js";
-import { data, drag, move, on, show, switchesItself, view } from "./state.js";
+import { data, drag, move, on, show, switchesItself, uptodate, view } from "./state.js";
 
 export const panel = {
   name: "map",
@@ -21,6 +22,7 @@ export const panel = {
     xr: "", // ranges of the axes "from:to", empty for the server's
     yr: "",
     q: "verdict",
+    curves: 0, // 1: with what happens to the motion of the head, followed
   },
   start: startMap,
 };
@@ -45,15 +47,18 @@ function startMap(panel) {
   put(
     panel,
     h("div", { class: "card" }, parts.choice),
-    h("div", { class: "card" }, parts.chart.figure, parts.readout, below),
+    h("div", { class: "card" }, parts.chart.figure, parts.readout, below, followedRow(repaint)),
   );
   parts.tip = h("div", { class: "tip", id: "map-tip", hidden: true });
   parts.chart.figure.append(parts.tip);
   pointer(parts.chart.canvas);
   on("tables", () => {
-    if (!moveOnly()) since = data.changed;
+    if (moveOnly()) return;
+    since = data.changed;
+    stopFollowed();
   });
   on("info view quick machine", () => ready() && (choices(parts.choice), compute()));
+  on("view", () => view.panel !== "map" && stopFollowed());
   on("theme", () => (plane && picture(plane), repaint()));
   on("tables quick machine view steady", repaint);
 }
@@ -75,6 +80,7 @@ function compute() {
   const y = axis("y");
   if (x.name === y.name) return put(parts.status, "Choose two different parameters.");
   const map = wanted(x, y, Math.min(since, answered().changed)); // a late answer has the tables of its own change
+  if (uptodate() && !data.moved?.length) wantFollowed(x, y, since);
   if (map.key === parts.key) return;
   parts.key = map.key;
   for (const part of ["coarse", "fine", "curves"]) delete parts.chart.canvas.dataset[part];
@@ -169,7 +175,7 @@ const repaint = framed(() => {
   const x = axis("x");
   const y = axis("y");
   const same = shownHere(x, y);
-  const items = [...legends(plane, theme()), ...(same ? lines.map(line) : []), marked(x, y)];
+  const items = [...legends(plane, theme()), ...(same ? lines.map(line) : []), ...followedItems(x), marked(x, y)];
   parts.chart.draw({
     x: { label: labelOf(x), from: x.from, to: x.to },
     y: { label: labelOf(y), from: y.from, to: y.to },

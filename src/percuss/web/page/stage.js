@@ -247,7 +247,10 @@ export class Stage {
     const most = stress ? si(this.strain * stress, "Pa", 3) : number(this.strain, 3);
     const y = height - 20;
     const bar = Math.min(120, width * 0.2);
-    const [from, to] = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
+    const long = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
+    const room = width - 14 - bar - 2 * 8 - 6;
+    const fits = long.reduce((sum, text) => sum + pen.measureText(text).width, 0) <= room;
+    const [from, to] = fits ? long : [`−${most}`, `+${most}${stress ? "" : " strain"}`];
     pen.fillStyle = colours.muted;
     const left = 14 + pen.measureText(from).width + 8;
     pen.fillText(from, 14, y + 10);

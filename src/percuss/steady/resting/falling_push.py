@@ -1,0 +1,75 @@
+"""Chatter under a push that falls to 0: whether it is over before, and by how much (theory, Onset of chatter).
+
+Where the push is j τ, a time τ before it vanishes, an impact is told by q = w/(j τ²), w the speed after it. The next
+one follows σ τ later, q = σ/2 − σ²/6, and has q' = R (σ/2 − σ²/3)/(1 − σ)². One q comes back to itself, c: below it
+the impacts pile up before the push is gone, above it they do not, and at c they pile up as it goes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+__all__ = ["FallingPush"]
+
+_STEPS = 60
+_NEAR = 1e-9  # share of c within which the map is its derivative
+
+
+@dataclass(frozen=True)
+class FallingPush:
+    """What happens under a push that falls to 0, for a restitution R in [0, 1).
+
+    Parameters
+    ----------
+    restitution
+        R.
+
+    Examples
+    --------
+    >>> push = FallingPush(0.5)
+    >>> round(push.critical, 9), round(push.growth, 6)
+    (0.150562298, 1.9896)
+    """
+
+    restitution: float
+
+    @cached_property
+    def flight(self) -> float:
+        """σ of the motion that ends as the push does: (3 − σ)(1 − σ)² = R (3 − 2σ), falling in σ on [0, 1]."""
+        low, high, r = 0.0, 1.0, self.restitution
+        for _ in range(_STEPS):
+            middle = 0.5 * (low + high)
+            above = (3.0 - middle) * (1.0 - middle) ** 2 > r * (3.0 - 2.0 * middle)
+            low, high = (middle, high) if above else (low, middle)
+        return 0.5 * (low + high)
+
+    @cached_property
+    def critical(self) -> float:
+        """The value c of q."""
+        return self.flight / 2.0 - self.flight**2 / 6.0
+
+    @cached_property
+    def growth(self) -> float:
+        """The factor dq'/dq at c: R²/(1 − σ)⁵, as (t, w²/2) keeps its area in a flight; above 1. inf for R = 0."""
+        return self.restitution**2 / (1.0 - self.flight) ** 5 if self.restitution > 0.0 else math.inf
+
+    def excess(self, q: float) -> float:
+        """By how much q exceeds c, told so that an impact multiplies it by `growth`, however large it is; R > 0.
+
+        The limit of growthⁿ (q₋ₙ − c), q₋ₙ what q was n impacts before (G. Koenigs, Ann. Sci. Éc. Norm. Sup. (3) 1
+        (1884) Suppl. 3–41).
+
+        Parameters
+        ----------
+        q
+            Not negative.
+        """
+        r, c, factor = self.restitution, self.critical, 1.0
+        while abs(q - c) > _NEAR * c:
+            flight = 2.0 * q / (2.0 * q + 0.5 * r + math.sqrt(r * (q / 1.5 + 0.25 * r)))
+            q, factor = flight / 2.0 - flight**2 / 6.0, factor * self.growth
+            if factor > 1.0 / _NEAR:
+                break
+        return factor * (q - c)

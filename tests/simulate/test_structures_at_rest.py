@@ -1,0 +1,161 @@
+"""Structures of one mode that chatter, rest on the wall and leave it: by integration, by the search, in ensembles."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from percuss import Start, Starts, Stop, run, simulate_many
+from percuss.errors import ParameterError
+from percuss.model import Kept, Load, ModalBody, Mounted, System
+from percuss.steady import rest_cycles
+
+TURN = 2.0 * math.pi
+COSINE = Load.harmonic(0.0, 1.0)
+
+
+def oscillator(omega, damping, spring, restitution, load=COSINE, drive=1.0):
+    """One mode that its spring pulls from the wall with a force, or presses on it where that is negative."""
+    return System(ModalBody((omega,), (damping,), (1.0,), (drive,), spring / omega**2), load, Kept(restitution))
+
+
+def integrated(omega, damping, spring, restitution, release):
+    """Impacts of y'' + d y' + ω² y = cos t − spring from y = y' = 0 on, until the flights are of 1e-4; their end."""
+
+    def rates(t, y):
+        return [y[1], math.cos(t) - spring - omega**2 * y[0] - damping * y[1]]
+
+    def touch(t, y):
+        return y[0]
+
+    touch.terminal, touch.direction = True, 1.0
+    tight = {"rtol": 1e-12, "atol": 1e-15, "method": "DOP853"}
+    begun = solve_ivp(rates, (release, release + 1e-2), [0.0, 0.0], **tight)
+    time, state, found = release + 1e-2, begun.y[:, -1], []
+    while True:
+        flight = solve_ivp(rates, (time, time + 20.0), state, events=touch, max_step=0.1, **tight)
+        time, rebound = float(flight.t_events[0][0]), restitution * float(flight.y_events[0][0][1])
+        found.append((time, rebound / restitution))
+        force = math.cos(time) - spring
+        left = 2.0 * rebound / ((1.0 - restitution) * force)
+        if 0.0 < left < 1e-4:
+            rate = -math.sin(time)
+            return np.array(found), time + left * (1.0 - damping * left / 6.0 - rate * left / (3.0 * force))
+        state = [0.0, -rebound]
+
+
+@pytest.mark.parametrize(
+    ("omega", "damping", "spring", "restitution"),
+    [(3.3, 0.3, -0.1, 0.4), (2.5, 0.1, 0.05, 0.3), (5.0, 2.0, 0.3, 0.5), (2.8, 0.0, 0.0, 0.1), (0.7, 5.0, -0.5, 0.4)],
+)
+def test_the_integrated_motion_chatters_as_it_does(omega, damping, spring, restitution):
+    system = oscillator(omega, damping, spring, restitution)
+    (cycle,) = rest_cycles(system).cycles
+    assert cycle.label == "chatter/1"
+    assert math.cos(cycle.release_phase) == pytest.approx(spring, abs=1e-13)
+    impacts, end = integrated(omega, damping, spring, restitution, cycle.release_phase)
+    many = min(len(impacts), cycle.speeds.size)
+    assert many >= 4
+    assert cycle.times[:many] == pytest.approx(impacts[:many, 0], abs=1e-10)
+    assert cycle.speeds[:many] == pytest.approx(impacts[:many, 1], abs=1e-10)
+    assert end % TURN == pytest.approx(cycle.rest_phase, abs=1e-10)
+
+    motion = run(system, Start.rigid(-0.5, 0.1, 0.3))
+    assert motion.label == "chatter/1"
+    release, rest = motion.events.of("release"), motion.events.of("rest")
+    assert release.phase[-1] == pytest.approx(cycle.release_phase, abs=1e-13)
+    assert rest.phase[-1] == pytest.approx(cycle.rest_phase, abs=1e-11)
+    assert abs(motion.energy_balance().imbalance) < 1e-9
+    lying = 0.5 * (rest.time[rest.time < release.time[-1]][-1] + release.time[-1])
+    assert motion.gap([lying])[0] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_mass_on_a_spring_and_its_mode_rest_alike():
+    mode = oscillator(2.5, 0.1, -0.1, 0.5)
+    mass = System(Mounted(6.25, 0.1, gap=-0.1 / 6.25), COSINE, Kept(0.5))
+    one, other = (rest_cycles(system).cycles[0] for system in (mode, mass))
+    assert other.times == pytest.approx(one.times, abs=1e-13) and other.rest_phase == pytest.approx(one.rest_phase)
+
+
+def test_a_load_that_pushes_the_other_way_is_half_a_period_late():
+    one, other = (rest_cycles(oscillator(2.5, 0.1, -0.1, 0.5, drive=sign)).cycles[0] for sign in (1.0, -1.0))
+    late = np.mod(other.release_phase - one.release_phase, TURN)
+    assert late == pytest.approx(math.pi, abs=1e-12) and other.speeds == pytest.approx(one.speeds, abs=1e-12)
+    motion = run(oscillator(2.5, 0.1, -0.1, 0.5, drive=-1.0))
+    assert motion.events.of("release").phase[-1] == pytest.approx(other.release_phase, abs=1e-12)
+
+
+def test_a_hardly_held_mass_chatters_as_a_free_one():
+    """The spring fades, and its gap, very far behind, is the mean load."""
+    soft = 1e-5
+    held = oscillator(soft, 0.0, -0.8, 0.5)
+    free = System(5.0, 0.0, 0.5, Load.harmonic(0.8, 1.0))
+    one, other = rest_cycles(held).cycles[0], rest_cycles(free, modes=0).cycles[0]
+    assert one.release_phase == pytest.approx(other.release_phase, abs=1e-9)
+    assert one.rest_phase == pytest.approx(other.rest_phase, abs=1e-8)
+
+
+@settings(max_examples=15)
+@given(
+    st.floats(0.3, 8.0), st.floats(0.0, 3.0), st.floats(-0.9, 0.9), st.floats(0.0, 0.7),
+    st.sampled_from([COSINE, Load.square(1.0, 1.2), Load.fourier([0.1, 0.6, 0.3j])]),
+    st.sampled_from([1.0, -0.5]),
+)  # fmt: skip
+def test_what_rests_in_simulation_is_a_cycle_that_is_found(omega, damping, spring, restitution, load, drive):
+    if abs(omega - round(omega)) < 0.05 and damping < 0.05:
+        return  # near resonance
+    system = oscillator(omega, damping, spring, restitution, load, drive)
+    motion = run(system, Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=300, time=3000.0))
+    if motion.cycle is None or motion.cycle.kind == 0 or motion.cycle.periods > 16:
+        return
+    found = rest_cycles(system, most=16)
+    phases = motion.events.of("release").phase
+    off = [np.abs(np.exp(1j * phases[-1]) - np.exp(1j * cycle.release_phases)).min() for cycle in found.cycles]
+    near = [cycle for cycle, distance in zip(found.cycles, off, strict=True) if distance < 1e-9]
+    assert [cycle.label for cycle in near] == [motion.label]
+    rests = motion.events.of("rest").phase[-1]
+    assert np.abs(np.exp(1j * rests) - np.exp(1j * near[0].rest_phases)).min() < 1e-8
+
+
+def test_many_that_rest_are_those_of_single_ones():
+    system = oscillator(3.3, 0.3, -0.1, 0.4)
+    many = simulate_many(system, Starts.rigid([-0.2, -1.0, -2.0]), keep=5, threads=2)
+    motion = run(system, Start.rigid(-1.0))
+    assert set(many.label.tolist()) == {"chatter/1"}
+    assert many.last_time[1].tolist() == motion.events.of("impact").time[-5:].tolist()
+
+
+def test_rest_goes_on_where_it_was_stopped():
+    system = oscillator(3.3, 0.3, -0.1, 0.4)
+    whole = run(system, Start.rigid(-1.0), stop=Stop(time=30.0, periodic=False))
+    rest = float(whole.events.of("rest").time[0])
+    stopped = run(system, Start.rigid(-1.0), stop=Stop(time=rest + 0.1, periodic=False))
+    assert stopped.outcome == "time" and stopped.events.kind[-1] == "rest"
+    again = stopped.continued(Stop(time=30.0, periodic=False))
+    assert again.events.time.tolist() == whole.events.time.tolist()
+
+
+def test_a_mode_that_the_wall_holds_for_good_rests():
+    motion = run(oscillator(0.8, 0.1, -1.5, 0.5), Start.rigid(-0.1))
+    assert motion.label == "rest" and motion.gap([motion.end_time])[0] == pytest.approx(0.0, abs=1e-14)
+    assert rest_cycles(motion.system).cycles == ()
+
+
+def test_several_modes_rest_no_further():
+    body = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+    with pytest.raises(ParameterError, match="several"):
+        rest_cycles(System(body, COSINE, Kept(0.4)))
+    assert rest_cycles(System(body, COSINE, Kept(0.4)), modes=1).cycles
+
+
+def test_without_rebound_several_modes_leave_under_steps_when_they_are_pulled():
+    body = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, 0.5), 0.0)
+    system = System(body, Load.steps([0.0, 3.0], [-0.2, -1.0]), Kept(0.0))
+    motion = run(system, Start.rigid(-0.5, 3.0), stop=Stop(time=50.0))
+    assert motion.impacts and motion.outcome != "rest"  # never held: the load always pulls
+    assert motion.events.rebound_velocity == pytest.approx(0.0, abs=1e-200)
+    held = run(System(body, Load.steps([0.0, 3.0], [0.6, 1.0]), Kept(0.0)), Start.rigid(-0.5), stop=Stop(impacts=50))
+    assert held.label == "rest" and not len(held.events.of("chatter"))

@@ -1,0 +1,202 @@
+"""The case in the workbench, in a real browser: what is typed, picked and uploaded, and the answer that comes first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+pytest.importorskip("fastapi")
+
+from playwright.sync_api import Browser, expect
+
+from percuss.case.catalogue.sample_cases import machine_text, write_history
+from percuss.cli import main
+from web_desk import (
+    Desk,
+    figure,
+    served,
+    slide,
+    steady_json,
+    until,
+)
+
+pytestmark = pytest.mark.browser
+
+
+def test_the_answer_comes_first_and_equals_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=report&machine=mini-breaker")
+    expect(page.locator("#report-cards .card")).to_have_count(15)
+    orbits = steady_json(capsys, "mini-breaker")["periods"][0]["orbits"]
+    truth = next(orbit for orbit in orbits if orbit["stable"] and orbit["admissible"])["si"]
+    for card in page.locator("#report-cards [data-figure]").all():
+        name = card.get_attribute("data-figure") or ""
+        assert float(card.get_attribute("data-value") or "nan") == truth[name], name
+    expect(page.locator("#verdict")).to_have_text("Stable")
+    assert figure(page, "blow energy") == "180J"
+
+
+def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: Path) -> None:
+    """On a machine that has never compiled the kernels: the steady motions are told, and what is still to come."""
+    with served(NUMBA_CACHE_DIR=str(tmp_path)) as address:
+        desk = Desk(browser, address)
+        page = desk.open("panel=report&machine=mini-breaker")
+        assert figure(page, "blow energy") == "180J"
+        expect(page.locator("#report-cards .card")).to_have_count(15)
+        preparing = page.locator("#preparing")
+        expect(preparing).to_contain_text("being compiled")
+        assert not httpx.get(f"{address}api/about").json()["ready"]
+        page.route("**/api/about", lambda route: route.fulfill(json={"ready": True}))
+        expect(preparing).to_be_hidden()
+        desk.context.close()
+
+
+def test_a_value_typed_into_the_case_changes_the_answer(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    page.fill("#field-bar-length", "640 mm")
+    expect(page.locator("#headline .figures").locator("dd").first).not_to_have_text("180J")
+    until(page, "location.hash.includes('bar.length=640+mm')")
+
+
+def test_a_wrong_value_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)  # the browser itself remarks on a refused request
+    page = desk.open("machine=mini-breaker")
+    page.fill("#field-bar-length", "34 kg")
+    expect(page.locator("#field-bar-length-problem")).to_contain_text("length")
+    expect(page.locator("#field-bar-length")).to_have_attribute("aria-invalid", "true")
+    expect(page.locator("#verdict")).to_have_text("No answer")
+    page.fill("#field-bar-length", "320 mm")
+    expect(page.locator("#field-bar-length-problem")).to_have_text("")
+    expect(page.locator("#verdict")).to_have_text("Stable")
+
+
+def test_a_machine_is_picked_and_shown_in_plain_numbers_and_back(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    page.select_option("#machine", "laboratory-striker")
+    expect(page.locator("#headline .title")).to_contain_text("Laboratory striker")
+    expect(page.locator("#field-bar-length")).to_have_value("200 mm")
+    page.click("#form-plain")
+    expect(page.locator("#field-system-restitution")).to_be_visible()
+    assert figure(page, "blow energy") != "7.5J"
+    page.click("#form-si")
+    expect(page.locator("#field-bar-length")).to_have_value("200 mm")
+
+
+def test_a_case_goes_out_as_toml_and_comes_back(desk: Desk, tmp_path: Path) -> None:
+    page = desk.open("machine=mini-breaker")
+    slide(page, "restitution", 0.25)
+    until(page, "location.hash.includes('contact.restitution=0.25')")
+    moved = page.locator("#field-contact-restitution").input_value()
+    page.wait_for_timeout(400)
+    with page.expect_download() as waiting:
+        page.click("#case-download")
+    path = tmp_path / "case.toml"
+    waiting.value.save_as(path)
+    assert f"restitution = {moved}" in path.read_text(encoding="utf-8")
+    page.select_option("#machine", "heavy-breaker")
+    expect(page.locator("#field-bar-length")).to_have_value("1.01 m")
+    page.set_input_files("#upload-toml", path)
+    expect(page.locator("#field-bar-length")).to_have_value("320 mm")
+    expect(page.locator("#field-contact-restitution")).to_have_value(moved)
+
+
+def test_a_wrong_case_file_is_refused_beside_the_field(
+    desk: Desk, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("machine=mini-breaker")
+    path = tmp_path / "wrong.toml"
+    path.write_text(machine_text("mini-breaker").replace('"320 mm"', '"320 kg"'), encoding="utf-8")
+    page.set_input_files("#upload-toml", path)
+    expect(page.locator("#field-bar-length-problem")).to_contain_text("In the file: expected a length")
+    expect(page.locator("#case-problems")).to_contain_text("not accepted")
+    expect(page.locator("#field-bar-length")).to_have_value("320 mm")
+    page.fill("#field-bar-length", "330 mm")
+    expect(page.locator("#field-bar-length-problem")).to_have_text("")
+
+
+def test_a_wrong_recording_is_refused_beside_its_field(
+    desk: Desk, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("machine=mini-breaker")
+    path = tmp_path / "short.csv"
+    path.write_text("time [s],force [N]\n0,1\n0.001,2\n", encoding="utf-8")
+    page.set_input_files("#upload-history", path)
+    expect(page.locator("#history-report .problem")).not_to_have_text("")
+    expect(page.locator("#verdict")).to_have_text("Stable")  # the load of before is kept
+
+
+def test_a_measured_history_becomes_the_load(desk: Desk, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open(
+        "machine=hydraulic-drifter&load.kind=harmonic&load.mean=4+kN&load.amplitude=10+kN&load.coefficients=&load.unit="
+    )
+    path = tmp_path / "pressure.csv"
+    write_history(path)
+    page.set_input_files("#upload-history", path)
+    expect(page.locator("#history-report")).to_contain_text("area")  # a pressure needs one
+    page.locator("#panel-case summary").click()
+    page.fill("[data-history=area]", "6.5 cm^2")
+    page.get_by_role("button", name="Read it again").click()
+    expect(page.locator("#history-report")).to_contain_text("cycles used")
+    expect(page.locator("#field-load-kind")).to_have_value("fourier")
+    expect(page.locator("#headline .figures dd").first).to_contain_text("309.9")
+
+
+DROP = """files => {
+  const bag = new DataTransfer();
+  for (const [name, text] of files) bag.items.add(new File([text], name));
+  document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: bag, bubbles: true, cancelable: true }));
+}"""
+
+
+@pytest.mark.parametrize("how", ["picked", "dropped"])
+def test_a_case_and_its_recording_are_taken_together(
+    desk: Desk, tmp_path: Path, how: str, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)
+    assert main(["new", "hydraulic-drifter", "-o", str(tmp_path / "drifter.toml")]) == 0
+    files = sorted(tmp_path.iterdir())
+    assert len(files) == 2
+    page = desk.open("machine=mini-breaker")
+    page.set_input_files("#upload-toml", tmp_path / "drifter.toml")  # alone it is refused, with what to do
+    expect(page.locator("#field-load-kind-problem")).to_contain_text("together")
+    if how == "picked":
+        page.set_input_files("#upload-toml", files)
+    else:
+        page.click("#tab-map")
+        page.evaluate(DROP, [[file.name, file.read_text(encoding="utf-8")] for file in files])
+    expect(page.locator("#history-report")).to_contain_text("cycles used")
+    expect(page.locator("#field-load-kind")).to_have_value("fourier")
+    expect(page.locator("#headline .figures dd").first).to_contain_text("309.9")
+    expect(page.locator("#case-problems")).to_have_text("")
+
+
+def test_of_two_machines_picked_in_a_row_the_later_holds(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    held: list[Any] = []
+    page.route("**/api/machines/heavy-breaker", lambda route: held.append(route))
+    page.select_option("#machine", "heavy-breaker")
+    page.wait_for_timeout(100)
+    page.select_option("#machine", "laboratory-striker")
+    expect(page.locator("#field-bar-length")).to_have_value("200 mm")
+    held[0].continue_()
+    page.wait_for_timeout(500)  # the late answer has come
+    expect(page.locator("#field-bar-length")).to_have_value("200 mm")
+    expect(page.locator("#machine")).to_have_value("laboratory-striker")
+
+
+def test_a_number_beyond_all_bounds_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("machine=mini-breaker")
+    page.fill("#field-bar-length", "1e400")
+    expect(page.locator("#field-bar-length-problem")).to_contain_text("expected a length")
+    page.fill("#field-bar-length", "320 mm")
+    page.fill("#periods", "0")
+    expect(page.locator("#periods")).to_have_attribute("aria-invalid", "true")
+    page.keyboard.press("Tab")
+    expect(page.locator("#periods")).to_have_value("1")
+    assert page.locator("#periods").get_attribute("aria-invalid") is None

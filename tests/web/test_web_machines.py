@@ -1,0 +1,318 @@
+"""The panels Blow and Machine of the workbench in a real browser: one blow, and the machine that switches itself."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import pytest
+
+pytest.importorskip("fastapi")
+
+from playwright.sync_api import expect
+
+from percuss.case import load_case, machine_answer
+from percuss.cli import main
+from web_desk import (
+    STATE,
+    Desk,
+    blown,
+    driven,
+    figure,
+    ink,
+    knows,
+    moved,
+    scene,
+    slide,
+    until,
+)
+
+pytestmark = pytest.mark.browser
+
+
+# --- blow
+
+
+def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=blow&machine=laboratory-striker")
+    assert main(["blow", "laboratory-striker"]) == 0
+    assert " ".join(blown(page).split()) in " ".join(capsys.readouterr().out.split())
+    frame = "Number(document.querySelector('#blow-stage').dataset.frame)"
+    until(page, f"{frame} > 3")  # it plays by itself
+    page.click("#blow-play")
+    expect(page.locator("#blow-play")).to_have_text("Play")
+    page.locator("#blow-scrub").evaluate("s => { s.value = 40; s.dispatchEvent(new Event('input')); }")
+    before = ink(page, "#blow-stage")
+    page.click("#blow-forth")
+    assert page.evaluate(frame) == 41
+    assert ink(page, "#blow-stage") != before
+    page.locator("#panel-blow").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(frame) == 40
+    assert ink(page, "#blow-stage") == before
+    page.keyboard.press("Space")
+    expect(page.locator("#blow-play")).to_have_text("Pause")
+    until(page, f"{frame} > 45")
+    expect(page.locator("#blow-stage")).to_have_attribute("aria-label", re.compile("A blow of"))
+    assert "J (" in page.locator("#blow-energies").inner_text()
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_slider_of_the_blow_changes_its_picture_and_then_the_case(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=mini-breaker")
+    before = blown(page)
+    page.locator("#blow-scrub").evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    drawn = ink(page, "#blow-stage")
+    slider = page.locator("#blow-slide-tool-sections-0-diameter")
+    slider.evaluate("s => { s.value = 60; s.dispatchEvent(new Event('input')); }")
+    until(page, "document.querySelector('#blow-stage').dataset.wait !== undefined")
+    assert ink(page, "#blow-stage") != drawn
+    expect(slider).to_have_attribute("aria-valuetext", re.compile("^60"))
+    until(page, "location.hash.includes('tool.sections')")
+    until(page, f"document.querySelector('#blow-sentence').textContent !== {json.dumps(before)}")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    expect(slider).to_have_attribute("aria-valuetext", re.compile(r"^60\.2"))
+
+
+def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=pneumatic-jackleg")
+    assert "to the wall" in blown(page)
+    expect(page.locator("#blow-notes")).to_contain_text("the bar strikes a rigid wall", ignore_case=True)
+    page.select_option("#blow-struck", "rock")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")
+    expect(page.locator("#blow-slide-rock-stiffness")).to_be_visible()
+    page.select_option("#blow-struck", "infinite")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rod")
+    page.select_option("#blow-struck", "none")
+    expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
+
+
+def test_the_tool_of_a_machine_comes_back_after_a_wall(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=stepped-drifter")
+    before = blown(page)
+    for struck, words in (("infinite", "into the rod"), ("wall", "to the wall"), ("rock", "into the rock")):
+        page.select_option("#blow-struck", struck)
+        expect(page.locator("#blow-sentence")).to_contain_text(words)
+    assert page.locator("#blow-sentence").inner_text() == before
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_the_blow_is_in_sight_while_its_sliders_are_moved(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=stepped-drifter")
+    blown(page)
+    slider = page.locator("#blow-sliders input").last
+    slider.focus()
+    box, picture = slider.bounding_box(), page.locator("#blow-stage").bounding_box()
+    assert box is not None and picture is not None
+    assert picture["y"] >= 0.0 and picture["y"] + picture["height"] <= box["y"]
+    assert box["y"] + box["height"] <= 900.0
+
+
+def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    plain = "panel=blow&system.s=20&system.d=0.005&system.restitution=0.4&load.kind=harmonic&load.mean=0.6"
+    page = desk.open(f"{plain}&load.amplitude=1&tool.impedance=1.5")
+    assert "into the rod" in blown(page)
+    expect(page.locator("#blow-scale")).to_contain_text("impedance")
+    page.locator("#blow-slide-tool-impedance").evaluate("s => { s.value = 3; s.dispatchEvent(new Event('input')); }")
+    until(page, "location.hash.includes('tool.impedance=3')")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', -1))")
+    expect(page.locator("#blow-problem")).to_contain_text("tool.impedance: expected a finite number greater than 0")
+    expect(page.locator("#blow-problem")).to_contain_text("the case before")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', 2))")
+    expect(page.locator("#blow-problem")).to_have_text("")
+
+
+def test_the_motion_says_that_its_contact_takes_no_time(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    page.get_by_role("button", name="See one blow by its waves").click()
+    expect(page.locator("#panel-blow")).to_be_visible()
+    assert "into the rock" in blown(page)
+
+
+def test_a_thick_piston_strikes_more_than_once(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    for number, says in ((1, "63.1 J"), (3, "in 4 contacts")):
+        scene(page, 7, number)
+        expect(page.locator("#blow-sentence")).to_contain_text(says)
+    page.locator("#blow-slide-bar-diameter").evaluate("s => { s.value = 24; s.dispatchEvent(new Event('input')); }")
+    expect(page.locator("#blow-sentence")).not_to_contain_text("contacts")
+
+
+# --- machine
+
+
+def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-drifter")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
+    assert figure(page, "blow energy") == "301.1J"
+    assert float(figure(page, "striking speed").removesuffix("m/s")) == pytest.approx(
+        si["impact_velocity_m_s"], rel=1e-3
+    )
+    assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=1e-3)
+    assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=1e-3)
+    until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
+    expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
+    page.click("#machine-play")
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    drawn = []
+    for part in (0, 350, 700):
+        page.locator("#machine-scrub").evaluate(
+            "(s, part) => { s.value = part; s.dispatchEvent(new Event('input')); }", part
+        )
+        drawn.append(ink(page, "#machine-stage"))
+    assert len(set(drawn)) == 3
+    expect(page.locator("#machine-charts canvas").first).to_have_attribute("data-drawn", re.compile(r"\d"))
+    expect(page.locator("#machine-changes tr")).to_have_count(7)  # margins and what changes it come later
+    expect(page.locator("#machine-facts")).to_contain_text("Margins, of a rigid piston")
+    expect(page.locator("#machine-facts")).to_contain_text("What changes it, with 32 elastic modes")
+    said = "blow rate over the pressure: 32 elastic modes, now, rigid piston, now, 32 elastic modes"
+    expect(page.locator(f"#machine-charts canvas[aria-label='{said}']")).to_have_count(1)
+    expect(page.locator("#reason")).to_contain_text("It starts from rest on the tool")
+    page.locator("#panel-machine").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.keyboard.press("Space")
+    expect(page.locator("#machine-play")).to_have_text("Pause")
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=valve-breaker")
+    driven(page)
+    expect(page.locator("#machine-play")).to_have_text("Play")
+    rate, drawn = figure(page, "blows a minute"), ink(page, "#machine-stage")
+    slide(page, "load-ports-0-behind", 70)  # the short stroke
+    driven(page)
+    assert float(rate) == pytest.approx(567, abs=1) and float(figure(page, "blows a minute")) > 700
+    assert ink(page, "#machine-stage") != drawn
+    until(page, "location.hash.includes('load.ports=')")
+    slide(page, "load-pressure", 80)
+    expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
+    expect(page.locator("#machine-sentence")).to_contain_text(
+        re.compile(r"force at the wall 2\.4\d* kN, which must be below 0 N")
+    )
+    expect(page.locator("#machine-obstacle")).to_contain_text("What would be needed: make the return force pull")
+    expect(page.locator("#machine-play")).to_be_hidden()
+    slide(page, "load-pressure", 200)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    expect(page.locator("#machine-play")).to_be_visible()
+    slide(page, "contact-restitution", 0)
+    driven(page)
+    assert knows(page, "state.js:data.tables.contact.restitution") == 0
+
+
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")
+    driven(page)
+    expect(page.locator("#machine-start-position")).to_be_hidden()
+    page.click("#machine-of-start")
+    page.wait_for_selector("#machine-stage[data-label='runs 1/1']")
+    expect(page.locator("#machine-sentence")).to_contain_text("From this start the machine runs 1/1: 3.751 kJ")
+    expect(page.locator("#machine-start-position")).to_have_value("-39 mm")
+    assert knows(page, "state.js:view.machineShow") == "start"
+    page.fill("#machine-start-position", "39 mm")
+    page.press("#machine-start-position", "Enter")
+    expect(page.locator("#machine-start-problem")).to_contain_text("the bar is on the negative side")
+    page.click("#machine-start-draw")
+    until(page, f"{STATE}(({{ data }}) => data.tables.start.position < 0)")
+    assert knows(page, "state.js:data.tables.start.velocity").endswith(" m/s")
+    expect(page.locator("#machine-start-problem")).to_be_empty()
+    page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
+    slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
+    page.wait_for_selector("#machine-stage:not([data-label^=runs])")
+    expect(page.locator("#machine-play")).to_be_visible()
+    page.click("#machine-of-cycle")
+    expect(page.locator("#machine-play")).to_be_hidden()
+
+
+def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
+    ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
+    load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
+    page = desk.open(f"panel=machine&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
+    driven(page)
+    speed = math.sqrt(2.0 * 2.2 / (1.0 - 0.2**2))
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    slide(page, "load-states", 2)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
+    assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=2e-3)
+    page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
+    driven(page)
+    expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^1"))
+    slide(page, "load-states", 0.25)
+    driven(page)
+    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
+
+
+def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
+    page = desk.open("panel=machine&machine=mini-breaker")
+    expect(page.locator("#machine-clocked")).to_contain_text("This case is clocked")
+    expect(page.locator("#machine-stage")).to_be_hidden()
+    page.click("#machine-open")
+    expect(page.locator("#machine-clocked")).to_be_hidden()
+    driven(page)
+    expect(page.locator("#machine")).to_have_value("valve-breaker")
+    for name in ("orbits", "motion", "report", "experiment"):  # they say so, each in a sentence
+        page.click(f"#tab-{name}")
+        expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
+        assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
+            "all => all.every(one => one.offsetParent === null)"
+        )
+    page.locator("#panel-experiment .own button").click()
+    expect(page.locator("#machine-stage")).to_be_visible()
+    page.click("#tab-blow")
+    assert "A blow of" in blown(page)
+    page.click("#tab-motion")
+    page.select_option("#machine", "mini-breaker")
+    moved(page)
+    expect(page.locator("#panel-motion > .own")).to_be_hidden()
+    expect(page.locator("#slide-load_factor")).to_be_visible()
+
+
+def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("422",)
+    page = desk.open("panel=case&machine=heavy-breaker")
+    page.select_option("#field-load-kind", "valve")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("mm$"))
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    rate = float(figure(page, "blow rate").removesuffix("Hz"))
+    page.fill("#field-load-ports-0-behind", "-3 mm")
+    expect(page.locator("#field-load-ports-0-behind-problem")).to_contain_text("greater than 0")
+    page.fill("#field-load-ports-0-behind", "200 mm")
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    assert float(figure(page, "blow rate").removesuffix("Hz")) != rate
+    page.click("#form-plain")
+    expect(page.locator("#field-load-states-power")).to_be_visible()
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    page.click("#form-si")
+    until(page, f"{STATE}(({{ data }}) => data.machine?.units === 'SI')")
+    expect(page.locator("#field-load-ports-0-behind")).to_have_value(re.compile("m$"))
+    page.select_option("#field-load-kind", "square")
+    expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
+    expect(page.locator("#slide-kappa")).to_be_visible()
+
+
+def test_the_lesson_of_the_valve(desk: Desk) -> None:
+    page = desk.open("panel=lessons")
+    scene(page, 8, 1)
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    speed = float(figure(page, "striking speed"))
+    scene(page, 8, 3)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    driven(page)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=2e-3)
+    expect(page.locator("#reason")).to_contain_text(re.compile("a disturbance (39|40)"))
+    scene(page, 8, 4)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.8)
+    driven(page)
+    expect(page.locator("#verdict")).to_have_text("Runs")
+    slide(page, "load-ports-1-delay", 1.95)
+    driven(page)
+    expect(page.locator("#verdict")).to_contain_text("Double blow")
