@@ -223,7 +223,7 @@ def test_report_at_a_terminal(percuss: Any, monkeypatch: pytest.MonkeyPatch) -> 
 )
 def test_labels_in_words(label: str, free: bool, words: str) -> None:
     system = SimpleNamespace(body=SimpleNamespace(is_free=free))
-    motion = SimpleNamespace(label=label, period_unresolved=False, system=system)
+    motion = SimpleNamespace(label=label, period_unresolved=False, system=system, modes=2)
     assert words in label_in_words(motion)  # type: ignore[arg-type]
 
 

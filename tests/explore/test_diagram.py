@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,11 @@ from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore import Archive, Axis, Diagram, diagram, follow
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.diagrams.diagram_job import diagram_job
-from percuss.explore.diagrams.lines import DiagramBranch, line_of, lines_from, packed, with_new
+from percuss.explore.diagrams.found_twice import with_new
+from percuss.explore.diagrams.lines import DiagramBranch, line_of, lines_from, packed
 from percuss.explore.diagrams.tracing import labels_up_to
-from percuss.steady import PeriodicOrbit, orbit_near
+from percuss.model import Kept, ModalBody
+from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
 RIGID = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.7, 1.0))
 SMALL: dict[str, Any] = {"searched": 2, "switch": 1, "tries": 40, "starts": 3, "runs": 1, "modes": 0, "workers": 1}
@@ -172,10 +175,27 @@ def test_a_branch_told_from_another_impact_or_period_is_the_same(line: DiagramBr
     )  # fmt: skip
     aside = DiagramBranch(
         line.impacts, line.periods, line.values, line.times + 0.1, line.speeds, line.energies, line.unstable,
-        line.points,
+        tuple(replace(point, phases=point.phases + 0.1) for point in line.points),
     )  # fmt: skip
     assert len(with_new([line], [shifted])) == 1
     assert len(with_new([line], [aside])) == 2
+
+
+def test_long_steps_of_another_walk_make_no_other_branch() -> None:
+    """Beside a halving the impacts move as the root of the distance: far from the straight line of two points."""
+    body = ModalBody((1.0 / 2.8,), (0.0,), (1.0,), (1.0 / 2.8**2,), -0.068)
+    system = System(body, Load.harmonic(0.0, 1.0), Kept(0.8))
+    (orbit,) = orbits(system, 1, 1).orbits
+    doubled = follow(orbit, "gap", (-0.07, -0.03), switch=1).switched[0]
+    fine = line_of(doubled, lambda gap: replace(system, body=replace(body, gap=gap)))
+    rows = [0, fine.values.size - 1]
+    coarse = DiagramBranch(
+        fine.impacts, fine.periods, fine.values[rows], fine.times[rows], fine.speeds[rows], fine.energies[rows],
+        fine.unstable[rows], fine.points,
+    )  # fmt: skip
+    assert fine.values.size > 8
+    assert len(with_new([coarse], [fine])) == len(with_new([fine], [coarse])) == 1
+    assert len(with_new([coarse], [replace(fine, points=())])) == 2  # by its rows alone it is another one
 
 
 # -- what is asked --

@@ -199,6 +199,9 @@ NO_DOORS: dict[str, str] = {
             "explore.ReachEnd",
             "explore.RestBranch",
             "explore.RestBranchPoint",
+            "explore.RestCurvePoint",
+            "explore.RestPointCurve",
+            "explore.RestPointCurve.at",
             "explore.SettledMotion",
             "explore.Lyapunov",
             "explore.Share",
@@ -628,8 +631,9 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "steady.orbits": (
             steady.orbits,
-            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None},
-            {"near": OPTIONAL | {"dict"}},
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "tries": 4, "seed": 1, "near": None,
+             "halt": None},
+            {"near": OPTIONAL | {"dict"}, "halt": OPTIONAL | {"class"}},
         ),
         "steady.orbit_near": (
             steady.orbit_near, {"system": SYSTEM, "times": [0.8], "periods": 1, "modes": 0}, {"times": REAL},
@@ -951,7 +955,8 @@ def table(folder: Path) -> dict[str, Entry]:
         "explore.orbit_of": (explore.orbit_of, {"motion": motion}, {}),
         "explore.orbit_seeds": (
             explore.orbit_seeds,
-            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1}, {},
+            {"system": SYSTEM, "impacts": 2, "periods": 1, "modes": 0, "motions": 2, "seed": 1, "halt": None},
+            {"halt": OPTIONAL | {"class"}},
         ),
         "explore.lyapunov_many": (
             explore.lyapunov_many,
@@ -1019,8 +1024,9 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "case.orbits_answer": (
             room_of_cases.orbits_answer,
-            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False},
-            {"modes": OPTIONAL, "switch": {"bool"}},
+            {"case": case, "label": "1/1", "modes": 0, "tries": 2, "seed": 0, "motions": 2, "switch": False}
+            | {"halt": None},
+            {"modes": OPTIONAL, "switch": {"bool"}, "halt": OPTIONAL | {"class"}},
         ),
         "case.rest_cycles_answer": (
             room_of_cases.rest_cycles_answer, {"case": case, "modes": 0, "most": 2}, {"modes": OPTIONAL},

@@ -130,5 +130,5 @@ def _tell(options: argparse.Namespace, case: Case, found: Diagram) -> None:
         from percuss.cli.diagram_report import diagram_report
         from percuss.cli.report_printing import show
 
-        show(diagram_report(case.title, found))
+        show(diagram_report(case.title, found, "elastic mode" if case.tables.body is None else "mode"))
     tell_made(options.json, diagram=options.output, table=options.csv, data=options.netcdf, picture=options.plot)

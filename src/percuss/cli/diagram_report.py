@@ -15,11 +15,14 @@ __all__ = ["diagram_report"]
 _MOST_LABELS = 12
 
 
-def diagram_report(title: str, found: Diagram) -> Report:
-    """Labels of what was simulated with the ranges in which they were met, and each branch."""
+def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Report:
+    """Labels of what was simulated with the ranges in which they were met, and each branch.
+
+    `mode`: what a mode is called.
+    """
     low, high = float(found.axis.values.min()), float(found.axis.values.max())
     name, unit = found.axis.name, f" {found.axis.unit}" if found.axis.unit else ""
-    summary = f"{name} from {low:.9g} to {high:.9g}{unit}, {counted(found.modes, 'elastic mode')}; branches: "
+    summary = f"{name} from {low:.9g} to {high:.9g}{unit}, {counted(found.modes, mode)}; branches: "
     summary += f"{len(found.branches)}."
     if found.done < 1.0:
         summary += f" {int(1000.0 * found.done) / 10.0:g} % of the work was done: the diagram is not whole."

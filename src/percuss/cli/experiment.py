@@ -38,7 +38,11 @@ def _parser() -> Parser:
     add = parser.add_argument
     add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
     add("--starts", metavar="N", type=whole, help="how many (default: 100000, or all of a file)")
-    add("--distribution", metavar="NAME", default="wall", help="wall, field, gentle or a FILE of starts (default wall)")
+    add(
+        "--distribution",
+        metavar="NAME",
+        help="wall, field, gentle or a FILE of starts (default wall; structures: field)",
+    )
     add("--seed", metavar="S", type=whole, default=0, help="seed of the random numbers (default 0)")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--impacts", metavar="N", type=whole, help="the most impacts per start (default: the case's, or 2000)")

@@ -11,9 +11,11 @@ from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.numerals import counted, number, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.system_section import system_section
+from percuss.model.set_at_wall import rests
 
 if TYPE_CHECKING:
     from percuss.case import SimulationAnswer
+    from percuss.model import System
     from percuss.simulate import Event, Summary, Trajectory
 
 __all__ = ["motion_report"]
@@ -75,24 +77,32 @@ def _summary(answer: SimulationAnswer) -> tuple[str, str]:
 def label_in_words(motion: Trajectory) -> str:
     """What the label of a motion says."""
     name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
+    system = motion.system
+    who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")
     if name == "z":
         p, n = (int(x) for x in numbers.split("/"))
-        blows = "one blow" if p == 1 else f"{p} blows"
-        return f"The hammer settles on {blows} {_in_periods(n)}"
+        blows = f"one {blow}" if p == 1 else f"{p} {blow}s"
+        return f"{who} settles on {blows} {_in_periods(n)}"
     if name in ("chatter", "rest") and numbers:
         how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
-        return f"The hammer settles on a cycle {_of_periods(int(numbers))}: it {how}, until the load pulls it off"
-    if name == "rest" and not motion.system.body.is_free:
+        return (
+            f"{who} settles on a cycle {_of_periods(int(numbers))}: it {how}, until {_what_pulls(system)} pulls it off"
+        )
+    if name == "rest" and not rests(system, motion.modes):
         return "The wall stops the contact, and the structure goes on in ways that are not simulated"
     if name == "rest":
-        return "The hammer comes to rest on the wall and stays there"
+        return f"{who} comes to rest on the wall and stays there"
     if name == "departed":
-        return "The bar leaves the wall for good"
+        return f"{'The bar' if system.body.is_free else who} leaves the wall for good"
     if motion.period_unresolved:
-        return "The hammer finds no rhythm that can be computed: it rests, but how soon again depends on rounding"
+        return f"{who} finds no rhythm that can be computed: it rests, but how soon again depends on rounding"
     if name == "aperiodic":
-        return "The hammer finds no rhythm: its last impacts do not return to any earlier state"
+        return f"{who} finds no rhythm: its last impacts do not return to any earlier state"
     return "No periodic motion has been found so far"
+
+
+def _what_pulls(system: System) -> str:
+    return "the load" if system.body.is_free else "the force of load and spring"
 
 
 def _in_periods(n: int) -> str:
@@ -119,7 +129,8 @@ def _motion_section(answer: SimulationAnswer) -> Section:
     if system.is_si:
         span += f" = {quantity(length * system.time_scale, 's')}"
     counts = [counted(motion.impacts, "impact")]
-    modes = counted(motion.modes, "elastic mode") if motion.modes else "no elastic modes"
+    mode = "elastic mode" if system.body.is_free else "mode"
+    modes = counted(motion.modes, mode) if motion.modes else "no elastic modes"
     for kind, many in (("chatter", "chatters"), ("rest", "rests"), ("release", "releases"), ("grazing", "grazings")):
         size = len(motion.events.of(kind))
         if size:
@@ -142,9 +153,10 @@ def _start(answer: SimulationAnswer) -> str:
     velocity = float(motion.bar_velocity(1.0, [motion.begin_time], "left")[0, 0])
     velocity = velocity if abs(velocity) > 1e-15 else 0.0  # the sum of the modes rounds
     where, speed = number(y), number(velocity)
+    end = "striking end" if system.body.is_free else "contact"
     if system.is_si:
         where, speed = quantity(y * system.length_scale, "m"), f"{number(velocity * system.speed_scale)} m/s"
-    return f"load phase {number(motion.begin_time)} rad, striking end at {where} with velocity {speed}"
+    return f"load phase {number(motion.begin_time)} rad, {end} at {where} with velocity {speed}"
 
 
 def _tolerance(motion: Trajectory) -> str:

@@ -25,7 +25,8 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     """The cycles of a label, and where the other releases lead."""
     told = rest_cycles_dict(found, label)["label"]
     cycles = found.labelled(told)
-    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, 'elastic mode')}."
+    mode = "elastic mode" if found.system.body.is_free else "mode"
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, mode)}."
     return Report(title, summary, PLAIN, rest_sections(found, told))
 
 

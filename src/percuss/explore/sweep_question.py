@@ -18,7 +18,7 @@ from percuss.explore.own_quantities import SystemFunction, checked_functions
 from percuss.explore.parameters import PERIODS
 from percuss.explore.quantities import DEFAULT_QUANTITIES, OF_FREE_BARS, checked
 from percuss.explore.sweep_job import SweepJob
-from percuss.model import Body, Machine, ModalBody, System
+from percuss.model import Body, HeldBody, Machine, ModalBody, System
 from percuss.model.checks import Array, count, instance
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -98,7 +98,11 @@ def _of_held(job: SweepJob, body: Body, by_default: bool) -> SweepJob:
         raise ParameterError("quantities", unfit[0], "quantities of a structure that is held", OF_FREE_BARS[unfit[0]])
     if "stress" in job.quantities and isinstance(body, ModalBody):
         raise ParameterError("quantities", "stress", "what a table of modes knows", "ask for blow_energy")
-    return replace(job, quantities=tuple(name for name in job.quantities if name not in unfit))
+    names = tuple(name for name in job.quantities if name not in unfit)
+    if not isinstance(body, HeldBody):
+        return replace(job, quantities=names)
+    kept = None if job.modes is None else body.chosen(job.modes)
+    return replace(job, quantities=names, modes=kept, simulated=body.chosen(job.simulated))
 
 
 def _check_some(job: SweepJob) -> System | Machine | None:

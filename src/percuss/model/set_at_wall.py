@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from percuss.errors import ParameterError
-from percuss.model.body import HeldBody, ModalBody, Modes, need_free
+from percuss.model.body import HeldBody, ModalBody, Modes
 from percuss.model.load import Load
 from percuss.model.system import System
 
@@ -35,7 +35,9 @@ def wall_load(system: System, modes: int) -> Load:
     if not isinstance(body, HeldBody):
         return system.load
     if not rests(system, modes):
-        need_free(body, "rest on the wall (or one mode: with several it moves on while the wall holds it)")
+        raise ParameterError(
+            "modes", modes, "1 for the rest of a structure that is held: of several modes the others move on meanwhile"
+        )
     known = body.modes(1, system.load.at)
     gamma, omega = float(known.gamma[0]), float(known.omega[0])
     offset = omega * omega * body.gap / gamma

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from percuss.case.case import Case, checked_case
 from percuss.errors import ParameterError
 from percuss.explore.axis import Axis
-from percuss.model import Machine
+from percuss.model import HeldBody, Machine
 from percuss.model.checks import instance, mapping
 from percuss.units import si, unit_scale
 
@@ -26,7 +26,7 @@ __all__ = ["basins_job_of", "experiment_job_of", "stop_when_found"]
 def experiment_job_of(
     case: Case,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] = "wall",
+    distribution: str | os.PathLike[str] | None = None,
     seed: int = 0,
     *,
     modes: int | None = None,
@@ -37,7 +37,7 @@ def experiment_job_of(
     Parameters
     ----------
     starts, distribution, seed
-        See `percuss.explore.experiment`.
+        See `percuss.explore.experiment`; None for ``wall``, and for ``field`` of a structure that is held.
     modes, impacts
         Instead of those of the table [simulation].
 
@@ -52,7 +52,10 @@ def experiment_job_of(
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
     stop = stop_when_found(simulation.stop, impacts)
-    return experiment_job(_hammer(case), starts, distribution, seed, modes=kept, stop=stop)
+    hammer = _hammer(case)
+    if distribution is None:
+        distribution = "field" if isinstance(hammer.body, HeldBody) else "wall"
+    return experiment_job(hammer, starts, distribution, seed, modes=kept, stop=stop)
 
 
 def basins_job_of(

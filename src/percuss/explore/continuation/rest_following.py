@@ -19,13 +19,15 @@ from percuss.model.checks import callback, count, finite, instance, numbers, tex
 from percuss.model.set_at_wall import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
+from percuss.steady.resting.falling_push import FallingPush
 from percuss.steady.resting.releases import release_phases
 from percuss.steady.resting.search import cycle_through
 
-__all__ = ["follow_rest_cycle"]
+__all__ = ["follow_rest_cycle", "short_rest"]
 
 _EXACT = 2e-13  # of the parameter, to which a point is located
 _JUMP = 1.4  # factor by which a flight may change in a step
+_AHEAD = 1.5
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
 _NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
@@ -192,10 +194,12 @@ class _Walker:
             told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
             then = "what follows jumps" if cycle.modes else "what follows changes as the root of the distance from here"
             return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase, impact)
-        if float(cycle.rest_times.min()) < _SHORT:
+        if float(cycle.rest_times.min()) < short_rest(cycle):
             what = "chatter" if cycle.chatters else "impact before the rest"
             told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-            if cycle.chatters and cycle.system.contact.keeps_strain:
+            if cycle.chatters and cycle.modes and cycle.system.body.is_free:
+                told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
+            elif cycle.chatters and cycle.system.contact.keeps_strain:
                 told += (
                     f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
                 )
@@ -206,6 +210,17 @@ class _Walker:
             told = "the bar comes to rest once more: just before another release, which an impact meets here"
             return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
         return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
+
+
+def short_rest(cycle: RestCycle) -> float:
+    """The rest, in rad of the load, below which the rest of a cycle is about to vanish.
+
+    By a law that turns the strain over the bar is held 1/(2c) contacts before the load lets go: see `FallingPush`.
+    """
+    contact, restitution = cycle.system.contact, -cycle.system.contact.velocity_factor
+    if contact.keeps_strain or not 0.0 < restitution < 1.0:
+        return _SHORT
+    return max(_SHORT, _AHEAD * cycle.system.body.transit_time / FallingPush(restitution).critical)
 
 
 def _alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:

@@ -12,7 +12,8 @@ import numpy as np
 from percuss.errors import Interrupted
 from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, DiagramJob, diagram_job
-from percuss.explore.diagrams.lines import DiagramBranch, lines_from, with_new
+from percuss.explore.diagrams.found_twice import with_new
+from percuss.explore.diagrams.lines import DiagramBranch, lines_from
 from percuss.explore.diagrams.settled import SettledMotion, settled_at
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns

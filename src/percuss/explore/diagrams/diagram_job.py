@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from percuss.explore.diagrams.tracing import labels_up_to, of_label, settled_on,
 from percuss.explore.family import Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.explore.rough_time import seconds_of_start
-from percuss.model import Machine, System
+from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, count, instance
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
@@ -247,9 +247,11 @@ def diagram_job(
     )  # fmt: skip
     if not job.size:
         raise ParameterError("starts", starts, "1 or more, where no orbits are searched for")
-    if not any(system is not None for system in job.systems):
+    made = next((system for system in job.systems if system is not None), None)
+    if made is None:
         job.system(float(axis.values[0]))  # which says why there is none
-    return job
+    held = None if made is None or not isinstance(made.body, HeldBody) else made.body
+    return job if held is None else replace(job, modes=held.chosen(job.modes))
 
 
 def _label(up_to: tuple[int, int]) -> tuple[int, int]:

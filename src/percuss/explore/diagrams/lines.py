@@ -18,13 +18,10 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.sameness import differences
 
-__all__ = ["DiagramBranch", "DiagramPoint", "line_of", "lines_from", "packed", "with_new"]
+__all__ = ["DiagramBranch", "DiagramPoint", "line_of", "lines_from", "packed"]
 
 _TURN = 2.0 * np.pi
-_NEAR = 0.02  # rad, within which rows of two walks along one branch may be apart
-_ROWS = (0.25, 0.5, 0.75)  # of a branch, at which it is compared with another
 
 
 @dataclass(frozen=True)
@@ -169,35 +166,6 @@ def _point(point: BranchPoint) -> DiagramPoint:
         point.kind, point.value, orbit.label, orbit.phases, orbit.speeds, point.beyond, point.impact,
         point.touch_phase, float(orbit.blow_energies.mean()),
     )  # fmt: skip
-
-
-# -- one branch, found twice --
-
-
-def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[DiagramBranch]:
-    """Branches, and those of others that are not among them: a doubled orbit is found by itself, and by switching."""
-    every = list(known)
-    for line in found:
-        if not any(_holds(other, line) for other in every):
-            every.append(line)
-    return every
-
-
-def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
-    """Whether a branch is another one, or a part of it."""
-    if (other.impacts, other.periods, other.possible) != (line.impacts, line.periods, line.possible):
-        return False
-    rows = {int(share * (line.values.size - 1)) for share in _ROWS}
-    return all(_passes(other, float(line.values[row]), line.times[row]) for row in rows)
-
-
-def _passes(line: DiagramBranch, value: float, times: Array) -> bool:
-    """Whether a branch has an orbit near given times."""
-    period = _TURN * line.periods
-    return any(
-        float(np.abs(differences(times, at[None, :], period, _TURN)).max(axis=-1).min()) < _NEAR
-        for at in line.times_at(value)
-    )
 
 
 # -- as bytes --

@@ -10,8 +10,9 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.explore.close_returns import orbit_seeds
 from percuss.explore.continuation.following import follow
+from percuss.explore.diagrams.found_twice import with_new
 from percuss.explore.diagrams.impossible import beyond_the_ends
-from percuss.explore.diagrams.lines import DiagramBranch, line_of, with_new
+from percuss.explore.diagrams.lines import DiagramBranch, line_of
 from percuss.explore.family import Family
 from percuss.model import System
 from percuss.model.checks import Array

@@ -143,9 +143,9 @@ def follow_point(
     bounds = _ranges(between, here)
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
+    if isinstance(point, RestBranchPoint):
+        return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways, halt)
     with halting(halt):
-        if isinstance(point, RestBranchPoint):
-            return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways)
         curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
         forward = walked_curve(curve, start, bounds, ways)
         back = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from percuss.explore.point_curves.rest_point_curve import RestCurvePoint, RestPo
 from percuss.explore.point_curves.rest_start import rest_condition
 from percuss.explore.point_curves.rest_walk import RestPlane, RestWalk
 from percuss.explore.point_curves.rest_way import TURN
+from percuss.halting import halting
 from percuss.model.checks import Array
 
 __all__ = ["followed_rest_point"]
@@ -33,6 +35,7 @@ def followed_rest_point(
     here: tuple[float, float],
     bounds: tuple[tuple[float, float], tuple[float, float]],
     most: int,
+    halt: Callable[[], bool] | None,
 ) -> RestPointCurve:
     """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
     units = np.array([2.0 ** round(math.log2((high - low) / _UNITS)) for low, high in bounds])
@@ -45,7 +48,8 @@ def followed_rest_point(
     condition, parts = plane.condition, []
     for way, slope in ((left, steep), (-left, -steep)):
         walk = PlaneWalk(replace(plane, condition=condition), start, way, slope, box)
-        parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
+        with halting(halt):
+            parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
         if walk.end is CurveEvent.CLOSED:
             break
     return _told(point, plane, parts)

@@ -8,9 +8,11 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.rest_branch import RestBranchPoint, RestEvent
+from percuss.explore.continuation.rest_following import short_rest
 from percuss.explore.point_curves.onsets import Held, Late, Vanishing
 from percuss.explore.point_curves.rest_conditions import Grazing, Pulling, RestCondition
 from percuss.explore.point_curves.rest_way import TURN, RestWay, Struck, near, struck
+from percuss.model.set_at_wall import set_at_wall, wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain, Course
 from percuss.steady.resting.falling_push import FallingPush
@@ -22,7 +24,6 @@ __all__ = ["REST_FOLLOWED", "rest_condition"]
 REST_FOLLOWED = (RestEvent.ONSET, RestEvent.TOUCH, RestEvent.DEATH, RestEvent.RELEASE_LOST)
 """The kinds of ends of which there are curves."""
 
-_SHORT = 1e-2  # rad of rest, as for the branch
 _CALM = 0.3  # of c, within which a chatter piles up as the push vanishes
 _GONE, _HELD = 1e-2, 0.1  # of the push at the first impact, below which it vanishes, and where the bar is held before
 _PILED = 0.5  # of c, below which a chatter piles up whatever becomes of the push
@@ -41,7 +42,7 @@ def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
     if point.kind is RestEvent.RELEASE_LOST:
         return Pulling(RestWay(cycle.modes, cycle.release_phase, (), cycle.periods)), 1.0
     if point.kind is RestEvent.ONSET:
-        return _onset(point), 1.0 if cycle.rest_times.min() < _SHORT else -1.0
+        return _onset(point), 1.0 if cycle.rest_times.min() < short_rest(cycle) else -1.0
     if point.kind in (RestEvent.TOUCH, RestEvent.DEATH) and point.impact is not None:
         return _grazing(point, point.impact), 1.0 if point.kind is RestEvent.DEATH else -1.0
     known = ", ".join(one.value for one in REST_FOLLOWED)
@@ -51,7 +52,10 @@ def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
 def _way(point: RestBranchPoint, chain: Chain, number: int) -> RestWay:
     """The way of a chain up to an impact."""
     cycle = point.cycle
-    off = [abs(math.remainder(float(phase) - chain.release, TURN)) for phase in release_phases(cycle.system.load)]
+    off = [
+        abs(math.remainder(float(phase) - chain.release, TURN))
+        for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    ]
     if min(off, default=math.inf) > _RELEASE:
         raise ParameterError(
             "point", str(point), "one after a release where the load begins to pull", "this bar was laid down later"
@@ -63,7 +67,7 @@ def _onset(point: RestBranchPoint) -> RestCondition:
     """A rest that is about to vanish, or one that is about to begin."""
     cycle = point.cycle
     system, short = cycle.system, int(np.argmin(cycle.rest_times))
-    chains = [cycle.chains[short]] if cycle.rest_times[short] < _SHORT else list(cycle.chains)
+    chains = [cycle.chains[short]] if cycle.rest_times[short] < short_rest(cycle) else list(cycle.chains)
     factor = -system.contact.velocity_factor
     if factor == 0.0:
         ends = [(chain, i) for chain in chains for i in range(1, len(chain.impacts) + 1)]
@@ -71,7 +75,7 @@ def _onset(point: RestBranchPoint) -> RestCondition:
             ends = ends[-1:]
         chain, number = min(ends, key=lambda end: _off_release(cycle, end[0].impacts[end[1] - 1].time))
         way = _way(point, chain, number)
-        return Late(way) if cycle.modes or system.load.is_piecewise else Vanishing(way)
+        return Late(way) if (cycle.modes and system.body.is_free) or system.load.is_piecewise else Vanishing(way)
     best = None
     for chain in chains:
         found = _vanishing(cycle, chain, FallingPush(factor))
@@ -85,12 +89,14 @@ def _onset(point: RestBranchPoint) -> RestCondition:
 
 
 def _off_release(cycle: RestCycle, time: float) -> float:
-    return min(abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(cycle.system.load))
+    return min(
+        abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    )
 
 
 def _left(cycle: RestCycle, chain: Chain) -> list[Struck]:
     """What each impact of a chain leaves."""
-    course = Course(Swing(cycle.system, cycle.modes), chain.release, chain.stop + TURN)
+    course = Course(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
     return [struck(course) for _ in chain.impacts]
 
 

@@ -18,6 +18,7 @@ from percuss.explore.point_curves.rest_conditions import RestCondition
 from percuss.explore.point_curves.rest_way import Unlike
 from percuss.model import System
 from percuss.model.checks import Array
+from percuss.model.set_at_wall import set_at_wall
 from percuss.steady import RestCycle
 from percuss.steady.resting.search import cycle_through
 
@@ -54,13 +55,17 @@ class RestPlane:
         """The system there."""
         return self.family.system(dict(zip(self.names, self.values(place), strict=True)))
 
+    def at_wall(self, place: Array) -> System:
+        """The same as what is let go at the wall: see `percuss.model.set_at_wall`."""
+        return set_at_wall(self.system(place), self.condition.way.modes)
+
     def number(self, place: Array) -> float:
         """What vanishes on the curve."""
-        return self.condition.number(self.system(place))
+        return self.condition.number(self.at_wall(place))
 
     def arrived(self, place: Array) -> None:
         """Take the way of the bar anew at a place of the curve."""
-        self.condition = self.condition.renewed(self.system(place))
+        self.condition = self.condition.renewed(self.at_wall(place))
 
     def slopes(self, place: Array, box: Array) -> Array:
         """The derivatives of the number at a place of the curve, from inside of a box."""
@@ -121,10 +126,12 @@ class RestWalk:
                 if len(walk.points) > number:
                     self._arrive()
         except Interrupted:
+            if not self.passed:
+                self.passed.append(Passed(walk.points[0], self.plane.condition.way.release, np.nan, True))
             del walk.points[len(self.passed) :]
         end = walk.end or CurveEvent.STOPPED
         end, beyond = self._reason() if end is CurveEvent.LOST else (end, end.words)
-        last = self.passed[-1].place if self.passed else walk.points[-1]
+        last = self.passed[-1].place
         if end in (CurveEvent.WITH_TOUCH, CurveEvent.WITH_DEATH):
             self._cleared(last)
         self.happened.append(RestHappening(end, last, beyond))
@@ -146,7 +153,7 @@ class RestWalk:
 
     def _arrive(self) -> None:
         """See what there is at the last place."""
-        place, system = self.walk.points[-1], self.plane.system(self.walk.points[-1])
+        place, system = self.walk.points[-1], self.plane.at_wall(self.walk.points[-1])
         condition = self.plane.condition
         if isinstance(condition, Held) and system.contact.velocity_factor < 0.0:
             place = self._where_held(condition, place)
@@ -161,7 +168,7 @@ class RestWalk:
         way = np.eye(2)[1 - edge[0]] if edge.size else to_the_left(self.walk.way)
         if self.plane.number(place + _NUDGE * way) > 0.0:
             way = -way
-        beyond = vanishing_beyond(lambda at: condition.spare(self.plane.system(place + at * way)), 0.7 * self.held)
+        beyond = vanishing_beyond(lambda at: condition.spare(self.plane.at_wall(place + at * way)), 0.7 * self.held)
         self.held = beyond
         return place + beyond * way
 
@@ -174,7 +181,7 @@ class RestWalk:
         except PercussError:  # beyond the end of a parameter
             return not self.passed or self.passed[-1].is_cycle
         try:
-            release = self.plane.condition.way.released(system)
+            release = self.plane.condition.way.released(set_at_wall(system, self.cycle.modes))
             found, _, _ = cycle_through(system, release, modes=self.cycle.modes, most=self.cycle.periods)
         except Interrupted:
             raise

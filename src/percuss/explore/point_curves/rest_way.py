@@ -36,10 +36,11 @@ class Struck:
     def __init__(self, leg: Leg) -> None:
         swing, load = leg.swing, leg.swing.system.load
         self.time, self.rebound = leg.time, -leg.rate
-        self.push = leg.acceleration - swing.system.d * self.rebound
+        whole = 1.0 if swing.system.body.is_free else 0.0
+        self.push = leg.acceleration - (swing.system.d if whole else float(swing.known.damping[0])) * self.rebound
         k = swing.harmonics
         rate = float((1j * k * load.coefficients[k.astype(int)] * leg.turned).real.sum())
-        self.fall = -rate * (1.0 + float(swing.known.gamma.sum()))
+        self.fall = -rate * (whole + float(swing.known.gamma.sum()))
 
     @property
     def share(self) -> float:

@@ -202,7 +202,7 @@ class Leg:
         return np.asarray(self.start.gap + y), np.asarray(v)
 
     def gap_at(self, t: float) -> tuple[float, float]:
-        """Gap function and its velocity at a time since the start: `gap`, sooner for a rigid bar under a short sum."""
+        """Gap function and its velocity at a time since the start: as `gap`; sooner for a rigid bar."""
         swing, d = self.swing, self.swing.system.d
         if swing.modes or swing.harmonics.size > _FEW:
             y, v = self.gap(np.array([t]))

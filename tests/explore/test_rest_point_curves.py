@@ -1,0 +1,183 @@
+"""Ends of cycles with rest followed through two parameters: known onsets, closed forms, simulations beside them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from percuss import Load, Start, System, run
+from percuss.errors import ParameterError
+from percuss.explore import (
+    CurveEvent,
+    RestBranchPoint,
+    RestEvent,
+    RestPointCurve,
+    SystemFamily,
+    follow_point,
+    follow_rest_cycle,
+)
+from percuss.model import Reversed, UniformBar
+from percuss.steady import RestCycle, rest_cycles
+
+PLANE = ("restitution", "mean")
+
+
+def only(system: System, modes: int = 0) -> RestCycle:
+    (cycle,) = rest_cycles(system, modes=modes).cycles
+    return cycle
+
+
+def harmonic(restitution: float, mean: float) -> System:
+    return System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(mean, 1.0))
+
+
+class Squares:
+    """Square loads over the share of the push, and the restitution."""
+
+    def system(self, values: dict[str, float]) -> System:
+        load = Load.square(1.0, values["kappa"])
+        return System(s=5.0, d=0.0, restitution=values.get("restitution", 0.2), load=load)
+
+    def check(self, names: dict[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, str]:
+        return {}
+
+
+@pytest.fixture(scope="module")
+def onset() -> RestBranchPoint:
+    return follow_rest_cycle(only(harmonic(0.2, 0.46)), "mean", (0.45, 0.47), points=3).points[0]
+
+
+@pytest.fixture(scope="module")
+def curve(onset: RestBranchPoint) -> RestPointCurve:
+    return follow_point(onset, PLANE, ((0.0, 0.3), (0.2, 1.0)))
+
+
+# -- onsets -----------------------------------------------------------------------------------------------------------
+
+
+def test_onsets_of_a_rigid_bar(curve: RestPointCurve) -> None:
+    """At R = 0.3 the figure of another program; at R = 0 the one impact is a load period after the release."""
+    low, high = sorted(curve.ends, key=lambda end: end.values[0])
+    assert (low.kind, high.kind) == (CurveEvent.LIMIT, CurveEvent.LIMIT)
+    assert high.values == pytest.approx((0.3, 0.513626912256), rel=0, abs=1e-11)
+    assert low.values == pytest.approx((0.0, 1.0 / math.hypot(1.0, math.pi)), rel=0, abs=1e-12)
+    assert curve.is_orbit.all()
+    assert curve.release_phases == pytest.approx(np.arccos(-curve.values[:, 1]), rel=0, abs=1e-12)
+    assert curve.event_phases == pytest.approx(curve.release_phases, rel=0, abs=1e-9)
+
+
+def test_simulated_motions_chatter_on_one_side_of_it_alone(curve: RestPointCurve) -> None:
+    for i in np.linspace(2, len(curve.values) - 3, 5).astype(int):
+        restitution, mean = curve.values[i]
+        inside, outside = (run(harmonic(restitution, mean + off), Start(), modes=0).label for off in (2e-4, -2e-4))
+        assert inside == "chatter/1"
+        assert outside != "chatter/1"
+
+
+def test_the_branch_at_another_restitution_ends_on_it(curve: RestPointCurve) -> None:
+    restitution, mean = curve.values[len(curve.values) // 2]
+    branch = follow_rest_cycle(only(harmonic(restitution, mean + 0.01)), "mean", (mean - 0.01, mean + 0.02), points=3)
+    assert branch.points[0].kind is RestEvent.ONSET
+    assert branch.points[0].value == pytest.approx(mean, rel=0, abs=5e-11)
+
+
+def test_the_onset_under_a_square_load_is_closed() -> None:
+    system = Squares().system({"kappa": 1.75, "restitution": 0.2})
+    branch = follow_rest_cycle(only(system), "kappa", (1.5, 1.8), family=Squares(), value=1.75, points=3)
+    plane, box = ("restitution", "kappa"), ((0.0, 0.6), (1.0, 1.95))
+    values = (0.2, branch.points[0].value)
+    curve = follow_point(branch.points[0], plane, box, family=Squares(), values=values, most=9)
+    r, kappa = curve.values.T
+    whole = 1.0 + math.sqrt(2.0) + 2.0 * math.sqrt(2.0) * r / (1.0 - r)
+    assert kappa == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-11)
+    assert curve.is_orbit.all()
+
+
+@pytest.mark.slow
+def test_a_law_that_turns_the_strain_over_holds_the_bar_a_little_before() -> None:
+    system = System(body=UniformBar(200.0), contact=Reversed(0.35), load=Load.harmonic(0.6, 1.0))
+    start = follow_rest_cycle(only(system), "mean", (0.5, 0.6), points=3).points[0]
+    curve = follow_point(start, ("d", "mean"), ((0.0, 0.1), (0.3, 1.0)), most=6)
+    damping, mean = curve.values[np.argmax(curve.values[:, 0])]
+    assert damping > 1e-3
+    beside = SystemFamily(system).system({"d": damping, "mean": mean + 0.01})
+    point = follow_rest_cycle(only(beside), "mean", (mean - 0.01, mean + 0.02), points=3).points[0]
+    assert (point.kind, point.value) == (RestEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-11))
+
+
+@pytest.mark.slow
+def test_an_elastic_bar_is_laid_down_late_under_its_strain() -> None:
+    system = System(s=5.0, d=0.05, restitution=0.2, load=Load.harmonic(0.45, 1.0))
+    start = follow_rest_cycle(only(system, 2), "mean", (0.42, 0.46), points=3).points[0]
+    curve = follow_point(start, PLANE, ((0.15, 0.25), (0.4, 0.5)), most=3)
+    for restitution, mean in curve.values[[0, -1]]:
+        beside = SystemFamily(system).system({"restitution": restitution, "mean": mean + 1e-3})
+        point = follow_rest_cycle(only(beside, 2), "mean", (mean - 1e-3, mean + 2e-3), points=3).points[0]
+        assert (point.kind, point.value) == (RestEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-10))
+        after = SystemFamily(system).system({"restitution": restitution, "mean": mean - 1e-5})
+        assert not rest_cycles(after, modes=2).cycles
+        assert run(after, Start(), modes=2).label == "chatter/1"
+
+
+# -- other ends -------------------------------------------------------------------------------------------------------
+
+
+def test_a_touch_is_where_an_impact_dies_from_the_other_side() -> None:
+    load = Load.fourier([0.65, 1.0, 1.52 + 0.81j])
+    one, two = (only(System(s=5.0, d=0.0, restitution=0.0, load=load.with_mean(mean))) for mean in (0.609, 0.711))
+    touch = follow_rest_cycle(one, "mean", (0.609, 0.711), points=3).points[1]
+    death = follow_rest_cycle(two, "mean", (0.609, 0.711), points=3).points[0]
+    assert (touch.impact, death.impact) == (1, 1)
+    plane, box = ("d", "mean"), ((0.0, 0.2), (0.4, 1.0))
+    first, second = (follow_point(point, plane, box, most=3) for point in (touch, death))
+    assert (first.event, second.event) == (RestEvent.TOUCH, RestEvent.DEATH)
+    ends = [np.array(sorted(end.values for end in curve.ends)) for curve in (first, second)]
+    assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-7)
+    damping, mean = first.values[np.argmax(first.values[:, 0])]
+    beside = System(s=5.0, d=damping, restitution=0.0, load=load.with_mean(mean - 0.01))
+    again = follow_rest_cycle(only(beside), "mean", (mean - 0.02, mean + 0.01), points=3).points[1]
+    assert (again.kind, again.value) == (RestEvent.TOUCH, pytest.approx(mean, rel=0, abs=1e-10))
+
+
+def test_the_last_release_asks_for_the_load_alone() -> None:
+    last = follow_rest_cycle(only(harmonic(0.2, 0.98)), "mean", (0.97, 1.1), points=3).points[1]
+    curve = follow_point(last, PLANE, ((0.1, 0.3), (0.5, 1.5)), most=4)
+    assert curve.event is RestEvent.RELEASE_LOST
+    assert curve.values[:, 1] == pytest.approx(1.0, rel=0, abs=1e-12)
+    assert curve.event_phases == pytest.approx(math.pi, rel=0, abs=1e-6)
+
+
+# -- ends and refusals ------------------------------------------------------------------------------------------------
+
+
+def test_it_stops_when_told(onset: RestBranchPoint) -> None:
+    asked = 0
+
+    def halt() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 2000
+
+    curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=halt)
+    assert CurveEvent.STOPPED in {end.kind for end in curve.ends}
+    assert len(curve.values) > 1
+    at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
+    assert [end.kind for end in at_once.ends] == [CurveEvent.STOPPED] * 2
+    assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
+
+
+def test_what_cannot_be_followed_is_refused(onset: RestBranchPoint) -> None:
+    branch = follow_rest_cycle(only(harmonic(0.2, 0.6)), "mean", (0.59, 0.61), points=3)
+    with pytest.raises(ParameterError, match="one of the kinds onset"):
+        follow_point(branch.points[0], PLANE, ((0.1, 0.3), (0.3, 1.0)))
+    with pytest.raises(ParameterError, match="a point of the systems with"):
+        follow_point(onset, PLANE, ((0.1, 0.3), (0.3, 1.0)), values=(0.2, 0.5))
+
+
+def test_it_says_what_it_is(curve: RestPointCurve) -> None:
+    assert str(curve).startswith("onset of chatter/1: ")
+    assert (curve.kind, curve.label) == ("onset", "chatter/1")
