@@ -195,3 +195,29 @@ def test_words_of_a_structure(folder, capsys):
     assert "the structure would pass through the wall; z=2/1 ends at 0.134250057" in told and "bar" not in told
     assert main(["orbits", "case.toml"]) == 0
     assert "1 orbit, 2 modes." in capsys.readouterr().out
+
+
+def test_words_of_the_samples_are_those_of_a_structure(capsys):
+    assert main(["experiment", "stopped-oscillator", "--starts", "5"]) == 0
+    told = capsys.readouterr().out
+    assert "field" in told and "1 elastic mode\n" in told
+    asked = ["--label", "1/1", "--searched", "1", "--starts", "1", "--runs", "0", "--tries", "9", "--switch", "0"]
+    assert main(["diagram", "stopped-oscillator", "--along", "gap=-0.11:-0.1:2", "--yes", *asked]) == 0
+    assert ", 1 mode; branches: " in capsys.readouterr().out
+    assert main(["simulate", "stopped-oscillator"]) == 0
+    told = capsys.readouterr().out
+    assert "The structure settles on one impact every load period" in told and "; 1 mode" in told
+    assert main(["orbits", "stopped-beam", "--label", "chatter/1"]) == 2
+    assert "of several modes the others move on" in capsys.readouterr().err
+
+
+def test_a_mode_that_chatters_is_told_of_as_a_cycle_with_rest(tmp_path, capsys):
+    text = (
+        PLAIN[: PLAIN.index("file")] + "omega = [3.3]\ndamping = [0.3]\ncontact = [1.0]\ndrive = [1.0]\ngap = -0.01\n"
+    )
+    text += PLAIN[PLAIN.index("[system]") :].replace("0.7", "0.4").replace("0.2, 0.0", "0.0, 0.0")
+    (tmp_path / "rests.toml").write_text(text, encoding="utf-8")
+    assert main(["orbits", str(tmp_path / "rests.toml"), "--label", "chatter/1"]) == 0
+    assert "1 cycle chatter/1, 1 mode." in capsys.readouterr().out
+    assert main(["simulate", str(tmp_path / "rests.toml")]) == 0
+    assert "until the force of load and spring pulls it off" in capsys.readouterr().out

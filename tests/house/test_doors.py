@@ -1006,7 +1006,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "case.experiment_job_of": (
             room_of_cases.experiment_job_of,
             {"case": case, "starts": 2, "distribution": "wall", "seed": 0, "modes": 0, "impacts": 2},
-            {"starts": OPTIONAL, "seed": {"400 digits"}} | sums,
+            {"starts": OPTIONAL, "distribution": OPTIONAL, "seed": {"400 digits"}} | sums,
         ),
         "case.sweep_job_of": (
             room_of_cases.sweep_job_of,

@@ -54,8 +54,8 @@ def experiment_job_of(
     stop = stop_when_found(simulation.stop, impacts)
     hammer = _hammer(case)
     if distribution is None:
-        distribution = "field" if isinstance(hammer.body, HeldBody) else "wall"
-    return experiment_job(hammer, starts, distribution, seed, modes=kept, stop=stop)
+        distribution = "wall" if _held(hammer) is None else "field"
+    return experiment_job(hammer, starts, distribution, seed, modes=_had(hammer, kept), stop=stop)
 
 
 def basins_job_of(
@@ -91,12 +91,22 @@ def basins_job_of(
     x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
     held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
     fixed = {name: _plain(system, name, value) for name, value in held.items()}
-    return basins_job(system, x, y, at=fixed, modes=kept, stop=stop_when_found(simulation.stop, impacts))
+    return basins_job(system, x, y, at=fixed, modes=_had(system, kept), stop=stop_when_found(simulation.stop, impacts))
 
 
 def _hammer(case: Case) -> System | Machine:
     """What the starts of a case are starts of."""
     return case.machine() if case.is_machine else case.system()
+
+
+def _held(hammer: System | Machine) -> HeldBody | None:
+    return hammer.body if not isinstance(hammer, Machine) and isinstance(hammer.body, HeldBody) else None
+
+
+def _had(hammer: System | Machine, modes: int) -> int:
+    """As many of so many modes as a structure has."""
+    body = _held(hammer)
+    return modes if body is None or not isinstance(modes, int) or modes < 1 else body.chosen(modes)
 
 
 _START_SCALES = {

@@ -12,6 +12,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.parameter_list import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.reaching import reach
+from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit
@@ -65,6 +66,8 @@ ceases to exist (then chatter/1)
     instance("orbit", orbit, Orbit)
     callback("halt", halt)
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    body = orbit.system.body
+    kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
     found = []
     for row in wanted:
