@@ -113,7 +113,7 @@ def _shut(exact: rational_program.Outcome) -> list[tuple[float, float | None, fl
     ]
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(case=exact_collisions(transits=4))
 def test_blow_is_what_rational_numbers_say(case: Collision) -> None:
     assert_is_rational(case)
@@ -160,7 +160,7 @@ FAINT_FORCE = Collision(
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(case=collisions(transits=3.0))
 @example(case=SHORT_GAP)
 @example(case=FAINT_FORCE)
@@ -169,7 +169,7 @@ def test_many_blows_are_what_the_smooth_program_says(case: Collision) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(case=exact_collisions(transits=10))
 def test_many_blows_are_what_rational_numbers_say(case: Collision) -> None:
     assert_is_rational(case)

@@ -36,7 +36,7 @@ def assert_same(one: Any, other: Any, case: Collision, tolerance: float = 1e-9, 
         assert getattr(one, name) == pytest.approx(theirs, abs=tolerance * scale_of(case, name)), name
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(case=collisions())
 def test_momentum_and_energy_close_and_nothing_pulls(case: Collision) -> None:
     blow = struck(case)

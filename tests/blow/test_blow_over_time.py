@@ -13,7 +13,7 @@ from percuss.blow.over_time import cells_over_time, energy_over_time
 from percuss.model import Bar
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(case=collisions())
 def test_energy_is_where_the_balance_has_it_and_never_lost(case: Collision) -> None:
     blow = struck(case)
@@ -36,7 +36,7 @@ def test_energy_is_where_the_balance_has_it_and_never_lost(case: Collision) -> N
     assert np.all(np.diff(found.rock_dissipated) >= -1e-12 * scale)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(case=collisions())
 def test_cells_have_what_the_field_of_an_instant_has_there(case: Collision) -> None:
     blow = struck(case)

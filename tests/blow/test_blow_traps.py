@@ -61,7 +61,7 @@ def test_a_touch_without_force_is_no_contact_but_is_counted():
 ULP = np.spacing(1.0)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(
     steps=st.lists(st.integers(-12, 12), min_size=2, max_size=5),
     transits=st.lists(st.floats(0.2, 3.0), min_size=5, max_size=5),

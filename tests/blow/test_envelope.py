@@ -24,7 +24,7 @@ GOLDEN = 0.3819660112501051
 """No instant that is a golden part of a step is one at which breaks of waves in whole numbers meet."""
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(case=collisions())
 @example(case=TWO_PEAKS)
 def test_no_place_has_more_than_its_section(case: Collision) -> None:
@@ -43,7 +43,7 @@ def test_no_place_has_more_than_its_section(case: Collision) -> None:
             assert (values >= 0.0).all() and (values <= most + rounding).all()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(case=exact_collisions())
 def test_stepwise_waves_are_never_missed(case: Collision) -> None:
     """What cells show at instants between all breaks is within what they show at most."""

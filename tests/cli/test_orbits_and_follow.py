@@ -97,6 +97,46 @@ def test_the_answer_as_json_has_every_branch(hammer: str, capsys: pytest.Capture
     assert len(answer["branch"]["value"]) == len(answer["branch"]["phases"]) == len(answer["branch"]["stable"])
 
 
+def test_an_onset_followed_and_laid_over_a_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hammer = tmp_path / "chattering.toml"
+    hammer.write_text(
+        HAMMER.replace("restitution = 0.5", "restitution = 0.05").replace("0.62", "0.37"), encoding="utf-8"
+    )
+    asked = ["follow", str(hammer), "--orbit", "chatter/1", "--along", "load_factor=0.36:0.38", "--curve", "onset"]
+    picture, table, curves = tmp_path / "curves.svg", tmp_path / "curves.csv", tmp_path / "curves.json"
+    files = ["--plot", str(picture), "-o", str(table)]
+    assert main([*asked, "--over", "restitution=0.01:0.5", *files, "--json"]) == 0
+    told = capsys.readouterr().out
+    (curve,) = json.loads(told)["curves"]
+    assert (curve["type"], curve["label"], curve["parameters"]) == (
+        "onset",
+        "chatter/1",
+        ["load_factor", "restitution"],
+    )
+    assert [point["type"] for point in curve["points"]] == ["limit", "limit"]
+    assert len(curve["curve"]["values"]) == len(curve["curve"]["event_phases"]) == len(curve["curve"]["is_orbit"])
+    assert picture.read_text(encoding="utf-8").startswith("<?xml")
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "curve,type,label,point,load_factor,restitution,is_orbit,release_phase,event_phase"
+    assert len(lines) == len(curve["curve"]["values"]) + 1
+    curves.write_text(told, encoding="utf-8")
+    sweep = [
+        "sweep",
+        str(hammer),
+        "--x",
+        "restitution=0.1:0.3:2",
+        "--y",
+        "load_factor=0.4:0.5:2",
+        "--quantity",
+        "exists",
+    ]
+    drawn = tmp_path / "map.svg"
+    assert main([*sweep, "--overlay", str(curves), "--plot", str(drawn)]) == 0
+    assert drawn.read_text(encoding="utf-8").startswith("<?xml")
+    assert main([*asked[:-1], "flip", "--over", "restitution=0.01:0.5"]) == 2
+    assert "there are: onset" in capsys.readouterr().err
+
+
 def test_points_followed_and_laid_over_a_map(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["follow", hammer, "--orbit", "2/1:2", "--along", "load_factor=0.61:0.8", "--curve", "flip,fold:1"]
     asked += ["--over", "restitution=0.498:0.502"]
@@ -156,6 +196,10 @@ def test_without_a_range_a_branch_goes_to_its_ends() -> None:
         (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flip"], "--over"),
         (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flop", "--over", "restitution=0:0.9"], "one of"),
         (["follow", "CASE", "--along", "mean=0.61:0.63", "--curve", "flip:9", "--over", "restitution=0:0.9"], "flip:9"),
+        (
+            ["follow", "CASE", "--along", "mean=0.61:0.63", "--curve", "flip", "--over", "d=0:1"],
+            "has no flip, but limit",
+        ),
         (["sweep", "CASE", "--x", "mean=0.6:0.7:2", "--overlay", "curves.json"], "--plot"),
         (["sweep", "CASE", "--x", "mean=0.6:0.7:2", "--y", "d=0:1:2", "--plot", "a.png", "--overlay", "CASE"], "curve"),
     ],

@@ -165,7 +165,7 @@ def test_all_modes_together_are_the_static_shape(bar: SteppedBar) -> None:
     x=st.floats(0.0, 1.0),
     place=st.integers(0, 100),
 )
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_receptance_by_transfer_matrices_in_many_digits(
     bar: SteppedBar, share: float, loss: float, x: float, place: int
 ) -> None:
@@ -199,7 +199,7 @@ def test_receptance_is_the_sum_of_damped_modes(bar: SteppedBar, law) -> None:
 
 
 @given(bar=stepped_bars(most=30), x=st.floats(0.0, 1.0), y=st.floats(0.0, 1.0))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_reciprocity_inside_the_bar(bar: SteppedBar, x: float, y: float) -> None:
     z = bar.frequencies(3)[[0, 2]] * np.array([0.3 - 0.01j, 1.2 - 0.3j])
     one, other = np.array([x]), np.array([y])

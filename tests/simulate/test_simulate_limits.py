@@ -158,7 +158,7 @@ def motions(draw):
     )
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(motions())
 def test_every_motion_ends_with_a_sound_record(motion):
     system, start, modes, stop, scale = motion

@@ -294,7 +294,7 @@ def map_of(system: System, modes: int, seed: int, periods: int = 1) -> LinearMap
     return map_at_impact(system, 2.0 * math.pi * periods, float(rng.uniform(-1.5, 1.5)), rise, speed)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(maps, st.sampled_from([0, 1, 3, 20, 45, 90]), st.integers(0, 2**32 - 1), st.integers(1, 3))
 def test_secular_roots_are_the_dense_eigenvalues(system: System, modes: int, seed: int, periods: int) -> None:
     matrix = map_of(system, modes, seed, periods)
@@ -312,7 +312,7 @@ def test_secular_roots_are_the_dense_eigenvalues(system: System, modes: int, see
     assert farthest(roots, dense) <= 1e-8 * max(1.0, float(np.abs(dense).max())) + 1e3 * doubt
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     s=st.floats(0.3, 60.0),
     d=st.sampled_from([0.0, 0.01, 0.2]),
@@ -410,7 +410,7 @@ def test_the_feedback_of_the_reduced_criterion_holds_where_the_strain_is_kept() 
     assert reduced_criterion(kept).sigma == elastic_feedback(kept) != 0.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(0.05, 0.9), st.floats(0.0, 1.0), st.floats(-0.5, 0.5))
 def test_the_waveform_criterion_is_exact_for_the_rigid_bar_under_both_laws(mean: float, r: float, more: float) -> None:
     for law in (Kept(r), Reversed(r)):

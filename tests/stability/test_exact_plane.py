@@ -67,7 +67,7 @@ systems = st.builds(
 )
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(
     system=systems,
     restitution=st.one_of(st.sampled_from([0.0, 1e-9, 0.999999, 1.0]), st.floats(0.0, 1.0)),
@@ -90,7 +90,7 @@ def test_every_cell_is_like_the_single_orbit(system, restitution, load_factor, p
         assert abs(found.largest[place] - expected.largest) <= max(1e-9, blur) * max(1.0, expected.largest)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(drawn=st.one_of(strategies.fourier_systems(), strategies.square_systems(harmonics=16)), modes=st.integers(0, 20))
 def test_every_system_is_like_its_single_orbits(drawn, modes):
     system, periods = drawn

@@ -77,7 +77,7 @@ def test_one_impact_has_the_map_of_the_steady_motion(contact, load: Load) -> Non
         assert orbit_multipliers(orbit).largest == pytest.approx(floquet_multipliers(motion, 6).largest, rel=1e-9)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(motions(), st.sampled_from([1.0, -1.0, 0.3 + 0.4j, -1.3 + 0.2j, 1j, complex(math.cos(1.0), math.sin(1.0))]))
 def test_the_small_determinant_is_the_characteristic_polynomial(orbit: PeriodicOrbit, xi: complex) -> None:
     if np.abs(orbit.speeds).min() < 1e-3 * np.abs(orbit.speeds).max():

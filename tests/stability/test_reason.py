@@ -26,7 +26,7 @@ def test_the_numbers_in_archives_keep_their_words() -> None:
     assert len({reason.words for reason in Reason}) == len(Reason)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     s=st.floats(0.7, 30.0),
     d=st.sampled_from([0.0, 0.01, 0.3]),

@@ -100,7 +100,7 @@ def test_schur_is_the_moduli(d: float, r: float, period: float, sigma: float, sl
     assert bool(max(first, second) < 1) == (largest < 1)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(fourier_systems(8))
 def test_reduced_numbers_against_the_oracle(drawn: Drawn) -> None:
     case = oracle(*drawn)
@@ -151,7 +151,7 @@ def test_reduced_sigma_of_a_square_takes_its_harmonics(drawn: Drawn) -> None:
 # ---------------------------------------------------------------- the linear map
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.one_of(fourier_systems(8), square_systems()), st.integers(0, 30))
 def test_liouville_and_trace(drawn: Drawn, modes: int) -> None:
     """The product of all multipliers is R**(N + 2) E**(N + 1) up to its sign, their sum is the trace."""
@@ -219,7 +219,7 @@ def secular_against_dense(matrix: LinearMap, tolerance: float = 1e-9) -> None:
     assert farthest(roots, dense) <= tolerance * max(1.0, float(np.abs(dense).max())) + 1e3 * doubt
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(st.one_of(fourier_systems(6), square_systems(16)), st.integers(0, 60))
 def test_secular_roots_on_random_orbits(drawn: Drawn, modes: int) -> None:
     orbits = steady_states(drawn.system, drawn.periods, modes=4).orbits
@@ -402,7 +402,7 @@ def test_fold_is_said_to_be_one() -> None:
     assert verdict.multipliers.largest == pytest.approx(1.0, abs=1e-5)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(fourier_systems(8))
 def test_stable_means_all_moduli_below_one(drawn: Drawn) -> None:
     for orbit in steady_states(drawn.system, drawn.periods, modes=4).orbits[:2]:
@@ -425,7 +425,7 @@ def test_default_number_of_modes() -> None:
 # ---------------------------------------------------------------- the waveform criterion (theory §11)
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(st.one_of(fourier_systems(12), square_systems()), st.floats(0.0, 1.0))
 def test_waveform_is_exact_for_the_rigid_undamped_bar(drawn: Drawn, r: float) -> None:
     system = System(s=1e3 / math.e, d=0.0, restitution=r, load=drawn.system.load)
@@ -547,7 +547,7 @@ def test_the_rhythm_is_what_the_reduced_criterion_judges(s: float, within: float
             assert 1.0 - verdict.margin_rhythm == pytest.approx(max(verdict.reduced.moduli), rel=within, abs=within)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(fourier_systems(8), st.integers(0, 8))
 def test_the_margin_is_the_lesser_of_both(drawn: Drawn, modes: int) -> None:
     for orbit in steady_states(drawn.system, drawn.periods, modes=modes).orbits[:2]:

@@ -46,7 +46,7 @@ def _differences(orbit: TimedOrbit) -> np.ndarray:
     return np.array(columns).T
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(data=st.data(), s=st.floats(5.0, 50.0), d=st.sampled_from([0.0, 0.01, 0.3]), r=st.floats(0.0, 0.9))
 def test_finite_differences_of_the_map(data: st.DataObject, s: float, d: float, r: float) -> None:
     alternating = data.draw(strategies.coefficients(3))
@@ -92,7 +92,7 @@ def test_without_duration_it_is_b77s_quadratic_of_a_rigid_bar(drawn: strategies.
         assert abs(judged.multipliers[0]) == pytest.approx(max(moduli), rel=1e-6, abs=1e-6)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(drawn=strategies.fourier_systems(6), duration=st.floats(1e-3, 0.02), share=st.floats(0.2, 0.8))
 def test_of_two_that_meet_in_a_fold_the_rising_one_is_unstable(
     drawn: strategies.Drawn, duration: float, share: float

@@ -40,7 +40,7 @@ def test_the_cushion_takes_what_the_piston_brings_and_the_valve_adds(beyond, for
 
 
 @given(st.floats(0.1, 2.0), st.floats(0.2, 3.0), st.floats(0.05, 0.8), st.floats(0.6, 20.0))
-@settings(max_examples=50)
+@settings(max_examples=25)
 def test_a_machine_that_goes_on_without_blows(back, power, front, held) -> None:
     """Without delays: rest at the depth z, (a_r + a_p)(S − h) from the valve in a cycle, and f z into the cushion."""
     force = held * back

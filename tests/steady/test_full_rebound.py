@@ -86,7 +86,7 @@ def test_modes_that_swing_a_whole_number_of_times_come_back(modes: int | None) -
         assert np.abs(orbit.modal_state(5).velocity).max() == 0.0
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.floats(0.5, 50.0), st.integers(1, 3), st.integers(1, 6), st.floats(0.0, TURN), st.floats(0.0, TURN))
 def test_growing_is_what_the_impact_map_says(s: float, periods: int, modes: int, a: float, b: float) -> None:
     load = Load.fourier([0.2, np.exp(1j * a), 0.3 * np.exp(1j * b)])

@@ -189,7 +189,7 @@ def test_no_jump_in_between() -> None:
 # ---------------------------------------------------------------- the phase of the load is a choice of clock
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.one_of(fourier_systems(10), square_systems()), st.floats(-10.0, 10.0))
 def test_a_shifted_load_shifts_the_phase_and_nothing_else(drawn: Drawn, shift: float) -> None:
     system, m = drawn
@@ -267,7 +267,7 @@ def test_fourier_square_flies_like_the_piecewise_one(modes: int) -> None:
 # ---------------------------------------------------------------- units of force
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.one_of(fourier_systems(10), square_systems()), st.sampled_from([2.0**-40, 0.125, 1024.0, 2.0**40]))
 def test_a_stronger_load_is_the_same_motion_enlarged(drawn: Drawn, factor: float) -> None:
     """Load and mean times f: positions and speeds times f, energies times f squared, phases and multipliers stay.
@@ -295,7 +295,7 @@ def test_a_stronger_load_is_the_same_motion_enlarged(drawn: Drawn, factor: float
 # ---------------------------------------------------------------- B77 counts periods of the impact (theory §1)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(fourier_systems(4), st.integers(2, 5))
 def test_the_clock_of_b77(drawn: Drawn, stretch: int) -> None:
     """The same motion with time measured `stretch` times slower: the load is its own harmonic number `stretch`, impacts

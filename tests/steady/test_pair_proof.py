@@ -140,7 +140,7 @@ def boxes(draw: st.DrawFn):
     return system, n, (t, h), rads, place
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(boxes())
 def test_the_equations_are_enclosed_over_boxes(drawn) -> None:
     system, n, (t, h), rads, place = drawn

@@ -131,7 +131,7 @@ def test_what_lies_beyond_the_ends_of_a_branch_is_no_orbit(name: str) -> None:
 # -- one impact is the closed form ------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.one_of(fourier_systems(8), square_systems(16)), st.sampled_from([0, 1, 6]))
 def test_one_impact_is_the_steady_motion(drawn: Drawn, modes: int) -> None:
     assume(not resonant(drawn.system))
@@ -169,7 +169,7 @@ def test_one_impact_to_thirteen_digits() -> None:
 # -- invariants -------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(chains())
 def test_the_matrix_is_the_derivative_of_the_equations(drawn: tuple[ImpactChain, np.ndarray]) -> None:
     chain, times = drawn
@@ -181,7 +181,7 @@ def test_the_matrix_is_the_derivative_of_the_equations(drawn: tuple[ImpactChain,
     assert matrix == pytest.approx(found, abs=1e-7 * max(1.0, float(np.abs(found).max())))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(chains(), st.integers(0, 3), st.integers(-2, 2))
 def test_the_first_impact_and_the_first_period_are_free_to_choose(drawn, first: int, periods: int) -> None:
     chain, times = drawn
@@ -205,7 +205,7 @@ def test_many_orbits_at_once_are_each_by_itself(drawn) -> None:
         assert together.gap[i] == pytest.approx(alone.gap, abs=1e-14 * (1.0 + np.abs(alone.gap).max()))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(chains())
 def test_energy_closes_over_the_cycle(drawn) -> None:
     """What the impacts take of energy and what the flights give are one: mode by mode the state comes back."""

@@ -203,7 +203,7 @@ def test_loads_of_steps_and_of_harmonics_ring_alike_near_resonance() -> None:
         assert found < 0.8 * seen < 0.0  # higher harmonics ring too, and make it more
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.floats(0.3, 30.0), st.floats(0.02, 5.0), st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.floats(0.0, TURN))
 def test_it_moves_and_scales_with_the_load(s: float, d: float, more: float, factor: float, turn: float) -> None:
     """A constant force is felt as it is, whatever the damping: f is linear in the load, and knows no phase."""

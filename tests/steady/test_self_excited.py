@@ -158,7 +158,7 @@ def test_without_delay_and_drag(pair, R, kappa, law) -> None:
 
 
 @given(forces, rebounds, st.floats(0.0, 0.5), st.floats(0.05, 0.6), st.floats(0.0, 0.3), st.floats(0.0, 0.3))
-@settings(max_examples=60)
+@settings(max_examples=30)
 def test_the_work_of_the_switches_is_what_the_blows_take(pair, R, rear, front, late, kappa) -> None:
     motion = rigid(two_force(*pair, rear=rear, front=front, late=late, kappa=kappa), Kept(R))
     if motion.cycle is not None:
@@ -176,7 +176,7 @@ def test_three_states_and_a_chamber() -> None:
 
 
 @given(forces, rebounds, st.floats(0.0, 0.5), none_or(0.3))
-@settings(max_examples=60)
+@settings(max_examples=30)
 def test_the_two_force_machine_with_a_delayed_rear_port(pair, R, rear, drag) -> None:
     """Multiplier R² e^{−dT} (1 + (a_r + a_p) S e^{dτ}/v_j), S = (1 − e^{−dτ})/d; period and stroke without drag."""
     back, power = pair
@@ -230,7 +230,7 @@ def test_the_flip_of_a_late_return(R: float, back: float) -> None:
 
 
 @given(st.floats(0.1, 1.0), st.floats(0.0, 2.2))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_when_a_chamber_lets_the_machine_start(back: float, kappa: float) -> None:
     """From rest it needs 2 a_r S > κS²; running it needs R²w + 2 a_r S > κS²."""
     assume(abs(2.0 * back - kappa) > 1e-6)
@@ -390,7 +390,7 @@ def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float
     st.floats(-1.0, 1.0), st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(-2.0, 2.0),
     st.floats(0.01, 3.0),
 )  # fmt: skip
-@settings(max_examples=150)
+@settings(max_examples=75)
 @example(1.0, 1e-214, 0.0, 1.0, -1.9375, 1.0)  # a spring that is next to none, and turns the piston all the same
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> None:
     """Against looking at many times."""

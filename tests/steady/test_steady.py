@@ -121,7 +121,7 @@ def companion_phases(alternating: list[complex], d: float, level: float) -> tupl
     return np.sort(np.mod(np.angle(roots[on]), TURN)), min(clear, float(gaps.min(initial=1.0)))
 
 
-@settings(max_examples=250)
+@settings(max_examples=125)
 @given(coefficients(20), dampings, restitutions, st.integers(1, 10), st.floats(1e-3, 1.2))
 def test_every_phase_is_found(alternating: list[complex], d: float, r: float, m: int, share: float) -> None:
     unit = level_of_one(d, r, m)
@@ -142,7 +142,7 @@ def test_every_phase_is_found(alternating: list[complex], d: float, r: float, m:
         assert all(np.min([turned(a, b) for b in phases]) < 1e-5 for a in expected)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(coefficients(8), dampings, st.floats(-1.0, 1.0), st.sampled_from([0.0, 1e-3, 1e-6, 1e-9, 1e-12]))
 def test_a_few_phases_are_those_of_many(alternating: list[complex], d: float, share: float, near: float) -> None:
     """A level is met at the same phases alone and in a row of levels, near the ends of an arc as well."""
@@ -359,7 +359,7 @@ def test_limit_of_the_hydraulic_hammer(r: float) -> None:
         assert at.orbits[0].phase == pytest.approx(limit * math.pi, rel=1e-12)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(square_systems())
 def test_damped_square_against_the_oracle(drawn: Drawn) -> None:
     system, m = drawn
@@ -399,19 +399,19 @@ def closes(drawn: Drawn, modes: int | None) -> None:
             assert orbit.energy.damping == 0.0
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(fourier_systems(), st.sampled_from([0, 1, 8, 30]))
 def test_energy_closes_with_fixed_modes(drawn: Drawn, modes: int) -> None:
     closes(drawn, modes)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(fourier_systems(12))
 def test_energy_closes_for_the_continuous_bar(drawn: Drawn) -> None:
     closes(drawn, None)
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(square_systems(), st.sampled_from([1, 8, 30]))
 def test_energy_closes_under_a_square_load(drawn: Drawn, modes: int) -> None:
     closes(drawn, modes)
@@ -490,7 +490,7 @@ def test_critically_damped_mode() -> None:
             compare_fields(orbit, oracle(system, 1), 4)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(fourier_systems(6), st.floats(0.05, 0.95), st.floats(0.05, 0.95))
 def test_velocity_and_strain_are_slopes(drawn: Drawn, x: float, share: float) -> None:
     orbits = steady_states(drawn.system, drawn.periods, modes=6).orbits
@@ -506,7 +506,7 @@ def test_velocity_and_strain_are_slopes(drawn: Drawn, x: float, share: float) ->
     assert (ahead[2] - ahead[0]) / (2 * h) == pytest.approx(float(orbit.velocity(x, t)[0, 0]), abs=slack)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.one_of(fourier_systems(), square_systems()), st.sampled_from([0, 7]))
 def test_the_impact(drawn: Drawn, modes: int) -> None:
     """y = 0 at both ends of the flight; the displacement stays, the whole velocity field turns over (B77 10)."""
@@ -658,7 +658,7 @@ def agrees_with_a_look(drawn: Drawn, modes: int | None) -> None:
             assert violation.time <= step or violation.depth < 1e-3 * orbit.stroke
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(fourier_systems(6), st.sampled_from([0, 3, 12]))
 def test_admissibility_against_a_dense_look(drawn: Drawn, modes: int) -> None:
     agrees_with_a_look(drawn, modes)
@@ -773,7 +773,7 @@ def test_a_short_touch_is_not_missed() -> None:
 # ---------------------------------------------------------------- rest (theory §4)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(fourier_systems(8))
 def test_rest_against_a_fine_look(drawn: Drawn) -> None:
     system, m = drawn

@@ -104,7 +104,7 @@ loads = st.one_of(
 systems = st.builds(System, bodies, loads, st.floats(0.0, 1.0).map(Kept))
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(systems, st.integers(1, 2))
 def test_steady_motions_are_orbits_with_one_impact(system, periods):
     modes = system.body.most_modes
@@ -118,7 +118,7 @@ def test_steady_motions_are_orbits_with_one_impact(system, periods):
             assert abs(orbit.energy.imbalance) < 1e-7 * size**2 * (1.0 + max(system.body.omega)) ** 2
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(systems, st.floats(0.05, 6.2))
 def test_no_phase_is_missed(system, first):
     """The curve that meets the gap, looked at closely: between two roots it does not change sides."""
@@ -132,7 +132,7 @@ def test_no_phase_is_missed(system, first):
     assert len([orbit for orbit in states.orbits if not orbit.fold]) >= changes
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(systems, st.floats(0.0, 6.0), st.floats(0.3, 3.0), st.complex_numbers(max_magnitude=1.5))
 def test_the_small_matrix_says_what_the_large_one_says(system, first, apart, xi):
     orbit = PeriodicOrbit(system, 1, (first, first + apart), system.body.most_modes)
@@ -143,7 +143,7 @@ def test_the_small_matrix_says_what_the_large_one_says(system, first, apart, xi)
     assert abs(characteristic(orbit, xi) - wanted) <= 1e-7 * np.prod(np.abs(xi) + np.abs(whole) + 1.0)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(systems, st.floats(0.0, 6.0), st.floats(0.3, 3.0))
 def test_the_matrix_is_the_derivative_of_the_equations(system, first, apart):
     if system.load.is_piecewise:  # whose derivative jumps where a step falls between the two

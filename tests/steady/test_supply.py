@@ -128,7 +128,7 @@ def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
     st.floats(-3.0, 3.0), st.floats(0.01, 60.0), st.one_of(st.just(0.0), st.floats(1e-3, 10.0)), st.floats(0.0, 2.0),
     st.floats(-2.0, 2.0), st.floats(0.01, 3.0), st.floats(0.01, 3.0), st.booleans(),
 )  # fmt: skip
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, place, back) -> None:
     """Against looking at many times."""
     flight, until = PressedFlight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0

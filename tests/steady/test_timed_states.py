@@ -63,7 +63,7 @@ def test_a_blow_without_duration_is_that_of_b77(drawn: strategies.Drawn) -> None
         assert all(orbit.b77 is not None or orbit.fold for orbit in states.orbits)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(data=st.data(), drawn=st.one_of(strategies.fourier_systems(6), strategies.square_systems()))
 def test_every_motion_repeats_itself(data: st.DataObject, drawn: strategies.Drawn) -> None:
     """A flight by quadrature from one blow to the next one, whatever the load and the drag."""
@@ -82,7 +82,7 @@ def test_every_motion_repeats_itself(data: st.DataObject, drawn: strategies.Draw
         assert moved == pytest.approx(law.advance_per_impulse * impulse, abs=1e-9 * speed * orbit.period)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(data=st.data(), drawn=st.one_of(strategies.fourier_systems(), strategies.square_systems()))
 def test_no_motion_is_missed(data: st.DataObject, drawn: strategies.Drawn) -> None:
     assume(not strategies.resonant(drawn.system))
@@ -130,7 +130,7 @@ def test_of_two_motions_each_continues_its_own() -> None:
         assert states.ended == ()
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(data=st.data(), drawn=strategies.fourier_systems(4))
 def test_a_motion_is_continued_through_all_laws_between(data: st.DataObject, drawn: strategies.Drawn) -> None:
     """In small steps from B77's law to the other one, from root to nearest root, as long as their number stays."""
@@ -186,7 +186,7 @@ def _scanned(orbit: TimedOrbit) -> float:
     return float((place - place[-1]).max())
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(data=st.data(), drawn=st.one_of(strategies.fourier_systems(8), strategies.square_systems()))
 def test_passages_are_found(data: st.DataObject, drawn: strategies.Drawn) -> None:
     assume(not strategies.resonant(drawn.system))

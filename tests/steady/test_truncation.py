@@ -71,7 +71,7 @@ def test_a_resonance_far_beyond_the_probe_is_counted() -> None:
         assert share == pytest.approx(gain * factor(20.0000012958591, 1, 7000) * 2.0 / math.pi, rel=0.15)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.sampled_from(SPEEDS) | st.floats(0.3, 100.0), st.integers(1, 5), st.integers(1, 3000))
 def test_sums_over_small_divisors(s: float, periods: int, start: int) -> None:
     n = np.arange(start + 1, 60_000)

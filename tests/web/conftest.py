@@ -1,4 +1,4 @@
-"""One server and one browser for each file of tests of the page, and a desk for each test."""
+"""One server for all tests of the page that one process runs, one browser for each file, and a desk for each test."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from web_desk import Desk
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def server() -> Iterator[str]:
     """A server whose kernels are compiled; on a fresh machine that takes longer than a test waits for anything else."""
     from web_desk import served

@@ -153,19 +153,24 @@ def test_a_machine_that_switches_itself_has_no_branches(client: Client) -> None:
         assert client.problems(f"/api/{path}", {"machine": "valve-drifter", **more})[0]["message"]
 
 
+def streamed(client: Client, path: str, asked: Any) -> list[tuple[str, Any]]:
+    """The events of an answer."""
+    found = client.post(path, asked)
+    assert found.status_code == 200, found.text
+    return events(found.text)
+
+
 def test_what_simulations_settle_on_is_told_while_it_comes_in(client: Client) -> None:
     along = {"name": "mean", "from": 0.6, "to": 0.9}
     asked = {"case": RIGID, "along": along, "values": 4, "starts": 2, "runs": 1, "modes": 0}
-    found = client.post("/api/diagram", asked)
-    assert found.status_code == 200, found.text
-    told = events(found.text)
+    told = streamed(client, "/api/diagram", asked)
     assert [kind for kind, _ in told] == ["progress", "progress", "done"]
     case = case_of(RIGID)
     whole = diagram_answer(case, "mean=0.6:0.9:4", up_to=None, starts=2, runs=1, modes=0, impacts=2000)
     assert told[-1][1] == diagram_dict(case, whole)
     assert {one["label"] for one in told[-1][1]["settled"]} >= {"z=1/1"}
     lines = {"values": 2, "starts": 0, "runs": 0, "up_to": "1/1", "searched": 1, "tries": 20}
-    told = events(client.post("/api/diagram", {**asked, **lines}).text)
+    told = streamed(client, "/api/diagram", {**asked, **lines})
     whole = diagram_answer(
         case, "mean=0.6:0.9:2", up_to="1/1", searched=1, tries=20, switch=1, starts=0, runs=0, modes=0
     )
@@ -183,7 +188,7 @@ def test_curves_over_a_plane_are_those_of_the_command_line_and_each_is_told_once
     case, up, across = case_of(RIGID), "mean=0.55:0.7", "restitution=0.499:0.501"
     plane = {"x": {"name": "restitution", "from": 0.499, "to": 0.501}, "y": {"name": "mean", "from": 0.55, "to": 0.7}}
     asked = {"case": RIGID, "orbit": "2/1:phases=0.39,2.32", "modes": 0, **plane}
-    told = events(client.post("/api/follow/curves", asked).text)
+    told = streamed(client, "/api/follow/curves", asked)
     assert [kind for kind, _ in told[:-1]] == ["progress"] * (len(told) - 1) and told[-1][0] == "done"
     branch = branch_answer(case, "2/1:phases=0.39,2.32", up, modes=0)
     curves = branch_dict(branch, point_curves_answer(case, branch, "all", up, across))["curves"]
@@ -194,5 +199,5 @@ def test_curves_over_a_plane_are_those_of_the_command_line_and_each_is_told_once
     assert len({str(place) for place in places}) == len(places)
     assert client.problems("/api/follow/curves", {**asked, "y": plane["x"]})[0]["key"] == "y"
     assert client.problems("/api/follow/curves", {**asked, "x": {**plane["x"], "to": 0.1}})[0]["key"] == "x"
-    wrong = events(client.post("/api/follow/curves", {**asked, "orbit": "1/1:9"}).text)
+    wrong = streamed(client, "/api/follow/curves", {**asked, "orbit": "1/1:9"})
     assert [kind for kind, _ in wrong] == ["error"] and wrong[0][1]["problems"][0]["key"] == "orbit"

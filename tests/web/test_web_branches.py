@@ -81,6 +81,7 @@ def test_the_slider_of_the_parameter_moves_the_design_and_the_branches_stay(desk
     page.wait_for_timeout(600)
     assert asked() == 1
     page.click("tr[data-event=flip] button")
+    expect(page.locator("#branches-readout")).to_contain_text("0.65495")
     page.click("#branches-carry")
     until(page, "Math.abs(document.querySelector('#branches').dataset.design - 0.654954) < 1e-5")
     expect(page.locator("#slide-load_factor")).to_have_value(re.compile(r"0\.65"))

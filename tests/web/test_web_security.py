@@ -455,7 +455,7 @@ _JUNK = st.one_of(
 )
 
 
-@settings(max_examples=120, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.sampled_from(sorted(_FIELDS)), st.data())
 def test_no_field_breaks_the_server(path: str, data: st.DataObject) -> None:
     client = _shared()

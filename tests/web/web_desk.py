@@ -14,13 +14,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, expect
 
 from percuss.cli import main
 
 PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "report", "experiment", "lessons")
 WAIT = 60_000  # milliseconds, on a machine that does other things as well
 STATE = "import('/static/state.js').then"
+CHANGED = "String((await import('/static/state.js')).data.changed)"
 
 expect.set_options(timeout=WAIT)
 
@@ -47,11 +48,27 @@ def served(*options: str, **environment: str) -> Iterator[str]:
 
 
 def until(page: Page, true: str, timeout: int = WAIT) -> None:
-    """Until a JavaScript expression is true; the page's policy stops Playwright's own way of waiting for one."""
+    """Until a JavaScript expression is true; the page's policy stops Playwright's own way of waiting for one.
+
+    The page itself looks again and again: asked from here, each look is a message through three processes.
+    """
     end = time.monotonic() + timeout / 1000
-    while not page.evaluate(true):
+    looks = f"""async limit => {{
+      for (const end = performance.now() + limit; performance.now() < end; )
+        if ({true}) return true;
+        else await new Promise(done => setTimeout(done, 20));
+      return false;
+    }}"""
+    while True:
+        try:
+            found = page.evaluate(looks, max(1000.0 * (end - time.monotonic()), 1.0))
+        except Error as error:  # the page has gone to another address meanwhile
+            if "context was destroyed" not in str(error) and "navigation" not in str(error):
+                raise
+            found = False
+        if found:
+            return
         assert time.monotonic() < end, f"never: {true}"
-        page.wait_for_timeout(20)
 
 
 class Desk:
@@ -119,10 +136,7 @@ def knows(page: Page, name: str) -> Any:
 
 def moved(page: Page) -> None:
     """Until the motion of the case as it is now is drawn."""
-    end = time.monotonic() + WAIT / 1000
-    while page.locator("#stage").get_attribute("data-change") != str(knows(page, "state.js:data.changed")):
-        assert time.monotonic() < end, page.locator("#motion-status").inner_text()
-        page.wait_for_timeout(30)
+    until(page, f"document.querySelector('#stage').dataset.change === {CHANGED}")
 
 
 def steady_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
@@ -140,14 +154,8 @@ def blown(page: Page) -> str:
 
 def driven(page: Page, modes: int = 32) -> None:
     """Until the machine of the case as it is now is drawn, with so many modes."""
-    end = time.monotonic() + WAIT / 1000
-    stage = page.locator("#machine-stage")
-    while (stage.get_attribute("data-change"), stage.get_attribute("data-modes")) != (
-        str(knows(page, "state.js:data.changed")),
-        str(modes),
-    ):
-        assert time.monotonic() < end, page.locator("#panel-machine").inner_text()
-        page.wait_for_timeout(30)
+    stage = "document.querySelector('#machine-stage').dataset"
+    until(page, f"{stage}.change === {CHANGED} && {stage}.modes === '{modes}'")
 
 
 def scene(page: Page, lesson: int, number: int) -> None:

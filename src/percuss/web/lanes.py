@@ -133,8 +133,10 @@ class Lane:
         loop = asyncio.get_running_loop()
 
         def ended(_: Future[T]) -> None:
-            with suppress(RuntimeError):  # the loop may be gone
+            try:
                 loop.call_soon_threadsafe(self._leave)
+            except RuntimeError:  # the loop is gone, and nobody else counts
+                self._leave()
 
         running.add_done_callback(ended)
 

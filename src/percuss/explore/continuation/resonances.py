@@ -22,7 +22,7 @@ from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint
 from percuss.model.checks import Array
 
-__all__ = ["Place", "hides", "resonant_points"]
+__all__ = ["Place", "hides", "leaps", "resonant_points"]
 
 Place = tuple[float, CurvePoint]
 """A place in a segment, and the point of the curve there."""
@@ -33,9 +33,15 @@ _STILL = 1e-3  # rad, by which a mode goes on in a step, below which it stays as
 _DAMPED = 2.0 * math.log(1e3)  # of a mode within a cycle, from which on nothing comes back
 _NEAR = 0.5  # of det(±1 − M_n), above which nothing is narrow
 _CLOSER = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # rad on both sides of a least value, between which a parabola tells it
+_DEEP = 1e-4  # of such a value, below which all of these are needed
+_SAME = 1e-9  # of a step: modes whose times have a common measure come back together
 _PLACES = 12  # in a step, of the lowest modes and the deepest first
 _BY_ITSELF = 1e-6  # det(±1 − M_n) below which a mode comes back by itself
 _BESIDE = 1e-5  # rad, by which the angle of such a mode is on either side
+_OFF = 0.3  # of the half width of such a place, by which it may be off
+_AGAIN = 3  # times that a place is sought
+_CLEAR = 100.0  # of that, from which on there are points of the curve
+_OFF_MEAN = 0.015  # rad, between a chord and the mean of both tangents
 _ALIKE = 0.2  # of the greater of both ends, by which det K(±1) in between may be beside the straight line
 
 
@@ -52,10 +58,9 @@ class _Least(NamedTuple):
     rate: Array
     value: Array
 
-    def one(self, k: int) -> _Least:
-        """One of them."""
-        i = slice(k, k + 1)
-        return _Least(self.mode[i], self.which[i], self.place[i], self.rate[i], self.value[i])
+    def some(self, which: npt.NDArray[np.intp] | slice) -> _Least:
+        """Some of them."""
+        return _Least(self.mode[which], self.which[which], self.place[which], self.rate[which], self.value[which])
 
 
 def resonant_points(segment: Segment, skip: bool) -> list[Place]:
@@ -78,7 +83,7 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
     found: list[Place] = []
     for k in range(least.mode.size):
         try:
-            found += _points(segment, maps, least.one(k))
+            found += _points(segment, maps, least.some(slice(k, k + 1)))
         except Strayed:
             if not skip:
                 raise
@@ -86,22 +91,25 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
 
 
 def _points(segment: Segment, maps: ModeMaps, one: _Least) -> list[Place]:
-    """The point of a least value, or those on both sides of it."""
-    place, length = float(one.place[0]), segment.length
-    if not 0.0 < place < length:
-        return []
-    if one.value[0] > _BY_ITSELF:
-        return [(place, segment.at(place))]
-    aside = _BESIDE / float(one.rate[0])
-    for _ in range(2):  # the way beside the curve is not the curve: a place so narrow is sought again from its points
-        if not aside < place < length - aside:
-            return []
-        near = place - 100.0 * aside if place > 100.0 * aside else place + 100.0 * aside
-        if not 0.0 < near < length:
-            return []
-        beside = maps.beside(near, segment.at(near))
-        place = float(_closer(beside, one._replace(place=np.array([place]))).place[0])
-    return [(side, segment.at(side)) for side in (place - aside, place + aside) if 0.0 < side < length]
+    """The point of a least value, or those on both sides of it.
+
+    The way beside the curve is not the curve: the place is sought again along the tangent of each point found.
+    """
+    place, length, found = float(one.place[0]), segment.length, []
+    free = bool(one.value[0] < _BY_ITSELF)
+    width = (_BESIDE if free else _OFF * math.sqrt(float(one.value[0]))) / float(one.rate[0])
+    for _ in range(_AGAIN):
+        near = place - _CLEAR * width if free else place  # at such a place itself there may be no point
+        if not 0.0 < near < place + width < length:
+            break
+        found.append((near, segment.at(near)))
+        before, one = place, _closer(maps.beside(*found[-1]), one._replace(place=np.array([place])))
+        place = float(one.place[0])
+        if not free and abs(place - before) < width:
+            break
+    if not free or not found:
+        return found[-1:]
+    return [(side, segment.at(side)) for side in (place - width, place + width) if 0.0 < side < length]
 
 
 def _least_values(maps: ModeMaps, length: float) -> _Least | None:
@@ -117,16 +125,18 @@ def _least_values(maps: ModeMaps, length: float) -> _Least | None:
     which, mode, sample = np.nonzero(least & (turned > _STILL)[:, None])
     if not which.size:
         return None
-    kept = np.argsort(inside[which, mode, sample] * (mode + 1.0) ** 2, kind="stable")[:_PLACES]
+    kept = np.argsort(inside[which, mode, sample] * (mode + 1.0) ** 2, kind="stable")[: 4 * _PLACES]
     which, mode, sample = which[kept], mode[kept], sample[kept]
     rate = turned[mode] / length
-    return _closer(maps, _Least(mode, which, places[sample + 1], rate, inside[which, mode, sample]))
+    found = _closer(maps, _Least(mode, which, places[sample + 1], rate, inside[which, mode, sample]))
+    kept = np.sort(np.unique(np.round(found.place / (_SAME * length)), return_index=True)[1])[:_PLACES]
+    return found.some(kept)
 
 
 def _closer(maps: ModeMaps, least: _Least) -> _Least:
     """The same, nearer and nearer: by parabolas, which tell it well as the numbers vanish as squares."""
     rows, place, value = np.arange(least.mode.size), np.array(least.place), least.value
-    for angle in _CLOSER:
+    for angle in _CLOSER if np.any(least.value < _DEEP) else _CLOSER[:2]:
         h = angle / least.rate
         at = place[:, None] + h[:, None] * np.array([-1.0, 0.0, 1.0])
         low, middle, high = maps.determinants(least.mode, at)[least.which, rows].T
@@ -135,6 +145,18 @@ def _closer(maps: ModeMaps, least: _Least) -> _Least:
         share = np.clip(-slope / bend, -2.0, 2.0)
         place, value = place + share * h, middle - 0.5 * share**2 * bend
     return least._replace(place=place, value=np.asarray(value))
+
+
+def leaps(segment: Segment) -> bool:
+    """Whether a step leads further aside than its two tangents do, as one does that goes on on another sheet.
+
+    On one sheet the chord has the mean direction of both tangents, but for the square of the step.
+    """
+    if not segment.curve.modes:
+        return False
+    chord, mean = segment.stop.x - segment.start.x, segment.start.tangent + segment.stop.tangent
+    off = chord / np.linalg.norm(chord) - mean / np.linalg.norm(mean)
+    return bool(np.linalg.norm(off) > _OFF_MEAN)
 
 
 def hides(segment: Segment, points: Sequence[Place]) -> bool:

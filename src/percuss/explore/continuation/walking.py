@@ -18,7 +18,7 @@ from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.narrow_ends import dying, first_impossible
 from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
-from percuss.explore.continuation.resonances import hides, resonant_points
+from percuss.explore.continuation.resonances import hides, leaps, resonant_points
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.model.checks import Array
@@ -121,7 +121,7 @@ class _Walker:
             try:
                 target = ahead()
                 segment = Segment(self.curve, self.here, target.point)
-                if not self.fresh and self.size > _REFINED and may_vanish_twice(segment):
+                if not self.fresh and self.size > _REFINED and (leaps(segment) or may_vanish_twice(segment)):
                     raise Strayed("more may happen in the step than its ends show")
                 inside = [] if self.fresh else resonant_points(segment, self.size <= _REFINED)
                 narrow = first_impossible(segment, inside)

@@ -124,9 +124,9 @@ class ImpactChain:
         decay = self.system.d * flights
         fade, stay = flights * phi1(decay), np.exp(-decay)
         base = (  # F_i but for what r_i adds
-            (_next(end) - self.system.contact.strain_factor * end)
+            (np.roll(end, -1, axis=-1) - self.system.contact.strain_factor * end)
             + self.system.load.mean * flights**2 * phi2(decay)
-            + (_next(forced.rigid) - forced.rigid)
+            + (np.roll(forced.rigid, -1, axis=-1) - forced.rigid)
         )
         first = self._first_rebound(forced, fade, stay, base) if rebound is None else rebound
         rigid, after, last = self._rigid(forced, fade, stay, first)
@@ -249,8 +249,3 @@ class ImpactChain:
         shares = np.cumprod(np.concatenate([np.ones_like(stay[..., :1]), beta * stay[..., :-1]], axis=-1), axis=-1)
         slope, off = shares * fade, base + (after - forced.rigid_velocity) * fade
         return np.asarray(-(slope * off).sum(axis=-1) / (slope**2).sum(axis=-1))
-
-
-def _next(values: Array) -> Array:
-    """Of every impact the value of the next one; shape (…, p)."""
-    return np.concatenate([values[..., 1:], values[..., :1]], axis=-1)
