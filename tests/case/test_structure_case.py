@@ -147,7 +147,7 @@ def test_answers_of_a_structure(folder, capsys):
         assert "gap" in capsys.readouterr().out
     assert main(["steady", "case.toml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["system"]["gap"] == 0.3
-    for unfit in (["--report", "x.html"], ["--reach"], ["--starts", "3"]):
+    for unfit in (["--report", "x.html"], ["--starts", "3"]):
         assert main(["steady", "case.toml", *unfit]) == 2
     assert main(["follow", "case.toml", "--orbit", "1/1", "--along", "gap=0.2:0.4", "--json"]) == 0
     ends = [point["value"] for point in json.loads(capsys.readouterr().out.split("percuss:")[0])["points"]]
@@ -221,3 +221,11 @@ def test_a_mode_that_chatters_is_told_of_as_a_cycle_with_rest(tmp_path, capsys):
     assert "1 cycle chatter/1, 1 mode." in capsys.readouterr().out
     assert main(["simulate", str(tmp_path / "rests.toml")]) == 0
     assert "until the force of load and spring pulls it off" in capsys.readouterr().out
+
+
+def test_how_far_the_gap_may_move(capsys):
+    assert main(["steady", "stopped-oscillator", "--reach-of", "gap", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["reach"]
+    assert row["above"]["type"] == "flip" and row["above"]["value"] == pytest.approx(-0.06857565227883914, abs=1e-11)
+    assert main(["steady", "stopped-oscillator", "--reach-of", "gap"]) == 0
+    assert "where the period doubles" in capsys.readouterr().out

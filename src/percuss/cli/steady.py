@@ -18,6 +18,8 @@ from percuss.errors import CaseError, PercussError
 if TYPE_CHECKING:
     from percuss.case import Case, SteadyAnswer, StructureAnswer
     from percuss.case.answers.ends import Ends
+    from percuss.case.answers.reach_in_words import CaseReach
+    from percuss.steady import Orbit
 
 __all__ = ["run"]
 
@@ -128,18 +130,27 @@ def _names(text: str) -> tuple[str, ...]:
 def _with_reach(
     parser: Parser, options: argparse.Namespace, case: Case, answer: SteadyAnswer
 ) -> tuple[SteadyAnswer, str]:
-    """The answer with how far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
+    """The answer with how far parameters may move, and what Ctrl-C left out."""
+    chosen = answer.chosen
+    stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
+    rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
+    return replace(answer, reach=rows), cut
+
+
+def _reached(
+    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
+) -> tuple[tuple[CaseReach, ...], str]:
+    """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
     from percuss.case.answers.reach_answer import reach_answer, varied_parameters
     from percuss.cli.long_commands import watching
 
     wanted = varied_parameters(case, options.reach_of)  # which refuses what is unknown
-    chosen = answer.chosen
-    if chosen is None or not (chosen.orbit.admissible and chosen.stability.stable):
-        return replace(answer, reach=()), ""
+    if orbit is None:
+        return (), ""
     with watching(parser, patience=PATIENCE) as watch:
-        found = reach_answer(case, chosen.orbit, options.reach_of, modes=options.modes, halt=watch.asked)
+        found = reach_answer(case, orbit, options.reach_of, modes=options.modes, halt=watch.asked)
     cut = f"how far {len(found)} of {len(wanted)} parameters may move is known" if watch.interrupted else ""
-    return replace(answer, reach=found), cut
+    return found, cut
 
 
 @contextmanager
@@ -163,7 +174,7 @@ def _check_report(parser: Parser, path: str) -> None:
 
 def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> int:
     """The answer for a structure that is held."""
-    for name in ("report", "reach", "reach_of", "starts"):
+    for name in ("report", "starts"):
         if getattr(options, name) not in (None, False):
             parser.error(
                 f"argument --{name.replace('_', '-')}: not for a structure that is held; 'percuss follow' and "
@@ -173,7 +184,10 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
     from percuss.cli.report_printing import show
     from percuss.cli.structure_report import structure_report
 
-    answer = structure_answer(case, options.periods, options.modes)
+    answer, cut = structure_answer(case, options.periods, options.modes), ""
+    if options.reach or options.reach_of is not None:
+        rows, cut = _reached(parser, options, case, None if answer.chosen is None else answer.chosen.orbit)
+        answer = replace(answer, reach=rows)
     if options.plot is not None:
         from percuss import plot
 
@@ -183,7 +197,9 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
     else:
         show(structure_report(answer))
     tell_made(options.json, picture=options.plot)
-    return 0
+    if cut:
+        print(f"percuss: interrupted: {cut}", file=sys.stderr)
+    return 130 if cut else 0
 
 
 def _answer(case: Case, asked: tuple[int, ...], kept: int | None, starts: int | None) -> tuple[Case, SteadyAnswer]:

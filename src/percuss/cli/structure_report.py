@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.first_lines import every
 from percuss.case.answers.numerals import counted, number, quantity
+from percuss.case.answers.reach_in_words import ends_in_words
 from percuss.cli.report_parts import BAD, GOOD, Report, Section
 from percuss.cli.system_section import system_section
 
@@ -23,10 +24,17 @@ def structure_report(answer: StructureAnswer) -> Report:
         sections.append(_existence(states))
         for i, one in enumerate(motions):
             sections.append(_motion(one, f"Orbit {i + 1} of {len(motions)}, m = {states.periods}"))
+    if answer.reach is not None:
+        sections.append(_reach(answer))
     number_of = sum(len(motions) for motions in answer.motions)
     stable = sum(one.stable and one.orbit.admissible for motions in answer.motions for one in motions)
     text = f"{counted(number_of, 'steady motion')} with one impact, {stable} of them possible and stable."
     return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
+
+
+def _reach(answer: StructureAnswer) -> Section:
+    rows = tuple((row.label, ends_in_words(row)) for row in answer.reach or ())
+    return Section("How far parameters may move", rows or (("reach", "no stable motion to follow"),))
 
 
 def _existence(states: SteadyStates) -> Section:

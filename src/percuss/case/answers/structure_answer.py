@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import heading_dict, number
+from percuss.case.answers.reach_in_words import reach_dict
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import several
@@ -16,6 +17,7 @@ from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import steady_states
 
 if TYPE_CHECKING:
+    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.case import Case
     from percuss.model import System
     from percuss.stability import Multipliers
@@ -69,6 +71,8 @@ class StructureAnswer(Shown):
         For every m that was asked for; its `level_max` is how far the contact would come at most.
     motions
         Those of each of them, by phase.
+    reach
+        How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
     """
 
     name: str
@@ -77,11 +81,18 @@ class StructureAnswer(Shown):
     notes: tuple[str, ...]
     states: tuple[SteadyStates, ...]
     motions: tuple[tuple[StructureMotion, ...], ...]
+    reach: tuple[CaseReach, ...] | None = None
+
+    @property
+    def chosen(self) -> StructureMotion | None:
+        """The first motion that is possible and stable."""
+        each = (one for motions in self.motions for one in motions)
+        return next((one for one in each if one.stable and one.orbit.admissible), None)
 
     @property
     def runs(self) -> bool:
         """Whether one of the motions is possible and stable."""
-        return any(one.stable and one.orbit.admissible for each in self.motions for one in each)
+        return self.chosen is not None
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values."""
@@ -96,7 +107,8 @@ class StructureAnswer(Shown):
             }
             for states, motions in zip(self.states, self.motions, strict=True)
         ]
-        return {**heading_dict(self.name, self.title, self.system, self.notes), "periods": periods}
+        reach = {} if self.reach is None else {"reach": reach_dict(self.reach)}
+        return {**heading_dict(self.name, self.title, self.system, self.notes), "periods": periods, **reach}
 
 
 def structure_answer(case: Case, periods: Sequence[int] = (1,), modes: int | None = None) -> StructureAnswer:
