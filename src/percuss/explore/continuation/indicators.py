@@ -62,8 +62,12 @@ def outside(values: ComplexArray | None) -> int:
     return -1 if values is None else int(np.count_nonzero(np.abs(values) > 1.0 + _BEYOND))
 
 
+@lru_cache(maxsize=64)
 def unstable(orbit: PeriodicOrbit) -> int:
-    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone."""
+    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone.
+
+    The last ones are kept, as those of `multipliers`.
+    """
     if orbit.modes >= _MANY and not _has_dead(orbit):
         counted = outside_number(orbit, _BEYOND)
         if counted is not None:

@@ -36,6 +36,7 @@ _CLOSER = (0.1, 1e-2, 1e-3, 1e-4, 1e-5)  # rad on both sides of a least value, b
 _DEEP = 1e-4  # of such a value, below which all of these are needed
 _SAME = 1e-9  # of a step: modes whose times have a common measure come back together
 _PLACES = 12  # in a step, of the lowest modes and the deepest first
+_NARROW = 1e-2  # of det(±1 − M_n), below which the place is sought again from its own point
 _BY_ITSELF = 1e-6  # det(±1 − M_n) below which a mode comes back by itself
 _BESIDE = 1e-5  # rad, by which the angle of such a mode is on either side
 _OFF = 0.3  # of the half width of such a place, by which it may be off
@@ -96,6 +97,8 @@ def _points(segment: Segment, maps: ModeMaps, one: _Least) -> list[Place]:
     The way beside the curve is not the curve: the place is sought again along the tangent of each point found.
     """
     place, length, found = float(one.place[0]), segment.length, []
+    if one.value[0] > _NARROW:
+        return [(place, segment.at(place))] if 0.0 < place < length else []
     free = bool(one.value[0] < _BY_ITSELF)
     width = (_BESIDE if free else _OFF * math.sqrt(float(one.value[0]))) / float(one.rate[0])
     for _ in range(_AGAIN):

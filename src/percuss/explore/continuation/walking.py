@@ -128,10 +128,10 @@ class _Walker:
                 if narrow is not None:
                     target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
                 happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
-                part = to_corner(segment, happening)
-                between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
                 if self.size > _REFINED and happening is None and hides(segment, inside):
                     raise Strayed("more may happen in the step than its ends show")
+                part = to_corner(segment, happening)
+                between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
             except Strayed:
                 continue
             self._went(segment, between, happening, target.limit)
