@@ -16,10 +16,10 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, numbers, text
+from percuss.model.contact.falling_push import FallingPush
 from percuss.model.set_at_wall import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
-from percuss.steady.resting.falling_push import FallingPush
 from percuss.steady.resting.releases import release_phases
 from percuss.steady.resting.search import cycle_through
 

@@ -10,8 +10,8 @@ from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestEvent
 from percuss.explore.point_curves.rest_way import RestWay, Struck, near, struck
 from percuss.model import System
+from percuss.model.contact.falling_push import FallingPush
 from percuss.steady.resting.chain import Course, chatter_left
-from percuss.steady.resting.falling_push import FallingPush
 from percuss.steady.resting.releases import release_phases
 
 __all__ = ["Endless", "Held", "Late", "Vanishing"]
@@ -84,7 +84,7 @@ class Vanishing:
 
 def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tuple[float, float, Struck]]:
     """Of each impact while q stays near c: its excess, the share of the first in it, and what it leaves."""
-    if limit.restitution == 0.0 or first.push <= 0.0:
+    if math.isinf(limit.growth) or first.push <= 0.0:
         return
     here, share = first, 1.0
     for _ in range(_MOST_IMPACTS):

@@ -12,10 +12,10 @@ from percuss.explore.continuation.rest_following import short_rest
 from percuss.explore.point_curves.onsets import Held, Late, Vanishing
 from percuss.explore.point_curves.rest_conditions import Grazing, Pulling, RestCondition
 from percuss.explore.point_curves.rest_way import TURN, RestWay, Struck, near, struck
+from percuss.model.contact.falling_push import FallingPush
 from percuss.model.set_at_wall import set_at_wall, wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain, Course
-from percuss.steady.resting.falling_push import FallingPush
 from percuss.steady.resting.leg import Swing
 from percuss.steady.resting.releases import release_phases
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from percuss import Load, System
-from percuss.steady.resting.falling_push import FallingPush
+from percuss.model.contact.falling_push import FallingPush
 from percuss.steady.resting.leg import Leg, Motion, Swing
 
 
