@@ -161,7 +161,11 @@ def _then(systems: Family, name: str, point: BranchPoint, way: int) -> str | Non
 
     size = _BEYOND * (abs(point.value) or 1.0)
     try:
-        system = systems.system({name: point.value + way * size})
-        return run(system, Start.orbit(point.orbit), modes=point.orbit.modes).label
+        for further in (1.0, 3.0, 10.0):  # beside a flip or a pair a motion leaves what is lost very slowly
+            system = systems.system({name: point.value + way * further * size})
+            label = run(system, Start.orbit(point.orbit), modes=point.orbit.modes).label
+            if label != point.orbit.label:
+                break
     except PercussError:
         return None
+    return label
