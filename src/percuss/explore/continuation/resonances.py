@@ -158,6 +158,8 @@ def leaps(segment: Segment) -> bool:
     if not segment.curve.modes:
         return False
     chord, mean = segment.stop.x - segment.start.x, segment.start.tangent + segment.stop.tangent
+    if not (np.any(chord) and np.any(mean)):
+        return False
     off = chord / np.linalg.norm(chord) - mean / np.linalg.norm(mean)
     return bool(np.linalg.norm(off) > _OFF_MEAN)
 
