@@ -209,6 +209,8 @@ class Start:
             v[0] += self.source.system.contact.velocity_factor * self.source.rigid_velocity
             moved = float(u[0] + unit @ u[1:])
             u[1:] += at.rebound * driven
+            if isinstance(body, HeldBody):  # on the wall of this system, which may stand elsewhere
+                u[1:] += (body.gap - self.source.system.body.gap) * body.bent(modes, place) * driven
             u[0] = moved - float(unit @ u[1:])
             return u, v, _on_wall(moved, float(np.abs(u).max()))
         gap = float(u[0] + unit @ u[1:]) if self.gap is None else self.gap
