@@ -153,6 +153,13 @@ def test_the_range_ends_it() -> None:
     assert branch.stable.all()
 
 
+@pytest.mark.parametrize("most", [1e3, 1e300])
+def test_a_range_however_wide_hides_no_fold(most: float) -> None:
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", (0.7, most))
+    (fold,) = (point for point in branch.points if point.kind is BranchEvent.FOLD)
+    assert fold.value == pytest.approx(0.954929658551, abs=1e-11)
+
+
 @pytest.mark.parametrize(
     ("name", "kind", "value"), [("restitution", "parameter_end", 1.0), ("mean", "load_stops_pushing", 0.0)]
 )

@@ -31,6 +31,7 @@ __all__ = ["follow"]
 MOST_POINTS = 100_000
 MOST_DEPTH = 16
 _UNITS = 4.0  # of the range of the parameter, which count as a step of 1 rad
+_WIDE = 1e9  # a range wider than so many times the parameter says nothing of how it scales
 _SAME_POINT = 1e-7
 _SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
 _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
@@ -114,7 +115,8 @@ def follow(
     bounds = (-math.inf, math.inf) if between is None else _range(between, here)
     points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     callback("halt", halt)
-    size = max(1.0, abs(here)) if between is None else (bounds[1] - bounds[0]) / _UNITS
+    scale = max(1.0, abs(here))
+    size = scale if between is None else min((bounds[1] - bounds[0]) / _UNITS, _WIDE * scale)
     unit = 2.0 ** round(math.log2(size))  # so that nothing is rounded when values are taken by it
     curve = SolutionCurve(systems, name, orbit.impacts, orbit.periods, orbit.modes, unit)
     tracer = _Tracer(bounds, points, halt, [])
