@@ -74,7 +74,7 @@ def test_parameters_of_a_structure_are_moved_in_its_tables(client: Client) -> No
 def test_what_is_about_free_bars_is_refused_in_words(client: Client) -> None:
     for path in ("blow", "report", "curves"):
         assert client.problems(f"/api/{path}", {"case": BUDD_DUX})[0]["message"]
-    assert client.problems("/api/orbits", {"case": BUDD_DUX, "label": "chatter/1"})[0]["key"] == "body"
+    assert client.problems("/api/orbits", {"case": MODES, "label": "chatter/1"})[0]["key"] == "modes"
     many = {name: [1.0] * (MOST_MODES + 1) for name in ("damping", "contact", "drive")}
     many["omega"] = [1.0 + i for i in range(MOST_MODES + 1)]
     assert (
