@@ -55,7 +55,7 @@ def rest_branch_answer(
     ('chatter/1', ['limit', 'limit'])
     """
     checked_case(case)
-    axis = Axis.parsed(f"{text('along', along, 'NAME=FROM:TO')}:2")
+    axis = Axis.spanned(text("along", along, "NAME=FROM:TO"))
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
     value = value_of(case, family, axis.name)
     start = _chosen(case, orbit, modes)
