@@ -116,12 +116,19 @@ def _row(case: Case, start: PeriodicOrbit, row: dict[str, Any], halt: Callable[[
     about = (name, row["label"], unit, value)
     family = CaseFamily(case, {name: unit} if unit else {})
     try:
-        found = reach(start, name, _range(name, value), family=family, value=value, halt=halt)
+        between = None if _is_open(start, name, value) else _range(name, value)
+        found = reach(start, name, between, family=family, value=value, halt=halt)
     except Interrupted:
         raise
     except PercussError as error:
         return CaseReach(*about, None, error.message)
     return CaseReach(*about, found)
+
+
+def _is_open(start: PeriodicOrbit, name: str, value: float) -> bool:
+    """Whether a parameter that is 0 may be of either sign: the gap and the mean load of what is held."""
+    short = name.rpartition(".")[2]
+    return not value and not start.system.body.is_free and short in ("gap", "mean", "load_factor")
 
 
 def _range(name: str, value: float) -> tuple[float, float]:

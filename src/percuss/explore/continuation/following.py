@@ -32,6 +32,7 @@ MOST_POINTS = 100_000
 MOST_DEPTH = 16
 _UNITS = 4.0  # of the range of the parameter, which count as a step of 1 rad
 _WIDE = 1e9  # a range wider than so many times the parameter says nothing of how it scales
+_LEAST = 1e-6  # of the unit of a parameter, or its inverse: a scale beyond is none
 _SAME_POINT = 1e-7
 _SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
 _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
@@ -122,6 +123,9 @@ def follow(
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = _start(curve, orbit, here)
+        if between is None and here == 0.0:  # its own size tells nothing of its scale
+            curve = replace(curve, unit=_unit_of_turn(curve, start))
+            start = _start(curve, orbit, here)
         forward = walked(curve, start, bounds, points)
         closed = forward.happened[-1].kind is BranchEvent.CLOSED
         back = None if closed else walked(curve, CurvePoint(start.x, -start.tangent, 0), bounds, points)
@@ -194,6 +198,13 @@ class _Tracer:
         known = any(key[:2] == other[:2] and math.dist(key[2:], other[2:]) < _SAME_POINT for other in self.met)
         self.met.append(key)
         return not known
+
+
+def _unit_of_turn(curve: SolutionCurve, start: CurvePoint) -> float:
+    """By how much the parameter changes while the impacts move by about 1 rad."""
+    moved = float(np.abs(start.tangent[: curve.impacts]).max())
+    size = float(abs(start.tangent[-1])) / moved if moved else 1.0
+    return curve.unit * 2.0 ** round(math.log2(min(max(size, _LEAST), 1.0 / _LEAST)))
 
 
 def _range(between: tuple[float, float], here: float) -> tuple[float, float]:
