@@ -21,7 +21,6 @@ from percuss.stability.multipliers import TURNING
 __all__ = ["crossings"]
 
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
-_BEYOND_FLIP = 0.02  # share of the first step of a branch, nearer than which rounding decides which way it leads
 _LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
@@ -38,8 +37,8 @@ def crossings(
     first, last
         The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
-        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
-        are then those from a little beyond it on.
+        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: so near to
+        it rounding decides on folds, and they are not looked for.
     narrow
         Places inside with their points, at which more may happen than the ends show.
 
@@ -70,8 +69,6 @@ def _between(
 ) -> list[Happening]:
     """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
-    inner = max(low, _BEYOND_FLIP * high) if fresh else low
-    beyond = segment.at(inner)
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -80,15 +77,15 @@ def _between(
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
-    away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
+    away = min(abs(start.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
     if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
-        crossed = None if turned else crossing_point(segment, fold, inner, high)
+        crossed = None if turned else crossing_point(segment, fold, low, high)
         if crossed is None:
             raise Strayed("on another sheet of the branch")
         found.append(Happening(BranchEvent.CROSSING, *crossed))
-    if turned and singular:
-        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
+    if not fresh and turned and singular:
+        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, low, high)))
     if flip(start) * flip(stop) < 0.0:
         found.append(happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
     if curve.modes:

@@ -6,16 +6,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from percuss.errors import PercussError
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import greatest_top
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.limits import refused
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.steady.periodic.newton import COALESCED
 
-__all__ = ["dying", "first_impossible"]
-
+__all__ = ["dying", "first_impossible", "stuck"]
 
 _NEAR = 1e-7  # rad, before the place where an impact dies
+_RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
+
+
+def stuck(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussError | None) -> Happening:
+    """What ends a branch at the last of its points, beyond which no step leads, however short; and why not, if known.
+
+    Parameters
+    ----------
+    curve, points
+        The curve, and the points walked through.
+    refusal
+        Why the parameter goes no further, where it does not.
+    """
+    orbit, kind = curve.motion(points[-1].x), BranchEvent.LOST
+    if float(orbit.flight_times.min()) < 1e3 * COALESCED * orbit.period:
+        kind = BranchEvent.COALESCENCE
+    elif np.abs(orbit.modal_determinants().real).min(initial=1.0) < _RESONANT:
+        kind = BranchEvent.RESONANCE
+    elif refusal is not None:
+        kind = refused(refusal)
+    elif (happening := dying(curve, points)) is not None:
+        return happening
+    return Happening(kind, 0.0, points[-1])
 
 
 def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | None:
