@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.explore.continuation.followed_orbit import FollowedOrbit
 from percuss.model.checks import ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.outside_number import outside_number
@@ -36,6 +37,8 @@ class Top(NamedTuple):
 
 def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
+    if isinstance(orbit, FollowedOrbit) and abs(xi) == 1.0:
+        return orbit.singular[xi < 0.0]
     numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
     first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
     room = numbers.room(orbit.impacts)

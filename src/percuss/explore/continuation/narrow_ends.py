@@ -18,6 +18,7 @@ from percuss.steady.periodic.newton import COALESCED
 __all__ = ["dying", "first_impossible", "stuck"]
 
 _NEAR = 1e-7  # rad, before the place where an impact dies
+_HALF = 0.5
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
@@ -60,9 +61,25 @@ def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | Non
 
 
 def first_impossible(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
-    """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible."""
+    """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible.
+
+    Where no mode swings further than at both ends, by as much as half of what is left there between the bar and the
+    wall, or of the velocity of an impact, the flights are not looked at.
+    """
+    if not points:
+        return None
+    first, last = (segment.curve.motion(point.x) for point in (segment.start, segment.stop))
+    known = first.system.body.modes(first.modes, first.system.load.at)
+    size, widest = np.abs(known.gamma), np.maximum(first.amplitudes, last.amplitudes)
+    off = -_HALF * max(greatest_top(first).height, greatest_top(last).height)
+    away = _HALF * min(float(min(one.speeds.min(), one.rebound_speeds.min())) for one in (first, last))
     for _, point in points:
         motion = segment.curve.motion(point.x)
-        if not min(motion.speeds) > 0.0 or greatest_top(motion).height > 0.0:
+        if not motion.speeds.min() > 0.0:
+            return point
+        more = np.maximum(motion.amplitudes - widest, 0.0) * size
+        if more.sum(axis=1).max() <= off and (more @ known.omega).max() <= away:
+            continue
+        if greatest_top(motion).height > 0.0:
             return point
     return None
