@@ -19,6 +19,7 @@ from percuss.explore.continuation.indicators import outside, unstable
 from percuss.explore.continuation.narrow_ends import dying
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import _Walker
+from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers
 from percuss.stability.outside_number import outside_number
@@ -267,6 +268,21 @@ def test_a_pair_that_crosses_the_circle_slowly_is_located() -> None:
     assert pair.value == pytest.approx(2.1300633, abs=1e-6)
     moduli = orbit_multipliers(pair.orbit).moduli
     assert moduli[:2] == pytest.approx([1.0, 1.0], rel=0, abs=1e-11)
+
+
+def test_without_losses_a_pair_leaves_the_circle_where_it_meets_another() -> None:
+    hammer = random_hammer(316)
+    system = hammer.system
+    assert system.contact.is_lossless
+    assert system.d == 0.0
+    start = next(iter(orbits(system, 2, 1, modes=hammer.modes, tries=8).orbits))
+    value = float(PARAMETERS["load_factor"].get(system) or 0.0)
+    (pair,) = follow(start, "load_factor", (2.8409, value)).at(BranchEvent.NEIMARK_SACKER)
+    assert pair.value == pytest.approx(2.8410005203, rel=0, abs=1e-9)
+    assert pair.multipliers is not None
+    near = pair.multipliers[np.abs(pair.multipliers - np.exp(0.8677474j)) < 1e-4]
+    assert near.size == 2
+    assert float(abs(near[0] - near[1])) < 1e-6
 
 
 @pytest.mark.parametrize("modes", [0, 8])

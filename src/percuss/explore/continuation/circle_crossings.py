@@ -10,11 +10,12 @@ import numpy as np
 
 from percuss.explore.continuation.branch_crossings import crossing_point
 from percuss.explore.continuation.happenings import Happening, happening
-from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
+from percuss.explore.continuation.indicators import BEYOND, indicator, multipliers, outside, unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint
+from percuss.model import System
 from percuss.model.checks import ComplexArray
 from percuss.stability.multipliers import TURNING
 
@@ -123,14 +124,15 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
     outer = max(both, key=outside)
     if outer is None:
         return []
-    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0)]
+    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0 + BEYOND)]
     if not beyond.size:
         return []
     seen = complex(beyond[np.argmin(np.abs(beyond))])
+    circle = 1.0 + (BEYOND if _keeps_its_energy(curve.motion(segment.start.x).system, curve.modes) else 0.0)
 
     def modulus(point: CurvePoint) -> float:
         values = multipliers(curve.motion(point.x))
-        return math.nan if values is None else abs(nearest(values, seen)) - 1.0
+        return math.nan if values is None else abs(nearest(values, seen)) - circle
 
     inner, end = (low, high) if outer is both[1] else (high, low)
     away = inner - end
@@ -140,6 +142,12 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
     if not modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
         return []
     return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, last))]
+
+
+def _keeps_its_energy(system: System, modes: int) -> bool:
+    """Whether a pair is on the circle up to where it meets another one, and leaves it then like a square root."""
+    damping = system.body.modes(modes, system.load.at).damping
+    return system.contact.is_lossless and system.d == 0.0 and not np.any(damping)
 
 
 def nearest(values: ComplexArray, to: complex) -> complex:

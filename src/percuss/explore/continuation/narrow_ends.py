@@ -18,6 +18,7 @@ from percuss.steady.periodic.newton import COALESCED
 __all__ = ["dying", "first_impossible", "stuck"]
 
 _NEAR = 1e-7  # rad, before the place where an impact dies
+_BACK = 4  # points
 _HALF = 0.5
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
@@ -45,19 +46,20 @@ def stuck(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussEr
 
 
 def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | None:
-    """The death of an impact just beyond the last of some points, to which the last two lead straight; or None.
+    """The death of an impact just beyond the last of some points, to which they lead straight; or None.
 
     Where several impacts die at once the equations are singular, and Newton's method does not get past the place.
     """
-    if len(points) < 2:
-        return None
-    first, last = points[-2:]
-    before, now = (curve.motion(point.x).speeds for point in (first, last))
-    which = int(np.argmin(now / before))
-    share, way = now[which] / (before[which] - now[which]), last.x - first.x
-    if not 0.0 < share * float(np.linalg.norm(way)) < _NEAR:
-        return None
-    return Happening(BranchEvent.DEATH, 0.0, last._replace(x=last.x + share * way), which)
+    last = points[-1]
+    now = curve.motion(last.x).speeds
+    for first in points[-2 : -_BACK - 2 : -1]:  # so near to the place, the last step may have gone back by rounding
+        before, way = curve.motion(first.x).speeds, last.x - first.x
+        which = int(np.argmin(now / before))
+        nearer = float(before[which] - now[which])
+        share = float(now[which]) / nearer if nearer > 0.0 else 0.0
+        if 0.0 < share * float(np.linalg.norm(way)) < _NEAR:
+            return Happening(BranchEvent.DEATH, 0.0, last._replace(x=last.x + share * way), which)
+    return None
 
 
 def first_impossible(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
