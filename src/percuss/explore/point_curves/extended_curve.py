@@ -176,6 +176,8 @@ class ExtendedCurve:
                     break
                 x = x + moved
                 if float(np.abs(moved).max()) <= _CLOSE:
+                    if self.refusal(self.values(x)) is not None:  # by rounding, where a parameter begins
+                        x[self.impacts + 1 : self.impacts + 3] = start[self.impacts + 1 : self.impacts + 3]
                     return ExtendedPoint(x, np.linalg.svd(matrix)[2][-1], matrix, step)
         except (PercussError, np.linalg.LinAlgError) as error:
             raise Strayed(str(error)) from None

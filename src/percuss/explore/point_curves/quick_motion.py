@@ -19,7 +19,7 @@ _GIVEN = 0  # the mean velocity after the first impact is that of the motion
 
 
 class QuickMotion(FollowedOrbit):
-    """The same motion as a `PeriodicOrbit`, of given mean velocity after the first impact; not to be proved possible."""
+    """The same motion as a `PeriodicOrbit`, of given mean velocity after the first impact; nothing is proved of it."""
 
     @cached_property
     def flights(self) -> tuple[Flight, ...]:
