@@ -151,8 +151,9 @@ class ExtendedCurve:
                 size = float(np.abs(moved).max())
                 if not size <= _LONGEST:
                     raise Strayed("a step too long")
-                x = x + moved
+                x = np.where(normal == 1.0, start, x + moved)  # what the plane holds is held without rounding
                 if size <= _CLOSE and own:
+                    self.system(self.values(x))
                     return ExtendedPoint(x, unit_tangent(matrix, along), matrix, step)
                 own = False
                 if size <= _CLOSE or size > _SLOW * last:
