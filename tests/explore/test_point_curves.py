@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,42 @@ def test_a_fold_at_a_step_of_the_load_stays_there() -> None:
     beside = System(s=5.0, d=0.0, restitution=restitution, load=Load.square(1.0, kappa - 0.01))
     again = follow(orbits(beside, 1, 1, modes=0).orbits[-1], "kappa", (kappa - 0.02, kappa + 0.02))
     assert the(again, "nonsmooth_fold").value == pytest.approx(kappa, rel=0, abs=1e-11)
+
+
+# -- closed curves ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Round:
+    """Systems over (u, v) whose mean load is a function of u² + v², and whose load is turned with (u, v) or not."""
+
+    turns: int
+
+    def system(self, values: dict[str, float]) -> System:
+        u, v = values.get("u", 0.0), values.get("v", 0.0)
+        phase = self.turns * math.atan2(v, u)
+        load = Load.fourier([0.5 + u**2 + v**2, np.exp(1j * phase)])
+        return System(s=5.0, d=0.0, restitution=0.5, load=load)
+
+    def check(self, names: dict[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, str]:
+        return {}
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("fold", 0), ("flip", 1), ("grazing_touch", 0)])
+def test_a_circle_closes(branch: Branch, kind: str, turns: int) -> None:
+    family, located = Round(turns), the(branch, kind)
+    radius, side = math.sqrt(located.value - 0.5), 1.001 if kind == "grazing_touch" else 0.999
+    start = orbit_near(family.system({"u": side * radius}), located.orbit.times, modes=0)
+    assert start is not None
+    point = the(follow(start, "u", (0.995 * radius, 1.005 * radius), family=family, value=side * radius), kind)
+    plane = (-4.0, 4.0), (-4.0, 4.0)
+    curve = follow_point(point, ("u", "v"), plane, family=family, values=(point.value, 0.0), most=200)
+    assert [one.kind for one in curve.ends] == [CurveEvent.CLOSED] * 2
+    assert np.hypot(*curve.values.T) == pytest.approx(radius, rel=0, abs=1e-11)
+    angles = np.unwrap(np.arctan2(*curve.values.T[::-1]))
+    assert abs(angles[-1] - angles[0]) == pytest.approx(2.0 * math.pi, abs=1e-9)
 
 
 # -- points of codimension two ----------------------------------------------------------------------------------------
