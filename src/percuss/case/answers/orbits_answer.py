@@ -151,13 +151,13 @@ def branch_answer(
     ('z=1/1', 'limit')
     """
     checked_case(case)
-    name, family, ends = _followed(case, along)
-    value = value_of(case, family, name)
+    name, family, ends = followed(case, along)
+    value = value_of(case, family, name, ends)
     start = _chosen(case, orbit, _modes(case, modes))
     return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
 
 
-def _followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
+def followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
     """A parameter, the systems that differ in it, and its range if one is given."""
     if "=" in text("along", along, "NAME=FROM:TO or NAME"):
         axis = Axis.spanned(along)
@@ -173,8 +173,16 @@ def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def value_of(case: Case, family: CaseFamily, name: str) -> float:
-    """A parameter of the case itself, in the unit of the family."""
+def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float] | None = None) -> float:
+    """A parameter of the case itself, in the unit of the family; it must lie between the ends, if any."""
+    value = _value(case, family, name)
+    if ends is not None and not ends[0] <= value <= ends[1]:
+        held_here = f"a range that holds {value:.6g}, the value of the case"
+        raise ParameterError(name, f"{ends[0]:g}:{ends[1]:g}", held_here, "another case begins elsewhere")
+    return value
+
+
+def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
         found = PARAMETERS[name].get(case.system())
@@ -185,7 +193,9 @@ def value_of(case: Case, family: CaseFamily, name: str) -> float:
     if key == LOAD_SCALE:
         return 1.0
     (value, unit), asked = _quantity(case, key), family.units.get(name, "")
-    if value is None or unit != asked:
+    if value is None:
+        raise ParameterError(name, "none", "a value in the case to begin at", "now it is that of the record")
+    if unit != asked:
         raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
 

@@ -82,8 +82,8 @@ def point_curves_answer(
     having("branch", branch, ("points", "parameter"), "a branch, as percuss.case.branch_answer gives it")
     axes = [Axis.spanned(text(name, given, "NAME=FROM:TO")) for name, given in (("along", along), ("over", over))]
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
-    second = value_of(case, family, axes[1].name)
     ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
+    second = value_of(case, family, axes[1].name, ranges[1])
     found: list[Any] = []
     for point in _chosen(branch, which):
         names, values = [axis.name for axis in axes], (point.value, second)

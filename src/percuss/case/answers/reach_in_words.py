@@ -61,6 +61,9 @@ _WHERE = {
     BranchEvent.LOST: "beyond which the motion could not be followed",
 }
 
+_OF_STRUCTURES = {"the bar": "the structure", "blow": "impact", "hammer": "structure", "an elastic mode": "a mode"}
+"""The words for a structure that is held."""
+
 
 def reach_in_words(row: CaseReach) -> str:
     """One sentence of a parameter."""
@@ -81,7 +84,11 @@ def _end(end: ReachEnd, unit: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
         return f"{number(end.value)}{unit} and further"
-    return f"{number(end.value)}{unit}, {_WHERE.get(end.kind, end.kind.words)}{then}"
+    where = _WHERE.get(end.kind, end.kind.words)
+    if not end.orbit.system.body.is_free:
+        for word, other in _OF_STRUCTURES.items():
+            where = where.replace(word, other)
+    return f"{number(end.value)}{unit}, {where}{then}"
 
 
 def reach_dict(rows: Sequence[CaseReach]) -> list[dict[str, Any]]:
