@@ -80,6 +80,7 @@ def test_all_branches_are_drawn_and_each_can_be_looked_at(desk: Desk) -> None:
     expect(page.locator("#branches-readout")).to_contain_text("z=2/1")
     until(page, "document.querySelector('#branches-stage').dataset.label === 'z=2/1'")
     page.set_viewport_size({"width": 1280, "height": 1800})  # its first impact is at the top, below the tabs
+    page.evaluate("scrollTo(0, 0)")
     page.wait_for_timeout(200)
     other = next(one for one in found if one["label"] == "chatter/1")
     page.mouse.click(*at(page, other["value"], other["time"] % math.tau))
