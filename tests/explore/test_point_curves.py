@@ -231,3 +231,21 @@ def test_it_says_what_it_is(branch: Branch) -> None:
     assert isinstance(curve, PointCurve)
     assert str(curve).startswith("flip of z=2/1: ")
     assert curve.angles.tolist() == [math.pi] * len(curve.values)
+
+
+def test_without_ranges_it_goes_to_where_the_systems_end(branch: Branch) -> None:
+    flip = the(branch, "flip")
+    curve = follow_point(flip, PLANE)
+    assert [end.kind for end in curve.ends].count(CurveEvent.NO_SYSTEM) >= 1
+    assert curve.values[:, 0].max() == pytest.approx(1.0, abs=1e-8)
+    once = follow_point(flip, PLANE, most=5)
+    assert "after 5 points" in str(once)
+    assert (len(once.values), once.ends[0].kind) == (9, CurveEvent.STOPPED)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_ends_on_the_edge_of_its_range(branch: Branch, kind: str) -> None:
+    curve = follow_point(the(branch, kind), ("d", "mean"), ((0.0, 0.2), (0.2, 1.2)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.LIMIT] * 2
+    assert sorted(end.values[0] for end in curve.ends) == [0.0, 0.2]
+    assert min(end.orbit.system.d for end in curve.ends) == 0.0

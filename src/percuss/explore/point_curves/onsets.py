@@ -16,7 +16,7 @@ from percuss.steady.resting.releases import release_phases
 
 __all__ = ["Endless", "Held", "Late", "Vanishing"]
 
-_MOST_IMPACTS = 400
+_MOST_IMPACTS, _MOST_LATER = 400, 40
 _LOW, _HIGH = 0.5, 0.36  # of c, and itself: between these q is followed on; above 3/8 the bar is not thrown back
 _OVER = 1e30  # in place of the q of an impact after the push is gone
 _CALM = 0.3  # share of c by which q may differ from the first impact on that counts
@@ -66,8 +66,9 @@ class Vanishing:
             going = [last.strikes() for _ in range(known - 1)]
             first = known - 1 if all(going) and going and self._calm(last, critical) else known
         else:
-            course.strikes()
-            first = known + 1 if self._calm(course, critical) else known
+            first = next(
+                (known + i for i in range(1, _MOST_LATER) if course.strikes() and self._calm(course, critical)), known
+            )
         return Vanishing(self.way.after(course, first))
 
     @staticmethod
