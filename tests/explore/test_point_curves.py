@@ -249,3 +249,15 @@ def test_it_ends_on_the_edge_of_its_range(branch: Branch, kind: str) -> None:
     assert [end.kind for end in curve.ends] == [CurveEvent.LIMIT] * 2
     assert sorted(end.values[0] for end in curve.ends) == [0.0, 0.2]
     assert min(end.orbit.system.d for end in curve.ends) == 0.0
+
+
+def test_the_dying_impact_is_told_of_orbits_that_begin_in_any_load_period() -> None:
+    system = System(s=6.0, d=0.0, restitution=0.5705, load=Load.fourier([0.3967, 1.0, -0.18 + 0.15j]))
+    known = orbit_near(system, [0.346621, 3.059476, 6.631423], 2, modes=0)
+    assert known is not None
+    for first in (0, 1):
+        times = np.array([*known.times[first:], *(time + known.period for time in known.times[:first])])
+        told = PeriodicOrbit(system, 2, tuple((times + 2.0 * math.pi).tolist()), 0)
+        point = the(follow(told, "mean", (0.39, 0.41)), "grazing_impact_dies")
+        assert point.impact == 1 + np.argmin(np.abs(point.orbit.speeds))
+        assert len(follow_point(point, PLANE, most=2).values) == 3
