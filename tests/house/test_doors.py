@@ -192,6 +192,8 @@ NO_DOORS: dict[str, str] = {
             "explore.DiagramBranch",
             "explore.DiagramBranch.times_at",
             "explore.DiagramPoint",
+            "explore.DiagramRestBranch",
+            "explore.DiagramRestBranch.release_at",
             "explore.Doubling",
             "explore.Experiment",
             "explore.JobProgress",

@@ -16,7 +16,7 @@ from percuss.steady.resting.releases import release_phases
 
 __all__ = ["Endless", "Held", "Late", "Vanishing"]
 
-_MOST_IMPACTS, _MOST_LATER = 400, 40
+_MOST_IMPACTS = 400
 _LOW, _HIGH = 0.5, 0.36  # of c, and itself: between these q is followed on; above 3/8 the bar is not thrown back
 _OVER = 1e30  # in place of the q of an impact after the push is gone
 _CALM = 0.3  # share of c by which q may differ from the first impact on that counts
@@ -66,10 +66,17 @@ class Vanishing:
             going = [last.strikes() for _ in range(known - 1)]
             first = known - 1 if all(going) and going and self._calm(last, critical) else known
         else:
-            first = next(
-                (known + i for i in range(1, _MOST_LATER) if course.strikes() and self._calm(course, critical)), known
-            )
+            first = self._first_calm(course, critical) or known
         return Vanishing(self.way.after(course, first))
+
+    def _first_calm(self, course: Course, critical: float) -> int:
+        """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
+        for _ in range(_MOST_IMPACTS):
+            if not course.strikes() or Struck(course.leg).push <= 0.0:
+                return 0
+            if self._calm(course, critical):
+                return len(course.impacts)
+        return 0
 
     @staticmethod
     def _calm(course: Course, critical: float) -> bool:
