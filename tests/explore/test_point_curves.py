@@ -231,3 +231,33 @@ def test_it_says_what_it_is(branch: Branch) -> None:
     assert isinstance(curve, PointCurve)
     assert str(curve).startswith("flip of z=2/1: ")
     assert curve.angles.tolist() == [math.pi] * len(curve.values)
+
+
+def test_without_ranges_it_goes_to_where_the_systems_end(branch: Branch) -> None:
+    flip = the(branch, "flip")
+    curve = follow_point(flip, PLANE)
+    assert [end.kind for end in curve.ends].count(CurveEvent.NO_SYSTEM) >= 1
+    assert curve.values[:, 0].max() == pytest.approx(1.0, abs=1e-8)
+    once = follow_point(flip, PLANE, most=5)
+    assert "after 5 points" in str(once)
+    assert (len(once.values), once.ends[0].kind) == (9, CurveEvent.STOPPED)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_ends_on_the_edge_of_its_range(branch: Branch, kind: str) -> None:
+    curve = follow_point(the(branch, kind), ("d", "mean"), ((0.0, 0.2), (0.2, 1.2)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.LIMIT] * 2
+    assert sorted(end.values[0] for end in curve.ends) == [0.0, 0.2]
+    assert min(end.orbit.system.d for end in curve.ends) == 0.0
+
+
+def test_the_dying_impact_is_told_of_orbits_that_begin_in_any_load_period() -> None:
+    system = System(s=6.0, d=0.0, restitution=0.5705, load=Load.fourier([0.3967, 1.0, -0.18 + 0.15j]))
+    known = orbit_near(system, [0.346621, 3.059476, 6.631423], 2, modes=0)
+    assert known is not None
+    for first in (0, 1):
+        times = np.array([*known.times[first:], *(time + known.period for time in known.times[:first])])
+        told = PeriodicOrbit(system, 2, tuple((times + 2.0 * math.pi).tolist()), 0)
+        point = the(follow(told, "mean", (0.39, 0.41)), "grazing_impact_dies")
+        assert point.impact == 1 + np.argmin(np.abs(point.orbit.speeds))
+        assert len(follow_point(point, PLANE, most=2).values) == 3

@@ -24,6 +24,7 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, text
 from percuss.steady import PeriodicOrbit
+from percuss.steady.periodic.sameness import canonical, load_turn
 
 __all__ = ["follow"]
 
@@ -208,8 +209,8 @@ def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPo
     if one.kind is BranchEvent.TOUCH:
         phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))
     elif one.which >= 0:
-        off = np.mod(orbit.times - np.array(motion.times[one.which]) + 0.5, orbit.period)
-        impact = int(np.argmin(np.abs(off - 0.5))) + 1
+        _, first = canonical(np.array(motion.times), motion.period, load_turn(motion.system.load))
+        impact = (one.which - first) % motion.impacts + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)
     try:
         beyond = sentence(curve, one, impact, refusal)
