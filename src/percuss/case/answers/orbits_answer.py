@@ -194,9 +194,7 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
         return 1.0
     (value, unit), asked = _quantity(case, key), family.units.get(name, "")
     if value is None:
-        raise ParameterError(
-            name, "none", "a value in the case to begin at", "now it is that of the record"
-        )
+        raise ParameterError(name, "none", "a value in the case to begin at", "now it is that of the record")
     if unit != asked:
         raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
