@@ -313,6 +313,15 @@ def test_a_branch_that_another_one_crosses_goes_on() -> None:
     assert set(turned) == {False, True}  # the branch that is the same backwards in time, and those that are not
 
 
+def test_it_begins_at_the_last_value_of_the_parameter() -> None:
+    """Rounding is not to lead past R = 1, where there is no system."""
+    system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.5, 1.0))
+    for start in orbits(system, 2, 2, modes=0, tries=12).orbits:
+        branch = follow(start, "restitution", (0.79, 1.0))
+        assert BranchEvent.LOST not in {point.kind for point in branch.points}
+        assert (BranchEvent.LIMIT, 1.0) in {(end.kind, end.value) for end in branch.ends}
+
+
 def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:
     """Where several die at once the equations are singular, and no step leads past the place."""
     death = follow(orbit_near(HAMMER, [0.39, 2.32], modes=0), "mean", (0.3, 0.7)).ends[0]
