@@ -20,8 +20,10 @@ from percuss.explore import (
     follow_rest_cycle,
 )
 from percuss.explore.point_curves.onsets import Vanishing
+from percuss.explore.point_curves.rest_start import rest_condition
 from percuss.explore.point_curves.rest_way import RestWay
-from percuss.model import Reversed, UniformBar
+from percuss.model import Kept, ModalBody, Reversed, UniformBar
+from percuss.model.set_at_wall import set_at_wall
 from percuss.steady import RestCycle, rest_cycles
 
 PLANE = ("restitution", "mean")
@@ -118,6 +120,15 @@ def test_impacts_that_pile_up_are_met_again_after_a_long_step() -> None:
     late = Vanishing(RestWay(0, chain.release, chain.impacts[:7], 1)).renewed(system)
     assert len(early.way.impacts) == len(late.way.impacts) == 6
     assert early.number(system) == late.number(system) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_first_impact_may_fall_before_the_push() -> None:
+    """A held structure that is pulled as it strikes first; its chatter piles up as the push vanishes all the same."""
+    body = ModalBody((3.3,), (0.3,), (1.0,), (1.0,), gap=0.0826019930)
+    system = System(body=body, contact=Kept(0.4), load=Load.harmonic(0.0, 1.0))
+    condition, side = rest_condition(RestBranchPoint(RestEvent.ONSET, body.gap, only(system, 1), ""))
+    assert isinstance(condition, Vanishing)
+    assert side * condition.number(set_at_wall(system, 1)) == pytest.approx(0.0, abs=1e-8)
 
 
 def test_where_the_impacts_of_a_ringing_bar_have_no_order_it_says_so() -> None:
