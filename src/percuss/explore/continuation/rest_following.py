@@ -11,6 +11,13 @@ import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.rest_branch import RestBranch, RestBranchPoint, RestEvent
+from percuss.explore.continuation.rest_words import (
+    after_change,
+    after_grazing,
+    after_onset,
+    another_rest,
+    without_release,
+)
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
@@ -30,7 +37,6 @@ _JUMP = 1.4  # factor by which a flight may change in a step
 _AHEAD = 1.5
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
-_NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
 _ON = "the branch goes on"
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
@@ -160,7 +166,7 @@ class _Walker:
             if size < _EXACT * max(1.0, abs(here)):
                 gone = self._release_lost(here, math.copysign(_BARELY * max(1.0, abs(here)), end - here))
                 if gone is not None:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, _NO_RELEASE)
+                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, without_release(cycle))
                 return self._end(here, cycle, chains, is_system)
         return RestBranchPoint(RestEvent.LIMIT, here, cycle, _ON)
 
@@ -186,30 +192,18 @@ class _Walker:
         if not is_system:
             return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
         if not chains:
-            return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, _NO_RELEASE)
+            return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, without_release(cycle))
         other = _first_other(cycle.chains, chains)
         if other is not None:
             kind, phase, impact = other
-            touch = kind is RestEvent.TOUCH
-            told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-            then = "what follows jumps" if cycle.modes else "what follows changes as the root of the distance from here"
-            return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase, impact)
+            told = after_grazing(cycle, kind is RestEvent.TOUCH)
+            return RestBranchPoint(kind, value, cycle, told, phase, impact)
         if float(cycle.rest_times.min()) < short_rest(cycle):
-            what = "chatter" if cycle.chatters else "impact before the rest"
-            told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-            if cycle.chatters and cycle.modes and cycle.system.body.is_free:
-                told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
-            elif cycle.chatters and cycle.system.contact.keeps_strain:
-                told += (
-                    f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
-                )
-            return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-        told = "the bar comes back to this release after other rests"
+            return RestBranchPoint(RestEvent.ONSET, value, cycle, after_onset(cycle))
         waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
         if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
-            told = "the bar comes to rest once more: just before another release, which an impact meets here"
-            return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-        return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
+            return RestBranchPoint(RestEvent.ONSET, value, cycle, another_rest(cycle))
+        return RestBranchPoint(RestEvent.CHANGE, value, cycle, after_change(cycle, chains))
 
 
 def short_rest(cycle: RestCycle) -> float:
