@@ -16,6 +16,7 @@ from percuss.explore.point_curves.clearance import Clearance, clearance
 from percuss.explore.point_curves.codimension_two import tests_of
 from percuss.explore.point_curves.conditions import Corner, Touch
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
@@ -25,6 +26,7 @@ __all__ = ["CurveHappening", "CurveWalk", "walked_curve"]
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 _ALIKE = 1e-6  # of a step, within which two things happen at one place
@@ -107,6 +109,12 @@ class _Walker:
         """Go on to the next point, shorter if need be, and see what happens on the way."""
         try:
             point, limit = self._ahead()
+            if (
+                goes_back(self.curve)
+                and halves_differ(self.curve, self.here.x) @ halves_differ(self.curve, point.x) < 0.0
+            ):
+                self._halve(point.x)
+                return
             between = self._between(point)
         except Strayed:
             self._shorter()
@@ -193,10 +201,22 @@ class _Walker:
             return
         if self._shortest(self.here) < _NEARLY:
             self.end(CurveEvent.COALESCENCE)
+        elif goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
+            try:
+                self._halve(self.here.x)
+            except Strayed:
+                self.end(CurveEvent.LOST)
         elif self.walk.refusal is not None:
             self.end(CurveEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else CurveEvent.NO_SYSTEM)
         else:
             self.end(CurveEvent.LOST)
+
+    def _halve(self, near: Array) -> None:
+        """End the walk where both halves of the cycle are one orbit."""
+        self.here = halved(self.curve, near)
+        self.walk.points.append(self.here)
+        self.walk.is_orbit.append(self.walk.is_orbit[-1])
+        self.end(CurveEvent.HALVING)
 
     def _home(self, point: ExtendedPoint) -> ExtendedPoint | None:
         """The start of the walk, if a step to a point comes back to it or past it, with the times of now."""
