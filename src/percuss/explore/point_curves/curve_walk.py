@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,27 +16,19 @@ from percuss.explore.point_curves.codimension_two import tests_of
 from percuss.explore.point_curves.conditions import Corner, Touch
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
+from percuss.explore.point_curves.happening import CurveHappening, without_what_follows
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
 from percuss.steady.periodic.sameness import differences, load_turn
 
-__all__ = ["CurveHappening", "CurveWalk", "walked_curve"]
+__all__ = ["CurveWalk", "walked_curve"]
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
-_ALIKE = 1e-6  # of a step, within which two things happen at one place
-
-
-class CurveHappening(NamedTuple):
-    """What happens at a share of the way between two points."""
-
-    kind: CurveEvent
-    share: float
-    point: ExtendedPoint
 
 
 @dataclass
@@ -257,9 +248,7 @@ class _Walker:
 
                 found.append(self._located(Clearance.lost(i), point, margin))
         found += self._corners(point)
-        dead = [one.share for one in found if one.kind is CurveEvent.WITH_DEATH]
-        if dead:  # there every number is a multiplier: none of them is double
-            found = [one for one in found if one.kind not in _DOUBLE or abs(one.share - dead[0]) > _ALIKE]
+        found = without_what_follows(found, self.curve.condition)
         return sorted(found, key=lambda one: one.share)
 
     def _located(
