@@ -14,6 +14,7 @@ from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, St
 from percuss.explore.point_curves.clearance import Clearance, clearance
 from percuss.explore.point_curves.codimension_two import tests_of
 from percuss.explore.point_curves.conditions import Corner, Touch
+from percuss.explore.point_curves.corner_passing import beyond_step, step_ahead
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
 from percuss.explore.point_curves.happening import CurveHappening, without_what_follows
@@ -26,6 +27,7 @@ __all__ = ["CurveWalk", "walked_curve"]
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
@@ -186,8 +188,10 @@ class _Walker:
             raise Strayed("the touch passes an impact")
 
     def _shorter(self) -> None:
-        """Try a shorter step; where none is short enough, say why."""
+        """Try a shorter step, or one past a corner; where none is short enough, say why."""
         self.size *= 0.5
+        if self.size < _BEND and self._past_corner():
+            return
         if self.size > SHORTEST:
             return
         if self._shortest(self.here) < _NEARLY:
@@ -201,6 +205,25 @@ class _Walker:
             self.end(CurveEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else CurveEvent.NO_SYSTEM)
         else:
             self.end(CurveEvent.LOST)
+
+    def _past_corner(self) -> bool:
+        """Go past a step of the load that an impact is about to meet; whether there is one."""
+        ahead = step_ahead(self.curve, self.here, self.passed)
+        if ahead is None or ahead.distance > _NEAR_STEP * self.size:
+            return False
+        if isinstance(self.curve.condition, Multiplier | Pair):
+            if self.size < SHORTEST:
+                self.end(CurveEvent.WITH_CORNER)
+            return self.ended
+        try:
+            on, beyond = beyond_step(self.curve, self.here, ahead)
+        except Strayed:
+            return False
+        for point in (on, beyond):
+            self._arrive(point)
+        self.walk.happened.append(CurveHappening(CurveEvent.WITH_CORNER, 1.0, on))
+        self.size = FIRST
+        return True
 
     def _halve(self, near: Array) -> None:
         """End the walk where both halves of the cycle are one orbit."""
