@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from percuss.errors import ParameterError
@@ -14,9 +16,10 @@ from percuss.model.checks import Array, numbers
 from percuss.steady import PeriodicOrbit
 from percuss.steady.states import check_pushes
 
-__all__ = ["beginning", "range_around", "value_of"]
+__all__ = ["beginning", "range_around", "unit_of_turn", "value_of"]
 
 _SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
+_LEAST = 1e-6  # of the unit of a parameter, or its inverse: a scale beyond is none
 _BESIDE, _ASIDE = 1e-6, 1e-3  # rad, on both sides of a fold or flip, and how far from it one begins
 
 
@@ -56,6 +59,13 @@ def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: 
         raise ParameterError("orbit", str(orbit), f"an orbit of the system with {curve.name} = {value:.9g}")
     beside = _off(curve, found)
     return beside if bounds[0] <= curve.value(beside.x) <= bounds[1] else found
+
+
+def unit_of_turn(curve: SolutionCurve, start: CurvePoint) -> float:
+    """By how much the parameter changes while the impacts move by about 1 rad."""
+    moved = float(np.abs(start.tangent[: curve.impacts]).max())
+    size = float(abs(start.tangent[-1])) / moved if moved else 1.0
+    return curve.unit * 2.0 ** round(math.log2(min(max(size, _LEAST), 1.0 / _LEAST)))
 
 
 def _off(curve: SolutionCurve, start: CurvePoint) -> CurvePoint:

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from percuss.errors import Interrupted
-from percuss.explore.continuation.beginning import beginning, range_around, value_of
+from percuss.explore.continuation.beginning import beginning, range_around, unit_of_turn, value_of
 from percuss.explore.continuation.beyond import sentence
 from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import greatest_top, multipliers
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.limits import in_words
 from percuss.explore.continuation.partners import doubled, grazing_partner
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import Walk, walked
@@ -23,6 +24,7 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, finite, instance, text
 from percuss.steady import PeriodicOrbit
+from percuss.steady.periodic.sameness import canonical, load_turn
 
 __all__ = ["follow"]
 
@@ -119,6 +121,9 @@ def follow(
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = beginning(curve, orbit, here, bounds)
+        if between is None and here == 0.0:  # its own size tells nothing of its scale
+            curve = replace(curve, unit=unit_of_turn(curve, start))
+            start = beginning(curve, orbit, here, bounds)
         forward = walked(curve, start, bounds, points)
         closed = forward.happened[-1].kind is BranchEvent.CLOSED
         back = None if closed else walked(curve, CurvePoint(start.x, -start.tangent, 0), bounds, points)
@@ -143,7 +148,7 @@ class _Tracer:
         happened = [one for _, _, happened, _ in ways for one in happened]
         if forward.happened[-1].kind is BranchEvent.CLOSED:
             happened.insert(0, forward.happened[-1])
-        refusals = [str(way.refusal or "") for _, _, happened, way in ways for one in happened]
+        refusals = [in_words(way.refusal) for _, _, happened, way in ways for one in happened]
         refusals += refusals[-1:]
         found = [branch_point(curve, one, refusal) for one, refusal in zip(happened, refusals, strict=False)]
         for one, point in zip(happened, found, strict=True):
@@ -204,8 +209,8 @@ def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPo
     if one.kind is BranchEvent.TOUCH:
         phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))
     elif one.which >= 0:
-        off = np.mod(orbit.times - np.array(motion.times[one.which]) + 0.5, orbit.period)
-        impact = int(np.argmin(np.abs(off - 0.5))) + 1
+        _, first = canonical(np.array(motion.times), motion.period, load_turn(motion.system.load))
+        impact = (one.which - first) % motion.impacts + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)
     try:
         beyond = sentence(curve, one, impact, refusal)

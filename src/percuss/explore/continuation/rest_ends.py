@@ -12,13 +12,21 @@ from percuss.model.contact.falling_push import FallingPush
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
 
-__all__ = ["NO_RELEASE", "alike", "rest_end", "short_rest"]
+__all__ = ["alike", "no_release", "rest_end", "short_rest"]
 
-NO_RELEASE = "the load never turns from push to pull: the bar rests on the wall for good"
 _JUMP = 1.4  # factor by which a flight may change in a step
 _AHEAD = 1.5
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
+
+
+def no_release(cycle: RestCycle) -> str:
+    """What lies beyond the last release."""
+    return f"the load never turns from push to pull: the {_named(cycle)} rests on the wall for good"
+
+
+def _named(cycle: RestCycle) -> str:
+    return "bar" if cycle.system.body.is_free else "structure"
 
 
 def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
@@ -26,26 +34,27 @@ def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_syste
     if not is_system:
         return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
     if not chains:
-        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, NO_RELEASE)
+        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, no_release(cycle))
+    named, elastic = _named(cycle), cycle.modes > 0 and cycle.system.body.is_free
     other = _first_other(cycle.chains, chains)
     if other is not None:
         kind, phase, impact = other
         touch = kind is RestEvent.TOUCH
-        told = "the bar touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-        then = "what follows jumps" if cycle.modes else "what follows changes as the root of the distance from here"
+        told = f"the {named} touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
+        then = "what follows jumps" if elastic else "what follows changes as the root of the distance from here"
         return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase, impact)
     if float(cycle.rest_times.min()) < short_rest(cycle):
         what = "chatter" if cycle.chatters else "impact before the rest"
-        told = f"the end of the {what} meets the next release, and the bar is not laid down before it"
-        if cycle.chatters and cycle.modes and cycle.system.body.is_free:
+        told = f"the end of the {what} meets the next release, and the {named} is not laid down before it"
+        if cycle.chatters and elastic:
             told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
         elif cycle.chatters and cycle.system.contact.keeps_strain:
             told += f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
         return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-    told = "the bar comes back to this release after other rests"
+    told = f"the {named} comes back to this release after other rests"
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
     if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
-        told = "the bar comes to rest once more: just before another release, which an impact meets here"
+        told = f"the {named} comes to rest once more: just before another release, which an impact meets here"
         return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
     return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.rest_branch import RestBranch, RestBranchPoint, RestEvent
-from percuss.explore.continuation.rest_ends import NO_RELEASE, alike, rest_end
+from percuss.explore.continuation.rest_ends import alike, no_release, rest_end
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
@@ -25,7 +25,9 @@ from percuss.steady.resting.search import cycle_through
 __all__ = ["follow_rest_cycle"]
 
 _EXACT = 2e-13  # of the parameter, to which a point is located
+_NEARER, _MOST_OF = 0.45, 0.9  # of what is left to where a release is lost, and a rest vanishes
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
+_NEXT = 2e-9  # of the parameter, before the last release, to where the last cycle is followed if it can be
 _ON = "the branch goes on"
 _FAR = 1e6  # times the value, or 1: the ends where no range is given
 
@@ -154,26 +156,46 @@ class _Walker:
     def _walked(self, rows: list[tuple[float, RestCycle]], end: float) -> RestBranchPoint:
         """… which are added to the one where the walk begins, for as long as nothing stops it."""
         (here, cycle), size = rows[-1], self.step
-        first = here
+        first, failed, gone = here, False, None
         while here != end:
             look()
-            last = abs(end - here) <= 1.5 * size
-            ahead = end if last else here + math.copysign(size, end - here)
+            last = not failed and abs(end - here) <= 1.5 * size
+            step = self._sized(rows, min(size, abs(end - here)), gone) if failed else size
+            ahead = end if last else here + math.copysign(step, end - here)
             found, chains, is_system = self.at(ahead, cycle)
+            scale = max(1.0, abs(here))
             if found is not None:
-                here, cycle, size = ahead, found, min(1.5 * size, max(self.step, self.growth * abs(ahead - first)))
+                size = min(1.5 * abs(ahead - here), max(self.step, self.growth * abs(ahead - first)))
+                here, cycle = ahead, found
                 rows.append((here, cycle))
+                if gone is not None and abs(gone - here) < _NEXT * scale:
+                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, no_release(cycle))
                 continue
-            size = 0.4 * min(size, abs(end - here))
-            if size < _EXACT * max(1.0, abs(here)):
-                gone = self._release_lost(here, math.copysign(_BARELY * max(1.0, abs(here)), end - here))
+            failed, size = True, 0.4 * abs(ahead - here)
+            if gone is None and is_system and not chains:
+                gone = self._release_lost(here, ahead - here)
+            if size < _EXACT * scale:
+                gone = self._release_lost(here, math.copysign(_BARELY * scale, end - here))
                 if gone is not None:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, NO_RELEASE)
+                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, no_release(cycle))
                 return rest_end(here, cycle, chains, is_system)
         return RestBranchPoint(RestEvent.LIMIT, here, cycle, _ON)
 
+    @staticmethod
+    def _sized(rows: list[tuple[float, RestCycle]], size: float, gone: float | None) -> float:
+        """A step, no longer than what is left by half where the release is lost, or by most where the rest vanishes."""
+        here, cycle = rows[-1]
+        if gone is not None:
+            size = min(size, _NEARER * abs(gone - here))
+        if len(rows) > 1:
+            before, earlier = rows[-2]
+            rest, wider = float(cycle.rest_times.min()), float(earlier.rest_times.min())
+            left = rest / (wider - rest) * abs(here - before) if wider > rest else math.inf
+            size = min(size, max(_MOST_OF * left, 2.0 * _EXACT * max(1.0, abs(here))))
+        return size
+
     def _release_lost(self, value: float, ahead: float) -> float | None:
-        """Where the load ceases to let go, if that is hardly beyond a value: pulls move the bar by rounding there."""
+        """Where the load ceases to let go, if that is not beyond a step: there pulls move the bar by rounding."""
 
         def releases(at: float) -> bool:
             try:
