@@ -45,7 +45,7 @@ function startExperiment(panel) {
       h(
         "p",
         { class: "muted small" },
-        "Where does the hammer end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.",
+        "Where does the motion end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.",
       ),
       parts.form,
       parts.problem,
