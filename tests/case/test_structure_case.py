@@ -7,7 +7,7 @@ import re
 import pytest
 
 from percuss import plot
-from percuss.case import Case, orbits_answer, steady_answer, structure_answer
+from percuss.case import Case, branch_answer, load_case, orbits_answer, steady_answer, structure_answer
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.explore import sweep
@@ -227,5 +227,18 @@ def test_how_far_the_gap_may_move(capsys):
     assert main(["steady", "stopped-oscillator", "--reach-of", "gap", "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["reach"]
     assert row["above"]["type"] == "flip" and row["above"]["value"] == pytest.approx(-0.06857565227883914, abs=1e-11)
-    assert main(["steady", "stopped-oscillator", "--reach-of", "gap"]) == 0
-    assert "where the period doubles" in capsys.readouterr().out
+    assert main(["steady", "stopped-oscillator", "--reach-of", "gap,load_factor,restitution"]) == 0
+    told = capsys.readouterr().out
+    assert "0: down to -0.03142, where the period doubles" in told  # the mean of a load that has none may be either
+    assert "0.8: down to 0; up to 1, where a mode resonates" in told
+    assert not {"bar", "blow", "blows", "hammer"} & set(told.split())
+    assert main(["steady", "stopped-oscillator", "--reach-of", ","]) == 2
+
+
+def test_a_load_without_a_mean_is_moved_by_its_own_scale():
+    """In N as without dimensions: a parameter that is 0 does not tell by how much it should change."""
+    case = load_case("stopped-beam")
+    branch, plain = (branch_answer(case, "1/1", name) for name in ("load.mean", "mean"))
+    assert branch.values.size < 100
+    unit = branch.points[0].value / plain.points[0].value
+    assert [point.value / unit for point in branch.points] == pytest.approx([p.value for p in plain.points], rel=1e-9)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, Start, System, run
+from percuss.case import load_case
 from percuss.errors import ParameterError
 from percuss.explore import (
     CurveEvent,
@@ -18,6 +19,8 @@ from percuss.explore import (
     follow_point,
     follow_rest_cycle,
 )
+from percuss.explore.point_curves.onsets import Vanishing
+from percuss.explore.point_curves.rest_way import RestWay
 from percuss.model import Reversed, UniformBar
 from percuss.steady import RestCycle, rest_cycles
 
@@ -105,6 +108,23 @@ def test_the_onset_under_a_square_load_is_closed() -> None:
     whole = 1.0 + math.sqrt(2.0) + 2.0 * math.sqrt(2.0) * r / (1.0 - r)
     assert kappa == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-11)
     assert curve.is_orbit.all()
+
+
+def test_impacts_that_pile_up_are_met_again_after_a_long_step() -> None:
+    """With a greater restitution q comes near its limit several impacts later; the number looks on until it does."""
+    system = harmonic(0.8, 0.817348052778)
+    (chain,) = only(harmonic(0.8, 0.8174)).chains
+    early = Vanishing(RestWay(0, chain.release, chain.impacts[:2], 1)).renewed(system)
+    late = Vanishing(RestWay(0, chain.release, chain.impacts[:7], 1)).renewed(system)
+    assert len(early.way.impacts) == len(late.way.impacts) == 6
+    assert early.number(system) == late.number(system) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_where_the_impacts_of_a_ringing_bar_have_no_order_it_says_so() -> None:
+    ringing = SystemFamily(load_case("laboratory-striker").system()).system({"load_factor": 0.548})
+    onset = RestBranchPoint(RestEvent.ONSET, 0.548, only(ringing, 32), "")
+    with pytest.raises(ParameterError, match="irregular impacts"):
+        follow_point(onset, ("restitution", "load_factor"), ((0.3, 0.4), (0.3, 1.0)))
 
 
 @pytest.mark.slow

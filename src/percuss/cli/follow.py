@@ -38,7 +38,7 @@ _EXAMPLES = """\
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png
   percuss follow case.toml --orbit 2/1:phases=0.39,2.32 --along restitution=0:0.9 -o branch.csv
   percuss follow laboratory-striker --orbit chatter/1:1 --along load_factor=0.3:1.2 --modes 0
-  percuss follow laboratory-striker --orbit chatter/1 --along load_factor=0.3:1.2 --curve onset --over restitution=0:0.9
+  percuss follow case.toml --orbit chatter/1 --along mean=0.3:1.2 --curve onset --over restitution=0:0.9 --modes 0
   percuss follow case.toml --orbit 2/1:2 --along mean=0.3:1.2 --curve flip,fold --over restitution=0:0.9 --json"""
 
 

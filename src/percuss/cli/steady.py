@@ -91,6 +91,8 @@ def run(arguments: Sequence[str]) -> int:
         check_picture(parser, options.plot)
     if options.report is not None:
         _check_report(parser, options.report)
+    if options.reach_of == ():
+        parser.error("argument --reach-of: names of parameters, with commas between them")
     case = named_case(options.case)
     if case.tables.body is not None:
         return _of_structure(parser, case, options)

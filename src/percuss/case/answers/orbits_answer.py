@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.orbit_phases import orbit_at_phases
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.dotted_keys import value_at
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import LOAD_SCALE, held
-from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.case.parameters.case_keys import LOAD_SCALE
+from percuss.case.parameters.parameter_list import quantity_of
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
@@ -165,7 +163,7 @@ def followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, floa
         return axis.name, family, (float(axis.values[0]), float(axis.values[1]))
     name, plain = along.strip(), CaseFamily(case, {})
     key = plain.key(name)
-    unit = "" if key in ("", LOAD_SCALE) else _quantity(case, key)[1]
+    unit = "" if key in ("", LOAD_SCALE) else quantity_of(case, key)[1]
     return name, CaseFamily(case, {name: unit}) if unit else plain, None
 
 
@@ -192,17 +190,12 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
         return found
     if key == LOAD_SCALE:
         return 1.0
-    (value, unit), asked = _quantity(case, key), family.units.get(name, "")
+    (value, unit), asked = quantity_of(case, key), family.units.get(name, "")
     if value is None:
         raise ParameterError(name, "none", "a value in the case to begin at", "now it is that of the record")
     if unit != asked:
         raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
-
-
-def _quantity(case: Case, key: str) -> tuple[float | None, str]:
-    """The number of a key of the case, and its unit."""
-    return parsed_quantity(held(value_at(json_tables(case), key)))
 
 
 def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:

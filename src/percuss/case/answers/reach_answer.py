@@ -15,7 +15,7 @@ from percuss.explore.continuation.reaching import reach
 from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
 from percuss.stability.verdict import DEFAULT_MODES
-from percuss.steady import Orbit, PeriodicOrbit
+from percuss.steady import Orbit, PeriodicOrbit, orbit_near
 
 __all__ = ["reach_answer", "varied_parameters"]
 
@@ -69,6 +69,7 @@ ceases to exist (then chatter/1)
     body = orbit.system.body
     kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
+    start = orbit_near(orbit.system, start.times, orbit.periods, modes=kept) or start  # fewer modes, another phase
     found = []
     for row in wanted:
         if halt is not None and halt():
@@ -115,12 +116,19 @@ def _row(case: Case, start: PeriodicOrbit, row: dict[str, Any], halt: Callable[[
     about = (name, row["label"], unit, value)
     family = CaseFamily(case, {name: unit} if unit else {})
     try:
-        found = reach(start, name, _range(name, value), family=family, value=value, halt=halt)
+        between = None if _is_open(start, name, value) else _range(name, value)
+        found = reach(start, name, between, family=family, value=value, halt=halt)
     except Interrupted:
         raise
     except PercussError as error:
         return CaseReach(*about, None, error.message)
     return CaseReach(*about, found)
+
+
+def _is_open(start: PeriodicOrbit, name: str, value: float) -> bool:
+    """Whether a parameter that is 0 may be of either sign: the gap and the mean load of what is held."""
+    short = name.rpartition(".")[2]
+    return not value and not start.system.body.is_free and short in ("gap", "mean", "load_factor")
 
 
 def _range(name: str, value: float) -> tuple[float, float]:

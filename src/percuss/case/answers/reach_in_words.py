@@ -46,23 +46,25 @@ class CaseReach(Shown):
 
 _WHERE = {
     BranchEvent.FOLD: "where the motion ceases to exist",
-    BranchEvent.NONSMOOTH_FOLD: "where the blow meets a step of the load and the motion ceases to exist",
+    BranchEvent.NONSMOOTH_FOLD: "where the {blow} meets a step of the load and the motion ceases to exist",
     BranchEvent.FLIP: "where the period doubles",
     BranchEvent.NEIMARK_SACKER: "where the motion begins to waver, by a pair of multipliers",
     BranchEvent.CROSSING: "where another motion takes over, as a multiplier passes 1",
-    BranchEvent.CORNER: "where the blow meets a step of the load and is no longer stable",
-    BranchEvent.TOUCH: "where the bar touches the wall between two blows",
-    BranchEvent.DEATH: "where the blow has no speed left",
-    BranchEvent.STICKING: "where the bar would rest on the wall after a blow",
+    BranchEvent.CORNER: "where the {blow} meets a step of the load and is no longer stable",
+    BranchEvent.TOUCH: "where the {bar} touches the wall between two {blow}s",
+    BranchEvent.DEATH: "where the {blow} has no speed left",
+    BranchEvent.STICKING: "where the {bar} would rest on the wall after {blow_}",
     BranchEvent.NO_PUSH: "where the load stops pushing",
-    BranchEvent.NO_SYSTEM: "beyond which there is no such hammer",
-    BranchEvent.RESONANCE: "where an elastic mode resonates",
-    BranchEvent.COALESCENCE: "where two blows fall together",
+    BranchEvent.NO_SYSTEM: "beyond which there is no such {system}",
+    BranchEvent.RESONANCE: "where {mode_} resonates",
+    BranchEvent.COALESCENCE: "where two {blow}s fall together",
     BranchEvent.LOST: "beyond which the motion could not be followed",
 }
-
-_OF_STRUCTURES = {"the bar": "the structure", "blow": "impact", "hammer": "structure", "an elastic mode": "a mode"}
-"""The words for a structure that is held."""
+_HAMMER = {"bar": "bar", "blow": "blow", "blow_": "a blow", "system": "hammer", "mode_": "an elastic mode"}
+_STRUCTURE = {"bar": "structure", "blow": "impact", "blow_": "an impact", "system": "structure", "mode_": "a mode"}
+_LAST = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)} | dict.fromkeys(
+    ("d", "damping", "damping_ratio", "drag", "eta", "dashpot"), (0.0,)
+)  # values beyond which there are none
 
 
 def reach_in_words(row: CaseReach) -> str:
@@ -76,19 +78,16 @@ def ends_in_words(row: CaseReach) -> str:
     head = f"{number(row.value)}{unit}"
     if row.found is None:
         return f"{head}: {row.refusal}"
-    below, above = (_end(one, unit) for one in (row.found.below, row.found.above))
+    below, above = (_end(one, unit, row.name.rpartition(".")[2]) for one in (row.found.below, row.found.above))
     return f"{head}: down to {below}; up to {above}"
 
 
-def _end(end: ReachEnd, unit: str) -> str:
+def _end(end: ReachEnd, unit: str, name: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
-        return f"{number(end.value)}{unit} and further"
-    where = _WHERE.get(end.kind, end.kind.words)
-    if not end.orbit.system.body.is_free:
-        for word, other in _OF_STRUCTURES.items():
-            where = where.replace(word, other)
-    return f"{number(end.value)}{unit}, {where}{then}"
+        return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
+    names = _HAMMER if end.orbit.system.body.is_free else _STRUCTURE
+    return f"{number(end.value)}{unit}, {_WHERE.get(end.kind, end.kind.words).format(**names)}{then}"
 
 
 def reach_dict(rows: Sequence[CaseReach]) -> list[dict[str, Any]]:

@@ -66,9 +66,17 @@ class Vanishing:
             going = [last.strikes() for _ in range(known - 1)]
             first = known - 1 if all(going) and going and self._calm(last, critical) else known
         else:
-            course.strikes()
-            first = known + 1 if self._calm(course, critical) else known
+            first = self._first_calm(course, critical) or known
         return Vanishing(self.way.after(course, first))
+
+    def _first_calm(self, course: Course, critical: float) -> int:
+        """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
+        for _ in range(_MOST_IMPACTS):
+            if not course.strikes() or Struck(course.leg).push <= 0.0:
+                return 0
+            if self._calm(course, critical):
+                return len(course.impacts)
+        return 0
 
     @staticmethod
     def _calm(course: Course, critical: float) -> bool:

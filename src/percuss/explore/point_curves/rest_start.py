@@ -85,6 +85,9 @@ def _onset(point: RestBranchPoint) -> RestCondition:
         way = _way(point, best[0], best[2])
         return Vanishing(way) if system.contact.keeps_strain else Held(way)
     chain = chains[0]
+    if chain.rest == chain.impacts[-1].time:
+        told = "the ringing bar is held by one of its last, irregular impacts: of a rigid bar it can be, with 0 modes"
+        raise ParameterError("point", str(point), "an onset that can be followed", told)
     return Late(_way(point, chain, _piled(cycle, chain, FallingPush(factor))))
 
 
