@@ -96,7 +96,7 @@ def _kind(name: str, dtype: str) -> str:
 
 @router.get("/api/machines", summary="The catalogue", responses=PROBLEMS)
 async def machines() -> Response:
-    """Mass in kg, blow rate in Hz, blow energy in J; `valve`: the piston switches the load. Then structures with a stop."""
+    """Mass in kg, blow rate in Hz, blow energy in J; `valve`: the piston switches the load. And structures."""
     structures = [asdict(structure) for structure in STRUCTURES]
     return plain_json({"machines": [asdict(machine) for machine in MACHINES], "structures": structures})
 

@@ -7,7 +7,7 @@ import { unitsOf } from "./motion_charts.js";
 import { paceOf, Player } from "./player.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
-import { data, mover, view } from "./state.js";
+import { data, isHeld, mover, view } from "./state.js";
 
 const USUAL = 2.5; // seconds that a load period is shown for at first
 const LONGEST = 120;
@@ -71,6 +71,7 @@ function take({ tables, along, row }) {
   units = unitsOf(motion);
   put(parts.status, "");
   parts.carry.disabled = !along.movable;
+  put(parts.carry, `Move the ${isHeld() ? "structure" : "hammer"} here`);
   parts.stage.show(motion, force(), tables === data.tables ? data.info?.bar?.sections : null);
   pace();
   facts(along, row);
