@@ -150,7 +150,7 @@ def test_answers_of_a_structure(folder, capsys):
     for unfit, remedy in ((["--report", "x.html"], "--plot FILE"), (["--starts", "3"], "percuss experiment")):
         assert main(["steady", "case.toml", *unfit]) == 2
         assert remedy in capsys.readouterr().err
-    assert main(["steady", "stopped-oscillator", "--reach-of", "spring"]) == 0
+    assert main(["steady", "stopped-oscillator", "--reach-of", "stiffness"]) == 0
     told = capsys.readouterr().out.partition("How far")[2]
     assert "where the structure touches the wall between two impacts" in told
     assert not any(word in told for word in ("bar ", "blow", "hammer"))
