@@ -137,6 +137,24 @@ def test_an_onset_followed_and_laid_over_a_map(tmp_path: Path, capsys: pytest.Ca
     assert "there are: onset" in capsys.readouterr().err
 
 
+def test_points_are_followed_without_ranges(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = [
+        "follow",
+        "laboratory-striker",
+        "--modes",
+        "0",
+        "--along",
+        "load_factor",
+        "--over",
+        "restitution",
+        "--json",
+    ]
+    assert main([*asked, "--orbit", "chatter/1", "--curve", "onset"]) == 0
+    (curve,) = json.loads(capsys.readouterr().out)["curves"]
+    assert [end["type"] for end in curve["points"]] == ["endless_chatter", "parameter_end"]
+    assert curve["points"][-1]["values"][1] == 0.0
+
+
 def test_points_followed_and_laid_over_a_map(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["follow", hammer, "--orbit", "2/1:2", "--along", "load_factor=0.61:0.8", "--curve", "flip,fold:1"]
     asked += ["--over", "restitution=0.498:0.502"]

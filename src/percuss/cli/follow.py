@@ -55,7 +55,7 @@ def _parser() -> Parser:
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
         "the second fold, several with commas between them, or all; of a cycle with rest onset, touch, death or "
         "release_lost")  # fmt: skip
-    add("--over", metavar="RANGE", help="the second parameter and its range: restitution=0:0.9")
+    add("--over", metavar="RANGE", help="the second parameter, with or without a range: restitution=0:0.9")
     add("--modes", metavar="N", type=modes, help=f"elastic modes, 0 to {MAX_MODES} (default: the case's, or 32)")
     add("--json", action="store_true", help="print the branches as JSON")
     add("--plot", metavar="FILE", help=f"draw the branches: {', '.join(PICTURES)}")
@@ -116,9 +116,8 @@ def run(arguments: Sequence[str]) -> int:
 
 def _check_ranges(parser: Parser, along: str, over: str) -> None:
     """Refuse what is no plane of two parameters before anything is followed."""
-    from percuss.explore import Axis
 
-    if Axis.spanned(along).name == Axis.spanned(over).name:
+    if along.partition("=")[0].strip() == over.partition("=")[0].strip():
         parser.error("argument --over: a second parameter, another than that of --along")
 
 

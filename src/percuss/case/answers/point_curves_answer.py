@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
-from percuss.case.answers.orbits_answer import value_of
+from percuss.case.answers.orbits_answer import followed, value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Axis, BranchEvent, RestBranch, RestEvent, follow_point
+from percuss.explore import BranchEvent, RestBranch, RestEvent, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
 from percuss.explore.point_curves.rest_start import REST_FOLLOWED
 from percuss.model.checks import having, text
@@ -60,7 +60,8 @@ def point_curves_answer(
     which
         ``flip`` for the first flip, ``flip:2`` for the second, several with commas between them, or ``all``.
     along, over
-        The parameter of the branch and the second one, each with its range: ``mean=0.3:1.2``, ``restitution=0:0.9``.
+        The parameter of the branch and the second one, each with its range: ``mean=0.3:1.2``, ``restitution=0:0.9``;
+        without a range, ``restitution``, curves are followed to their ends.
     halt
         As for `percuss.explore.follow`.
 
@@ -80,17 +81,22 @@ def point_curves_answer(
     """
     checked_case(case)
     having("branch", branch, ("points", "parameter"), "a branch, as percuss.case.branch_answer gives it")
-    axes = [Axis.spanned(text(name, given, "NAME=FROM:TO")) for name, given in (("along", along), ("over", over))]
-    family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
-    ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
-    second = value_of(case, family, axes[1].name, ranges[1])
+    (first, unit, here), (other, its_unit, there) = (_parameter(case, given) for given in (along, over))
+    family = CaseFamily(case, {name: of for name, of in ((first, unit), (other, its_unit)) if of})
+    second = value_of(case, family, other, there)
     found: list[Any] = []
     for point in _chosen(branch, which):
-        names, values = [axis.name for axis in axes], (point.value, second)
-        found.append(follow_point(point, names, ranges, family=family, values=values, halt=halt))
+        values = (point.value, second)
+        found.append(follow_point(point, (first, other), (here, there), family=family, values=values, halt=halt))
         if halt is not None and halt():
             break
     return tuple(found)
+
+
+def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | None]:
+    """Name, unit and range of a parameter."""
+    name, family, ends = followed(case, given)
+    return name, family.units.get(name, ""), ends
 
 
 def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list[RestBranchPoint]:

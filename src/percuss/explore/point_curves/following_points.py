@@ -39,7 +39,7 @@ _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
 def follow_point(
     point: BranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]] | None = None,
+    between: Sequence[tuple[float, float] | None] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -52,7 +52,7 @@ def follow_point(
 def follow_point(
     point: RestBranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]] | None = None,
+    between: Sequence[tuple[float, float] | None] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -64,7 +64,7 @@ def follow_point(
 def follow_point(
     point: BranchPoint | RestBranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]] | None = None,
+    between: Sequence[tuple[float, float] | None] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -86,7 +86,7 @@ def follow_point(
     along
         The names of both parameters.
     between
-        The range of each; None to go on until the curve ends, or has `most` points.
+        The range of each, or None for one; None to go on until the curve ends, or has `most` points.
     family
         The systems; None for those that differ from that of the point in both parameters alone.
     values

@@ -26,6 +26,7 @@ from percuss.model.checks import Array
 
 __all__ = ["followed_rest_point"]
 
+_LAST = {"restitution": (0.0, 1.0), "contact.restitution": (0.0, 1.0)}  # the values that there are
 _SAME, _BESIDE = 1e-6, 1e-2  # of a unit, by which the start may be off, and where the bar is held before
 
 
@@ -40,9 +41,10 @@ def followed_rest_point(
 ) -> RestPointCurve:
     """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
     units = np.array(units_of(bounds, here))
+    low, high = zip(*(_LAST.get(name, (-math.inf, math.inf)) for name in names), strict=True)
     condition, side = rest_condition(point)
     plane = RestPlane(family, names, units, condition)
-    box = np.array(bounds).T / units
+    box = np.clip(np.array(bounds).T, low, high) / units
     start, slopes = _start(plane, point, np.array(here) / units, box)
     steep = float(np.linalg.norm(slopes))
     left = np.array([slopes[1], -slopes[0]]) / steep  # the number grows to the left of this direction
@@ -51,6 +53,10 @@ def followed_rest_point(
         walk = PlaneWalk(replace(plane, condition=condition), start, way, slope, box)
         with halting(halt):
             parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
+        ended = parts[-1].happened[-1]
+        if ended.kind is CurveEvent.LIMIT and np.any(np.isinf(np.array(bounds).T) & (ended.place == box)):
+            last = CurveEvent.NO_SYSTEM
+            parts[-1].happened[-1] = ended._replace(kind=last, beyond=last.words)
         if walk.end is CurveEvent.CLOSED:
             break
     return _told(point, plane, parts)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, ParameterError, PercussError
+from percuss.explore.continuation.limits import in_words
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestEvent
 from percuss.explore.family import Family
@@ -70,11 +71,15 @@ class RestPlane:
 
     def slopes(self, place: Array, box: Array) -> Array:
         """The derivatives of the number at a place of the curve, from inside of a box."""
-        found = np.zeros(2)
+        found, here = np.zeros(2), self.number(place)
         for i in range(2):
-            nudge = np.zeros(2)
-            nudge[i] = _NUDGE if place[i] + _NUDGE <= box[1, i] else -_NUDGE
-            found[i] = (self.number(place + nudge) - self.number(place)) / nudge[i]
+            nudge = np.eye(2)[i] * (_NUDGE if place[i] + _NUDGE <= box[1, i] else -_NUDGE)
+            try:
+                there = self.number(place + nudge)
+            except ParameterError:  # beyond the end of a parameter
+                nudge = -nudge
+                there = self.number(place + nudge)
+            found[i] = (there - here) / nudge[i]
         return found
 
 
@@ -167,8 +172,11 @@ class RestWalk:
         """Where the bar is hardly held any more, at right angles to the curve or along the edge of the plane."""
         edge = np.flatnonzero((place == self.walk.box[0]) | (place == self.walk.box[1]))
         way = np.eye(2)[1 - edge[0]] if edge.size else to_the_left(self.walk.way)
-        if self.plane.number(place + _NUDGE * way) > 0.0:
-            way = -way
+        try:
+            turned = self.plane.number(place + _NUDGE * way) > 0.0
+        except ParameterError:  # beyond the end of a parameter
+            turned = self.plane.number(place - _NUDGE * way) < 0.0
+        way = -way if turned else way
         beyond = vanishing_beyond(lambda at: condition.spare(self.plane.at_wall(place + at * way)), 0.7 * self.held)
         self.held = beyond
         return place + beyond * way
@@ -216,7 +224,7 @@ class RestWalk:
             kind = CurveEvent.UNPRESSED if isinstance(self.plane.condition, Late) else CurveEvent.ENDLESS
         elif isinstance(stray, PercussError):
             kind = CurveEvent.NO_PUSH if isinstance(stray, LoadError) else CurveEvent.NO_SYSTEM
-            return kind, str(stray)
+            return kind, in_words(stray)
         else:
             kind = CurveEvent.LOST
         return kind, kind.words
