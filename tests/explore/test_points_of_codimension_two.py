@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from orbit_cases import ENTRIES, system_of
 from percuss import Load, System
 from percuss.explore import BranchEvent, BranchPoint, CurveEvent, PointCurve, SystemFamily, follow, follow_point
 from percuss.stability import orbit_multipliers
@@ -91,6 +92,19 @@ def test_strong_resonances_are_what_matrices_say() -> None:
     for third in curve.at(CurveEvent.RESONANCE_3):
         values = orbit_multipliers(third.orbit).values
         assert np.abs(values - np.exp(2j * math.pi / 3.0)).min() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_pair_comes_to_one_at_both_ends_of_its_curve() -> None:
+    entry = ENTRIES["elastic_ns_41"]
+    start = orbit_near(system_of(entry), entry["start"]["phases"], modes=8)
+    assert start is not None
+    curve = follow_point(the(start, "neimark_sacker", (0.6199, 0.6208)), PLANE, ((0.48, 0.52), (0.61, 0.63)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.RESONANCE_1] * 2
+    assert len(curve.points) == 2
+    for end in curve.ends:
+        assert np.sort(np.abs(orbit_multipliers(end.orbit).values - 1.0))[1] < 1e-5  # a double one
+        assert end.orbit.residual < 1e-9
 
 
 def test_a_resonant_grazing_is_met_by_three_curves() -> None:
