@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -68,13 +69,14 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     with style():
         figure = new_figure(7.2, 1.2 + 2.9 * len(quantities))
         panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(quantities), 1, sharex=True)))
+        colours = _colours(found)
         for ax, quantity in zip(panels, quantities, strict=True):
             _points(ax, found, quantity)
-            for number, line in enumerate(_lines(found)):
-                _line(ax, line, quantity, _colour(number))
+            for line in _lines(found):
+                _line(ax, line, quantity, colours[line.label])
             if quantity == "phase":
-                for number, line in enumerate(found.rest_branches, len(found.branches)):
-                    _rests(ax, line, _colour(number))
+                for rests in found.rest_branches:
+                    _rests(ax, rests, colours[rests.label])
             for line in _lines(found):
                 _events(ax, line, quantity)
             for line in found.impossible:
@@ -195,10 +197,8 @@ def _legend(figure: Figure, ax: Axes, found: Diagram) -> None:
     handles, labels = ax.get_legend_handles_labels()
     kept = dict(zip(labels, handles, strict=True))
     points = {family.name: kept[family.name] for family in palette.FAMILIES if family.name in kept}
-    lines: dict[str, Any] = {}
-    for number, line in enumerate(_lines(found)):
-        lines.setdefault(line.label, Line2D([], [], color=_colour(number), lw=1.4))
-    lines = dict(list(lines.items())[:_MOST_TOLD])
+    named = {*[*_labels(found.rest_branches), *_labels(found.branches)][:_MOST_TOLD]}
+    lines = {label: Line2D([], [], color=c, lw=1.4) for label, c in _colours(found).items() if label in named}
     ways = {"stable": Line2D([], [], color=INK, lw=1.4), "unstable": Line2D([], [], color=INK, lw=0.9, ls="--")}
     if found.impossible:
         ways["not a motion"] = Line2D([], [], color=INK, alpha=0.45, lw=0.5)
@@ -211,5 +211,13 @@ def _legend(figure: Figure, ax: Axes, found: Diagram) -> None:
         figure.legend(drawn, names, loc="outside right upper", frameon=False, markerscale=1.8)
 
 
-def _colour(number: int) -> str:
-    return COLOURS[number % len(COLOURS)]
+def _labels(lines: Sequence[_Line]) -> list[str]:
+    """Each label once, in the order in which they come."""
+    return list(dict.fromkeys(line.label for line in lines))
+
+
+def _colours(found: Diagram) -> dict[str, str]:
+    """The colour of each label: cycles with rest take it from the other end, so that few labels share none."""
+    orbits, rests = _labels(found.branches), _labels(found.rest_branches)
+    given = {label: COLOURS[i % len(COLOURS)] for i, label in enumerate(orbits)}
+    return given | {label: COLOURS[-1 - i % len(COLOURS)] for i, label in enumerate(rests)}

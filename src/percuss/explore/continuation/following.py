@@ -15,6 +15,7 @@ from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import greatest_top, multipliers
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.limits import in_words
 from percuss.explore.continuation.partners import doubled, grazing_partner
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import Walk, walked
@@ -147,7 +148,7 @@ class _Tracer:
         happened = [one for _, _, happened, _ in ways for one in happened]
         if forward.happened[-1].kind is BranchEvent.CLOSED:
             happened.insert(0, forward.happened[-1])
-        refusals = [str(way.refusal or "") for _, _, happened, way in ways for one in happened]
+        refusals = [in_words(way.refusal) for _, _, happened, way in ways for one in happened]
         refusals += refusals[-1:]
         found = [branch_point(curve, one, refusal) for one, refusal in zip(happened, refusals, strict=False)]
         for one, point in zip(happened, found, strict=True):

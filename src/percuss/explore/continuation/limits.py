@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from percuss.errors import LoadError, PercussError
+from percuss.errors import LoadError, ParameterError, PercussError
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.solution_curve import SolutionCurve
 
-__all__ = ["Limit", "limit_before", "refused"]
+__all__ = ["Limit", "in_words", "limit_before", "refused"]
 
 _ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
 
@@ -29,6 +29,13 @@ def limit_before(curve: SolutionCurve, here: float, value: float, bounds: tuple[
         found = Limit(value, BranchEvent.LIMIT, None)
     refusal = curve.refusal(value)
     return found if refusal is None else Limit(_last_value(curve, here, value), refused(refusal), refusal)
+
+
+def in_words(refusal: PercussError | None) -> str:
+    """What a refusal expects, without the value beyond the end that was tried; empty for none."""
+    if isinstance(refusal, ParameterError):
+        return f"{refusal.name}: expected {refusal.accepted}"
+    return str(refusal or "")
 
 
 def refused(refusal: PercussError) -> BranchEvent:

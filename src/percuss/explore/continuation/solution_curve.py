@@ -181,6 +181,8 @@ class SolutionCurve:
                 if ended != _FOUND:
                     raise Strayed(_WORDS[ended])
                 steps = steps or taken
+                if not np.any(normal[:-1]):  # the parameter is held: rounding is not to lead past a limit
+                    x[-1] = start[-1]
                 if self.rows.fits(base, rate, self.value(x)):
                     return CurvePoint(x, tangent, steps)
             except PercussError as error:

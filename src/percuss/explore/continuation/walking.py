@@ -181,6 +181,8 @@ class _Walker:
         if limit is not None:
             self.walk.refusal = limit.refusal or self.walk.refusal
             along = limit.value / self.curve.unit - x[-1]
+            if along == 0.0:
+                return _Target(self.here, limit.kind)
             place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
             place[-1], normal = limit.value / self.curve.unit, self.curve.level
         found = self.curve.corrected(place, normal, tangent)
