@@ -261,3 +261,15 @@ def test_the_dying_impact_is_told_of_orbits_that_begin_in_any_load_period() -> N
         point = the(follow(told, "mean", (0.39, 0.41)), "grazing_impact_dies")
         assert point.impact == 1 + np.argmin(np.abs(point.orbit.speeds))
         assert len(follow_point(point, PLANE, most=2).values) == 3
+
+
+def test_it_goes_to_the_end_of_the_parameter_under_a_load_with_steps() -> None:
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))
+    start = orbits(system, 1, 1, modes=0).orbits[-1]
+    corner = the(follow(start, "kappa", (1.64, 1.8)), "nonsmooth_fold")
+    curve = follow_point(corner, ("restitution", "kappa"), most=150)
+    assert [end.kind for end in curve.ends] == [CurveEvent.NO_SYSTEM] * 2
+    touch = follow(start, "kappa", (1.2, 1.66)).at(BranchEvent.TOUCH)
+    for point in touch:
+        ends = follow_point(point, ("d", "kappa"), most=60).ends
+        assert CurveEvent.NO_SYSTEM in {end.kind for end in ends}

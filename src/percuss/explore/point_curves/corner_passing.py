@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.errors import PercussError
 from percuss.explore.continuation.corners import Passed, step_of
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.point_curves.conditions import Corner
@@ -53,11 +54,14 @@ def _normal(curve: ExtendedCurve, x: Array, i: int, number: int) -> Array:
     """The derivative of the time from a step to an impact by the unknowns."""
     normal, p = np.zeros(x.size), curve.impacts
     normal[i] = 1.0
+    here = step_of(curve.system(curve.values(x)), number)
     for j in (p + 1, p + 2):
-        aside = np.zeros(x.size)
-        aside[j] = _DIFFERENCE
-        ends = [step_of(curve.system(curve.values(x + way * aside)), number) for way in (1.0, -1.0)]
-        normal[j] = -(ends[0] - ends[1]) / (2.0 * _DIFFERENCE)
+        for h in (_DIFFERENCE, -_DIFFERENCE):
+            aside = np.array(x)
+            aside[j] += h
+            if curve.refusal(curve.values(aside)) is None:
+                normal[j] = -(step_of(curve.system(curve.values(aside)), number) - here) / h
+                break
     return normal
 
 
@@ -68,7 +72,10 @@ def beyond_step(curve: ExtendedCurve, here: ExtendedPoint, step: StepAhead) -> t
     on = curve.corrected(start, step.normal, here.tangent, here.matrix)
     if float(np.abs(on.x - start).max()) > step.distance:
         raise Strayed("another corner")
-    matrix = curve.matrix(on.x + side * _BESIDE * step.normal)
+    try:
+        matrix = curve.matrix(on.x + side * _BESIDE * step.normal)
+    except PercussError as error:
+        raise Strayed(str(error)) from None
     tangent = np.linalg.svd(matrix)[2][-1]
     tangent = tangent * np.sign(tangent @ step.normal) * side
     place = on.x + (_BESIDE / abs(float(tangent @ step.normal))) * tangent

@@ -27,6 +27,7 @@ __all__ = ["CurveWalk", "walked_curve"]
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_ARC = 0.05  # of a step, by which its end may be beside the arc with the tangents at both ends
 _BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
@@ -183,6 +184,10 @@ class _Walker:
         """Strayed where a point is not the next one of the curve."""
         before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
         flights = check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
+        chord, mean = found.x - self.here.x, self.here.tangent + found.tangent  # along each other on an arc
+        aside = float(np.linalg.norm(chord - (chord @ mean) / (mean @ mean) * mean))
+        if aside > max(_ARC * float(np.linalg.norm(chord)), SHORTEST):
+            raise Strayed("beside the arc")
         condition = self.curve.condition
         if isinstance(condition, Touch) and not 0.0 < float(self.curve.extra(found.x)[0]) < flights[condition.flight]:
             raise Strayed("the touch passes an impact")

@@ -18,7 +18,7 @@ from percuss.steady import PeriodicOrbit
 
 __all__ = ["Multiplier", "Pair"]
 
-_NARROW, _ROUND = 5e-5, 2e-4  # of cos θ from ±1, nearer than which what is asked is its mean on a circle around
+_NARROW, _ROUND = 5e-7, 2e-6  # of cos θ from ±1, nearer than which what is asked is its mean on a circle around
 _VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 

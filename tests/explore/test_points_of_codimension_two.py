@@ -1,0 +1,160 @@
+"""Points of codimension two: closed forms, multipliers from matrices, and curves of two kinds that meet in them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from orbit_cases import ENTRIES, system_of
+from percuss import Load, System
+from percuss.explore import BranchEvent, BranchPoint, CurveEvent, PointCurve, SystemFamily, follow, follow_point
+from percuss.stability import orbit_multipliers
+from percuss.steady import PeriodicOrbit, orbit_near, orbits
+
+PLANE = ("restitution", "mean")
+
+
+def near(system: System, times: list[float], periods: int, modes: int) -> PeriodicOrbit:
+    found = orbit_near(system, times, periods, modes=modes)
+    assert found is not None
+    return found
+
+
+def the(orbit: PeriodicOrbit, kind: str, between: tuple[float, float], number: int = 0) -> BranchPoint:
+    return follow(orbit, "mean", between).at(BranchEvent(kind))[number]
+
+
+def distance(curve: PointCurve, kind: CurveEvent, xi: complex) -> float:
+    """How near the two multipliers nearest to ξ are to it, at the first point of a kind: matrices tell."""
+    values = orbit_multipliers(curve.at(kind)[0].orbit).values
+    return float(np.sort(np.abs(values - xi))[1])
+
+
+@dataclass(frozen=True)
+class TwoWaves:
+    """A rigid bar under cos t + a cos(2t + 1.4), over a and the mean load."""
+
+    held: dict[str, float] = field(default_factory=dict)
+
+    def system(self, values: dict[str, float]) -> System:
+        both = {"second": 0.75, "mean": 0.603} | self.held | values
+        load = Load.fourier([both["mean"], 1.0, both["second"] * np.exp(1.4j)])
+        return System(s=5.0, d=0.0, restitution=0.5, load=load)
+
+    def check(self, names: dict[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, str]:
+        return {}
+
+
+def test_a_cusp_is_where_three_steady_motions_are_one() -> None:
+    """v_f' = v_f'' = 0 there, and v_f = p_0 T (1 − R)/(2(1 + R)); phase and amplitude by Newton's method."""
+    phase, second = 2.07, 0.65
+    for _ in range(50):
+        c, s = math.cos(2.0 * phase + 1.4), math.sin(2.0 * phase + 1.4)
+        off = np.array([math.cos(phase) + second * c, -math.sin(phase) - 2.0 * second * s])
+        slopes = [[off[1], c], [-math.cos(phase) - 4.0 * second * c, -2.0 * s]]
+        phase, second = np.array([phase, second]) - np.linalg.solve(slopes, off)
+    mean = 2.0 * 1.5 / (2.0 * math.pi * 0.5) * (math.sin(phase) + 0.5 * second * math.sin(2.0 * phase + 1.4))
+    family = TwoWaves()
+    start = next(one for one in orbits(family.system({}), 1, 1, modes=0).orbits if 1.0 < one.phase < 2.0)
+    branch = follow(start, "mean", (0.55, 0.65), family=family, value=0.603)
+    for fold in branch.at(BranchEvent.FOLD):
+        plane = (0.6, 0.8), (0.1, 2.0)
+        curve = follow_point(fold, ("second", "mean"), plane, family=family, values=(0.75, fold.value))
+        (cusp,) = curve.at(CurveEvent.CUSP)
+        assert cusp.values == pytest.approx((second, mean), rel=0, abs=1e-11)
+        assert cusp.orbit.phase == pytest.approx(phase, rel=0, abs=1e-8)
+
+
+def test_a_fold_and_a_flip_meet_where_either_curve_says() -> None:
+    load = Load.fourier([1.15, 1.0, -0.2296 - 0.1027j])
+    start = near(System(s=2.15, d=0.0277, restitution=0.8236, load=load), [0.851, 2.3926, 5.5998], 1, 2)
+    plane = (0.02, 0.2), (0.9, 1.4)
+    fold = follow_point(the(start, "fold", (1.0, 1.3)), ("d", "mean"), plane)
+    flip = follow_point(the(start, "flip", (1.0, 1.3)), ("d", "mean"), plane)
+    (met,), (again,) = fold.at(CurveEvent.WITH_FLIP), flip.at(CurveEvent.WITH_FOLD)
+    assert met.values == pytest.approx(again.values, rel=0, abs=1e-9)
+    values = orbit_multipliers(met.orbit).values
+    assert max(np.abs(values - 1.0).min(), np.abs(values + 1.0).min()) < 1e-8
+
+
+def test_strong_resonances_are_what_matrices_say() -> None:
+    load = Load.fourier([0.68759, 1.0, 0.41571 + 0.42892j, -0.19553 - 0.96514j])
+    start = near(System(s=5.799, d=0.017547, restitution=0.42711, load=load), [0.4102, 3.1778, 6.9383], 2, 2)
+    pair = the(start, "neimark_sacker", (0.66, 0.71))
+    curve = follow_point(pair, PLANE, ((0.3, 0.6), (0.4, 0.9)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.RESONANCE_2] * 2
+    assert distance(curve, CurveEvent.RESONANCE_2, -1.0) < 1e-5  # a double one
+    for third in curve.at(CurveEvent.RESONANCE_3):
+        values = orbit_multipliers(third.orbit).values
+        assert np.abs(values - np.exp(2j * math.pi / 3.0)).min() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_pair_comes_to_one_at_both_ends_of_its_curve() -> None:
+    entry = ENTRIES["elastic_ns_41"]
+    start = orbit_near(system_of(entry), entry["start"]["phases"], modes=8)
+    assert start is not None
+    curve = follow_point(the(start, "neimark_sacker", (0.6199, 0.6208)), PLANE, ((0.48, 0.52), (0.61, 0.63)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.RESONANCE_1] * 2
+    assert len(curve.points) == 2
+    for end in curve.ends:
+        assert np.sort(np.abs(orbit_multipliers(end.orbit).values - 1.0))[1] < 1e-5  # a double one
+        assert end.orbit.residual < 1e-9
+
+
+def test_a_resonant_grazing_is_met_by_three_curves() -> None:
+    """Where the greatest multiplier times the speed goes through 0 folds begin; K(ξ) is singular there for every ξ."""
+    load = Load.fourier([0.31, 1.0, 0.2782 + 2.5365j])
+    system = System(s=5.0, d=0.0, restitution=0.6427, load=load)
+    start = near(system, [0.4, 10.47, 12.03], 2, 0)
+    kinds, points = ("grazing_impact_dies", "fold"), []
+    for kind in kinds:
+        curve = follow_point(the(start, kind, (0.3, 0.34)), PLANE, ((0.45, 0.66), (0.28, 0.34)))
+        points.append(curve.at(CurveEvent.RESONANT_GRAZING)[0])
+    assert points[0].values == pytest.approx(points[1].values, rel=0, abs=1e-9)
+    orbit = points[0].orbit
+    sizes = [abs(np.linalg.det(orbit.linearised(xi))) for xi in (1.0, -1.0, 0.3, 2.0)]
+    assert max(sizes) < 1e-8
+
+
+@pytest.mark.slow
+def test_folds_of_the_doubled_orbit_end_where_flips_turn() -> None:
+    """A generalized flip: where the fold of the doubled orbit is when its halves, δ apart, are one: λ(δ²) at 0."""
+    load = Load.fourier([1.0816, 1.0, 0.8211 - 0.3072j])
+    system = System(s=3.1036, d=0.039544, restitution=0.67602, load=load)
+    doubled = the(near(system, [1.889, 8.189], 2, 2), "fold", (1.0, 1.2), number=1)
+    curve = follow_point(doubled, PLANE, ((0.6, 0.8), (1.0, 1.2)))
+    (end,) = curve.at(CurveEvent.HALVING)
+    flip = the(near(system, [1.9], 1, 2), "flip", (1.0, 1.2))
+    (turn,) = follow_point(flip, PLANE, ((0.6, 0.8), (1.0, 1.2))).at(CurveEvent.GENERALIZED_FLIP)
+    assert end.values == pytest.approx(turn.values, rel=0, abs=1e-9)
+    apart = np.abs(np.diff(curve.times, axis=1)[:, 0] - 2.0 * math.pi)
+    close = (apart > 1e-3) & (apart < 4e-3)
+    assert close.sum() >= 3
+    line = np.polyfit(apart[close] ** 2, curve.values[close, 0], 2)
+    assert line[-1] == pytest.approx(end.values[0], rel=0, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_loop_of_touches_goes_round_its_corners_and_closes() -> None:
+    system = System(s=4.132, d=0.0401, restitution=0.2991, load=Load.square(1.0, 1.33))
+    (start,) = [one for one in orbits(system, 1, 2, modes=1).orbits if 4.0 < one.phase < 4.1]
+    touch = follow(start, "kappa", (1.3, 1.35)).at(BranchEvent.TOUCH)[-1]
+    curve = follow_point(touch, ("restitution", "kappa"), ((0.0, 0.9), (1.1, 1.9)), most=150)
+    assert [end.kind for end in curve.ends] == [CurveEvent.CLOSED] * 2
+    assert len(curve.at(CurveEvent.WITH_CORNER)) == 2
+    for corner in curve.at(CurveEvent.WITH_CORNER):
+        assert corner.orbit.phase == pytest.approx(corner.values[1] * math.pi, rel=0, abs=1e-9)
+    family = SystemFamily(system)
+    for i in range(0, len(curve.values), 9):
+        beside = family.system(dict(zip(curve.parameters, curve.values[i].tolist(), strict=True)))
+        orbit = PeriodicOrbit(beside, 2, tuple(curve.times[i].tolist()), 1)
+        assert orbit.residual < 1e-9
+        y = orbit.end_point(np.linspace(0.0, orbit.period, 40001)[:-1])
+        tops = y[1:-1][(y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])]
+        assert np.abs(tops).min() < 1e-6  # the samples are 3e-4 apart
