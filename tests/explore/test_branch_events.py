@@ -346,6 +346,17 @@ def test_it_begins_at_the_last_value_of_the_parameter() -> None:
         assert (BranchEvent.LIMIT, 1.0) in {(end.kind, end.value) for end in branch.ends}
 
 
+def test_it_stays_within_its_range(straight: Branch) -> None:
+    """Though a step ends beyond it whose tangent leads to a place before it, as the branch bends."""
+    start = orbit_near(HAMMER, [0.39, 2.32], modes=0)
+    assert start is not None
+    beyond_fold = straight.values[np.argmax(straight.values) + 2 :]
+    for low in beyond_fold[np.abs(beyond_fold - 0.59) < 0.03] + 1e-6:
+        branch = follow(start, "mean", (float(low), 1.0))
+        assert branch.values.min() == low
+        assert [end.kind for end in branch.ends] == [BranchEvent.LIMIT] * 2
+
+
 def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:
     """Where several die at once the equations are singular, and no step leads past the place."""
     death = follow(orbit_near(HAMMER, [0.39, 2.32], modes=0), "mean", (0.3, 0.7)).ends[0]

@@ -26,7 +26,7 @@ from percuss.explore.continuation.solution_curve import (
 )
 from percuss.model.checks import Array
 
-__all__ = ["BESIDE", "TurningBack", "turning_back"]
+__all__ = ["BESIDE", "TurningBack", "halves", "turning_back"]
 
 BESIDE = 5e-3
 """Of each impact in rad, how near to such a place a branch is looked at: nearer to it rounding decides on folds."""
@@ -66,7 +66,7 @@ def _halving(segment: Segment) -> TurningBack | None:
     p, curve = segment.curve.impacts, segment.curve
     if p % 2 or curve.periods % 2:
         return None
-    first, second = (_halves(point, p, curve.periods) for point in (segment.start, segment.stop))
+    first, second = (halves(point, p, curve.periods) for point in (segment.start, segment.stop))
     if not first[1] @ second[1] < 0.0:
         return None
     share = float(np.linalg.norm(first[1]) / (np.linalg.norm(first[1]) + np.linalg.norm(second[1])))
@@ -87,7 +87,7 @@ def _halving(segment: Segment) -> TurningBack | None:
     return TurningBack(Happening(BranchEvent.HALVING, math.nan, point), before, None)
 
 
-def _halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
+def halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
     """The mean of both halves of a cycle, as unknowns of the curve of half the period, and their difference."""
     first, second = point.x[: p // 2], point.x[p // 2 : p] - math.pi * periods
     return np.concatenate([0.5 * (first + second), point.x[p:]]), second - first
