@@ -32,6 +32,7 @@ BESIDE = 5e-3
 """Of each impact in rad, how near to such a place a branch is looked at: nearer to it rounding decides on folds."""
 
 _AROUND = 1e-3  # of each impact in rad, between the points that tell a crossing
+_SAME = 1e-9  # rad, between the halves of a cycle that are one
 _CLOSE = 1e-5  # rad, to which the place of a crossing is halved
 _MOST, _ROUNDS = 60, 4
 _POWERS = np.arange(4.0)
@@ -67,9 +68,12 @@ def _halving(segment: Segment) -> TurningBack | None:
     if p % 2 or curve.periods % 2:
         return None
     first, second = (halves(point, p, curve.periods) for point in (segment.start, segment.stop))
+    apart, after = float(np.linalg.norm(first[1])), float(np.linalg.norm(second[1]))
+    if after < _SAME < BESIDE * apart:
+        raise Strayed("on the branch of half the period")
     if not first[1] @ second[1] < 0.0:
         return None
-    share = float(np.linalg.norm(first[1]) / (np.linalg.norm(first[1]) + np.linalg.norm(second[1])))
+    share = apart / (apart + after)
     narrow = curve.other(p // 2, curve.periods // 2)
     near = (1.0 - share) * first[0] + share * second[0]
 
