@@ -154,6 +154,15 @@ def test_it_says_that_impacts_fall_together() -> None:
     assert stalled(curve, np.array([1.0, 1.0 + 1e-7, -1.0, 0.62])) is BranchEvent.COALESCENCE
 
 
+def test_it_says_that_the_halves_fall_together() -> None:
+    """Not at a flip, past which steps lead, but where the orbit of half the period has a corner."""
+    orbit = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
+    curve = SolutionCurve(SystemFamily(orbit.system), "mean", 2, 2, 0, 1.0)
+    x = np.array([orbit.phase, orbit.phase + 2.0 * math.pi, *orbit.rigid_rebounds, orbit.system.load.mean])
+    assert stalled(curve, x) is BranchEvent.HALVING
+    assert stalled(curve, x + 1e-3 * np.eye(4)[1]) is BranchEvent.LOST
+
+
 def test_a_load_that_only_pulls_ends_it() -> None:
     """Through the amplitude of a load factor: the mean load vanishes, and with it every motion that keeps striking."""
     start = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
