@@ -154,6 +154,15 @@ def test_it_says_that_impacts_fall_together() -> None:
     assert stalled(curve, np.array([1.0, 1.0 + 1e-7, -1.0, 0.62])) is BranchEvent.COALESCENCE
 
 
+def test_it_says_that_the_halves_fall_together() -> None:
+    """Not at a flip, past which steps lead, but where the orbit of half the period has a corner."""
+    orbit = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
+    curve = SolutionCurve(SystemFamily(orbit.system), "mean", 2, 2, 0, 1.0)
+    x = np.array([orbit.phase, orbit.phase + 2.0 * math.pi, *orbit.rigid_rebounds, orbit.system.load.mean])
+    assert stalled(curve, x) is BranchEvent.HALVING
+    assert stalled(curve, x + 1e-3 * np.eye(4)[1]) is BranchEvent.LOST
+
+
 def test_a_load_that_only_pulls_ends_it() -> None:
     """Through the amplitude of a load factor: the mean load vanishes, and with it every motion that keeps striking."""
     start = orbits(HAMMER.with_load_factor(0.8), 1, 1, modes=0).orbits[-1]
@@ -344,6 +353,17 @@ def test_it_begins_at_the_last_value_of_the_parameter() -> None:
         branch = follow(start, "restitution", (0.79, 1.0))
         assert BranchEvent.LOST not in {point.kind for point in branch.points}
         assert (BranchEvent.LIMIT, 1.0) in {(end.kind, end.value) for end in branch.ends}
+
+
+def test_it_stays_within_its_range(straight: Branch) -> None:
+    """Though a step ends beyond it whose tangent leads to a place before it, as the branch bends."""
+    start = orbit_near(HAMMER, [0.39, 2.32], modes=0)
+    assert start is not None
+    beyond_fold = straight.values[np.argmax(straight.values) + 2 :]
+    for low in beyond_fold[np.abs(beyond_fold - 0.59) < 0.03] + 1e-6:
+        branch = follow(start, "mean", (float(low), 1.0))
+        assert branch.values.min() == low
+        assert [end.kind for end in branch.ends] == [BranchEvent.LIMIT] * 2
 
 
 def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:

@@ -23,6 +23,7 @@ BEYOND = 1e-7
 """Of 1, by which a multiplier beyond the unit circle is counted; nearer to it double ones are lost to rounding."""
 
 _MANY = 12  # modes from which on it is faster not to compute the multipliers
+_CLEARLY = 1e-6  # of how far a bar flies at most, by which it is clearly beyond the wall
 _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
 
 
@@ -94,4 +95,7 @@ def greatest_top(orbit: PeriodicOrbit) -> Top:
 
 def stays_off(orbit: PeriodicOrbit) -> bool:
     """Whether the bar stays off the wall between the impacts: samples prove it, or where they do not, all bounds."""
-    return sampled_flights(orbit).proven or orbit.violation is None
+    found = sampled_flights(orbit)
+    if found.height > _CLEARLY * float(orbit.speeds.max()) * orbit.period:  # beyond what all modes may change of it
+        return False
+    return found.proven or orbit.violation is None

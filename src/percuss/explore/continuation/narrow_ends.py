@@ -13,11 +13,13 @@ from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.limits import refused
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.explore.continuation.turning_back import halves
 from percuss.steady.periodic.newton import COALESCED
 
 __all__ = ["dying", "first_impossible", "stuck"]
 
 _NEAR = 1e-7  # rad, before the place where an impact dies
+_SAME = 1e-6  # rad, between both halves of a cycle
 _BACK = 4  # points
 _HALF = 0.5
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
@@ -42,7 +44,15 @@ def stuck(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussEr
         kind = refused(refusal)
     elif (happening := dying(curve, points)) is not None:
         return happening
+    elif _is_halved(curve, points[-1]):
+        kind = BranchEvent.HALVING
     return Happening(kind, 0.0, points[-1])
+
+
+def _is_halved(curve: SolutionCurve, point: CurvePoint) -> bool:
+    """Whether both halves of a cycle are one orbit: where that meets a step of the load, not at its flip."""
+    p, n = curve.impacts, curve.periods
+    return p % 2 == n % 2 == 0 and float(np.abs(halves(point, p, n)[1]).max()) < _SAME
 
 
 def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | None:

@@ -26,12 +26,13 @@ from percuss.explore.continuation.solution_curve import (
 )
 from percuss.model.checks import Array
 
-__all__ = ["BESIDE", "TurningBack", "turning_back"]
+__all__ = ["BESIDE", "TurningBack", "halves", "turning_back"]
 
 BESIDE = 5e-3
 """Of each impact in rad, how near to such a place a branch is looked at: nearer to it rounding decides on folds."""
 
 _AROUND = 1e-3  # of each impact in rad, between the points that tell a crossing
+_SAME = 1e-9  # rad, between the halves of a cycle that are one
 _CLOSE = 1e-5  # rad, to which the place of a crossing is halved
 _MOST, _ROUNDS = 60, 4
 _POWERS = np.arange(4.0)
@@ -66,10 +67,13 @@ def _halving(segment: Segment) -> TurningBack | None:
     p, curve = segment.curve.impacts, segment.curve
     if p % 2 or curve.periods % 2:
         return None
-    first, second = (_halves(point, p, curve.periods) for point in (segment.start, segment.stop))
+    first, second = (halves(point, p, curve.periods) for point in (segment.start, segment.stop))
+    apart, after = float(np.linalg.norm(first[1])), float(np.linalg.norm(second[1]))
+    if after < _SAME < BESIDE * apart:
+        raise Strayed("on the branch of half the period")
     if not first[1] @ second[1] < 0.0:
         return None
-    share = float(np.linalg.norm(first[1]) / (np.linalg.norm(first[1]) + np.linalg.norm(second[1])))
+    share = apart / (apart + after)
     narrow = curve.other(p // 2, curve.periods // 2)
     near = (1.0 - share) * first[0] + share * second[0]
 
@@ -87,7 +91,7 @@ def _halving(segment: Segment) -> TurningBack | None:
     return TurningBack(Happening(BranchEvent.HALVING, math.nan, point), before, None)
 
 
-def _halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
+def halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
     """The mean of both halves of a cycle, as unknowns of the curve of half the period, and their difference."""
     first, second = point.x[: p // 2], point.x[p // 2 : p] - math.pi * periods
     return np.concatenate([0.5 * (first + second), point.x[p:]]), second - first

@@ -100,11 +100,7 @@ class _Walker:
         self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
         self.size = (BESIDE if fresh else FIRST) * math.sqrt(curve.impacts)
         self.passed = steps_passed(curve.motion(start.x))
-        self.walk = Walk([start], [self._outside(start)])
-        self.ended, self.cornered = False, False
-
-    def _outside(self, point: CurvePoint) -> int:
-        return unstable(self.curve.motion(point.x))
+        self.walk, self.ended, self.cornered = Walk([start], [unstable(curve.motion(start.x))]), False, False
 
     def end(self, kind: BranchEvent) -> None:
         """End the walk here."""
@@ -170,24 +166,29 @@ class _Walker:
     def _arrive(self, point: CurvePoint) -> None:
         self.here, self.cornered = point, False
         self.walk.points.append(point)
-        self.walk.unstable.append(self._outside(point))
+        self.walk.unstable.append(unstable(self.curve.motion(point.x)))
         self.passed = steps_passed(self.curve.motion(point.x))
 
     def _ahead(self) -> _Target:
         """The next point, and the limit of the parameter that it lies on."""
         x, tangent = self.here.x, self.here.tangent
-        place, normal = x + self.size * tangent, tangent
-        limit = limit_before(self.curve, self.curve.value(x), self.curve.value(place), self.bounds)
-        if limit is not None:
-            self.walk.refusal = limit.refusal or self.walk.refusal
-            along = limit.value / self.curve.unit - x[-1]
-            if along == 0.0:
-                return _Target(self.here, limit.kind)
-            place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
-            place[-1], normal = limit.value / self.curve.unit, self.curve.level
-        found = self.curve.corrected(place, normal, tangent)
+        place, here = x + self.size * tangent, self.curve.value(x)
+        limit = limit_before(self.curve, here, self.curve.value(place), self.bounds)
+        if limit is None:
+            found = self.curve.corrected(place, tangent)
+            self._check(found, place)
+            limit = limit_before(self.curve, here, self.curve.value(found.x), self.bounds)  # the curve may bend past it
+            if limit is None:
+                return _Target(found, None)
+        self.walk.refusal = limit.refusal or self.walk.refusal
+        along = limit.value / self.curve.unit - x[-1]
+        if along == 0.0:
+            return _Target(self.here, limit.kind)
+        place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
+        place[-1] = limit.value / self.curve.unit
+        found = self.curve.corrected(place, self.curve.level, tangent)
         self._check(found, place)
-        return _Target(found, None if limit is None else limit.kind)
+        return _Target(found, limit.kind)
 
     def _until_back(self, target: _Target) -> _Target:
         """The same, or the place before it at which the branch turns back over its own image."""
@@ -227,7 +228,7 @@ class _Walker:
         if happening.kind is not BranchEvent.CORNER:
             self._pass(point)
             if happening.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
-                self.walk.unstable[-1] = self._outside(point)
+                self.walk.unstable[-1] = unstable(self.curve.motion(point.x))
             self.walk.happened.append(happening)
             self.ended = True
             return

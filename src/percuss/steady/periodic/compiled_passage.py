@@ -57,7 +57,7 @@ def _cycle(chain: ImpactChain, a: Array, b: Array, c: Array, e: Array) -> Blocks
     alpha, beta = chain.system.contact.strain_factor, chain.system.contact.velocity_factor
     none = np.zeros(chain.modes)
     found = none + 1.0, none, none, none + 1.0
-    for pa, pb, pc, pe in zip(a, b, c, e, strict=True):
+    for pa, pb, pc, pe in zip(a, b, c, e, strict=True) if chain.modes else ():
         ma, mb, mc, me = found
         found = (
             alpha * (pa * ma + pb * mc), alpha * (pa * mb + pb * me),
