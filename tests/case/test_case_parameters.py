@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from case_texts import STEPPED, plain_case, si_case
-from percuss.case import MACHINES, Case, CaseFamily, load_case
+from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
 from percuss.case.parameters.description import plain_tables
@@ -50,6 +50,16 @@ def test_sliders_are_of_what_stands_in_the_case() -> None:
     plain = case_of(plain_tables(breaker))
     assert {"restitution", "load_factor", "s"} <= set(sliders(plain))
     assert sliders(case_of(SQUARE)) == ["restitution", "kappa", "s", "d"]  # κ moves the mean of a square load
+
+
+def test_the_frequency_of_a_recording_is_a_parameter_that_keeps_its_waveform() -> None:
+    drifter = load_case("hydraulic-drifter")
+    row = rows(drifter)["load.frequency"]
+    assert (row["value"], row["unit"]) == (pytest.approx(60.0, rel=1e-3), "Hz")
+    assert not row["movable"] and not row["slides"]  # in the case it says where the cycles are cut
+    motion = steady_answer(drifter).chosen.orbit
+    (reached,) = reach_answer(drifter, motion, ["load.frequency"], modes=0)
+    assert "60 Hz: down to 20 Hz and further; up to 180 Hz and further" in str(reached)  # a rigid bar knows none
 
 
 def test_the_tables_know_nothing_that_is_not_there() -> None:

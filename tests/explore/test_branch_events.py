@@ -19,6 +19,7 @@ from percuss.explore.continuation.indicators import outside, unstable
 from percuss.explore.continuation.narrow_ends import dying
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import _Walker
+from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers
 from percuss.stability.outside_number import outside_number
@@ -96,7 +97,7 @@ def loop(straight: Branch, depth: float) -> tuple[Branch, float]:
 def test_a_closed_branch_ends_at_its_start(straight: Branch) -> None:
     branch, place = bent(straight, "flip", 1e-2, 0.1, False)
     assert [end.kind for end in branch.ends] == [BranchEvent.CLOSED] * 2
-    assert [end.value for end in branch.ends] == [0.1, 0.1]
+    assert branch.ends[0].value == branch.ends[1].value == pytest.approx(0.1, abs=2e-3)  # which is a flip itself
     assert branch.phases[-1] == pytest.approx(branch.phases[0], abs=1e-12)
     kinds = [point.kind.value for point in branch.points[1:-1]]
     assert sorted(kinds) == ["flip", "flip", "fold", "fold"]
@@ -269,6 +270,21 @@ def test_a_pair_that_crosses_the_circle_slowly_is_located() -> None:
     assert moduli[:2] == pytest.approx([1.0, 1.0], rel=0, abs=1e-11)
 
 
+def test_without_losses_a_pair_leaves_the_circle_where_it_meets_another() -> None:
+    hammer = random_hammer(316)
+    system = hammer.system
+    assert system.contact.is_lossless
+    assert system.d == 0.0
+    start = next(iter(orbits(system, 2, 1, modes=hammer.modes, tries=8).orbits))
+    value = float(PARAMETERS["load_factor"].get(system) or 0.0)
+    (pair,) = follow(start, "load_factor", (2.8409, value)).at(BranchEvent.NEIMARK_SACKER)
+    assert pair.value == pytest.approx(2.8410005203, rel=0, abs=1e-9)
+    assert pair.multipliers is not None
+    near = pair.multipliers[np.abs(pair.multipliers - np.exp(0.8677474j)) < 1e-4]
+    assert near.size == 2
+    assert float(abs(near[0] - near[1])) < 1e-6
+
+
 @pytest.mark.parametrize("modes", [0, 8])
 def test_the_same_events_are_met_both_ways(modes: int) -> None:
     assert any([both_ways(seed, modes) for seed in (3, 4)])
@@ -283,15 +299,27 @@ def test_the_same_events_are_met_both_ways_on_many(modes: int) -> None:
 def test_a_branch_that_another_one_crosses_goes_on() -> None:
     """Without losses, under a load that is the same backwards in time, ξ = 1 is met at other points than folds."""
     system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.4, 1.0))
+    starts = orbits(system, 2, 2, modes=0, tries=12).orbits
+    branches = [follow(start, "mean", (0.3, 0.7)) for start in starts]
+    turned = []
+    for branch in branches:
+        (point,) = branch.at(BranchEvent.CROSSING)
+        assert point.value == pytest.approx(0.51946266217, abs=1e-10)
+        assert point.multipliers is not None
+        assert float(np.abs(point.multipliers - 1.0).min()) < 1e-4
+        turned.append(branch.values.max() == point.value)
+        assert "turns back" in point.beyond if turned[-1] else branch.values.max() == 0.7
+        assert not branch.at(BranchEvent.FOLD)
+    assert set(turned) == {False, True}  # the branch that is the same backwards in time, and those that are not
+
+
+def test_it_begins_at_the_last_value_of_the_parameter() -> None:
+    """Rounding is not to lead past R = 1, where there is no system."""
+    system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.5, 1.0))
     for start in orbits(system, 2, 2, modes=0, tries=12).orbits:
-        branch = follow(start, "mean", (0.3, 0.7))
-        for point in branch.at(BranchEvent.CROSSING):
-            assert point.value == pytest.approx(0.51946266216, abs=1e-10)
-            assert point.multipliers is not None
-            assert float(np.abs(point.multipliers - 1.0).min()) < 1e-4
-            assert branch.values.min() < point.value < branch.values.max()
-            return
-    pytest.fail("no branch point")
+        branch = follow(start, "restitution", (0.79, 1.0))
+        assert BranchEvent.LOST not in {point.kind for point in branch.points}
+        assert (BranchEvent.LIMIT, 1.0) in {(end.kind, end.value) for end in branch.ends}
 
 
 def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:
@@ -315,3 +343,49 @@ def test_a_branch_that_a_mode_turns_to_and_fro_in_the_middle_of_a_step_has_both_
     start = next(iter(orbits(hammer.system, 2, 1, modes=hammer.modes, tries=8).orbits))
     folds = [point.value for point in follow(start, "restitution", (0.64, 0.85)).at(BranchEvent.FOLD)]
     assert folds == pytest.approx([0.6523163463, 0.6450948815, 0.7586010759, 0.7581810885], abs=1e-9)
+
+
+def middle_of(branch: Branch, system: System) -> PeriodicOrbit:
+    """The orbit half way along a branch over the mean load."""
+    middle = branch.values.size // 2
+    there = SystemFamily(system).system({"mean": float(branch.values[middle])})
+    return PeriodicOrbit(there, branch.periods, tuple(branch.times[middle].tolist()), branch.modes).from_first
+
+
+def test_a_doubled_branch_ends_at_the_flip_and_has_no_fold_there() -> None:
+    """Without losses both multipliers of z=1/1 are −1 where the load only just pulls, at mean = 1."""
+    system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.9, 1.0))
+    one = next(orbit for orbit in orbits(system, 1, modes=0).orbits if orbit.phase > 3.0)
+    branch = follow(one, "mean", (0.8, 1.1), switch=1)
+    (flip,) = branch.at(BranchEvent.FLIP)
+    assert flip.value == pytest.approx(1.0, rel=0, abs=1e-12)
+    (doubled,) = branch.switched
+    again = follow(middle_of(doubled, system), "mean", (0.8, 1.1))
+    for found in (doubled, again):
+        halving = found.at(BranchEvent.HALVING)[0]
+        assert halving.value == pytest.approx(1.0, rel=0, abs=1e-12)
+        assert {point.kind.value for point in found.points} == {"period_halving", "flip", "limit"}
+
+
+@pytest.mark.parametrize("restitution", [0.571, 0.5712, 0.571243])
+def test_a_fold_beside_a_flip_is_met_both_ways(restitution: float) -> None:
+    """From the flip on, and from the doubled orbit back to it."""
+    load = Load.fourier([0.8, 1.0, 0.4 * np.exp(0.325j)])
+    system = System(s=5.0, d=0.0, restitution=restitution, load=load)
+    one = orbits(system, 1, 1, modes=0).orbits[-1]
+    doubled = next(one for one in follow(one, "mean", (0.53, 0.9), switch=1).switched if one.label == "z=2/2")
+    again = follow(middle_of(doubled, system), "mean", (0.53, 0.9))
+    expected, found = (sorted((point.kind.value, point.value) for point in one.points) for one in (doubled, again))
+    assert [kind for kind, _ in expected] == [kind for kind, _ in found] == ["fold", "fold", "limit", "period_halving"]
+    assert [at for _, at in found] == pytest.approx([at for _, at in expected], rel=0, abs=1e-11)
+
+
+def test_it_may_begin_at_a_fold_or_flip(straight: Branch) -> None:
+    for kind in (BranchEvent.FOLD, BranchEvent.FLIP):
+        point = straight.at(kind)[0]
+        system = SystemFamily(HAMMER).system({"mean": point.value})
+        assert point.orbit.system == system
+        again = follow(point.orbit, "mean", (0.3, 1.0))
+        expected, found = ({point.kind.value: point.value for point in one.points} for one in (straight, again))
+        assert found == pytest.approx(expected, rel=0, abs=1e-10)
+        assert len(again.points) == len(straight.points)

@@ -117,8 +117,9 @@ def _told(one: Diagram) -> list[Any]:
 def test_the_dataset_has_a_row_for_each_impact(found: Diagram) -> None:
     dataset = found.dataset
     simulated = sum(one.phases.size for one in found.settled)
-    assert dataset.sizes["row"] == simulated + sum(branch.speeds.size for branch in found.branches)
-    assert dataset.sizes["event"] == sum(len(branch.points) for branch in found.branches)
+    followed = [*found.branches, *found.rest_branches]
+    assert dataset.sizes["row"] == simulated + sum(np.isfinite(branch.speeds).sum() for branch in followed)
+    assert dataset.sizes["event"] == sum(len(branch.points) for branch in followed)
     assert set(dataset["source"].values.tolist()) == {"simulated", "branch"}
 
 

@@ -22,8 +22,13 @@ def only(system: System, modes: int = 0) -> RestCycle:
 )
 def test_chatter_begins_at_an_onset_and_ends_where_nothing_is_let_go(restitution: float, onset: float) -> None:
     system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(0.8, 1.0))
-    branch = follow_rest_cycle(only(system), "mean", (0.4, 1.1), points=5)
+    cycle = only(system)
+    branch = follow_rest_cycle(cycle, "mean", (0.4, 1.1), points=5)
     first, last = branch.points
+    free = follow_rest_cycle(cycle, "mean", points=5).points
+    assert [(end.kind, end.value) for end in free] == [
+        (end.kind, pytest.approx(end.value, abs=1e-10)) for end in (first, last)
+    ]
     assert (branch.label, first.kind, last.kind) == ("chatter/1", RestEvent.ONSET, RestEvent.RELEASE_LOST)
     assert first.value == pytest.approx(onset, rel=0, abs=1e-10)
     assert last.value == pytest.approx(1.0, rel=0, abs=1e-10)
@@ -74,6 +79,13 @@ def test_a_touch_is_where_an_impact_dies_from_the_other_side() -> None:
     assert touch.touch_phase == pytest.approx(death.touch_phase, rel=0, abs=1e-5)
     assert death.cycle.speeds[0] < 1e-5
     assert death.cycle.speeds[1] == pytest.approx(touch.cycle.speeds[0], rel=0, abs=1e-5)
+
+
+def test_a_rigid_bar_rests_whatever_its_length() -> None:
+    cycle = only(System(s=5.0, d=0.0, restitution=0.2, load=Load.harmonic(0.6, 1.0)))
+    first, last = follow_rest_cycle(cycle, "s", points=3).points
+    assert (first.kind, last.kind) == (RestEvent.NO_SYSTEM, RestEvent.LIMIT)
+    assert first.value == pytest.approx(1e-4) and last.value == pytest.approx(5e6, rel=1e-5)
 
 
 def test_bad_input() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,42 @@ def test_a_fold_at_a_step_of_the_load_stays_there() -> None:
     assert the(again, "nonsmooth_fold").value == pytest.approx(kappa, rel=0, abs=1e-11)
 
 
+# -- closed curves ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Round:
+    """Systems over (u, v) whose mean load is a function of u² + v², and whose load is turned with (u, v) or not."""
+
+    turns: int
+
+    def system(self, values: dict[str, float]) -> System:
+        u, v = values.get("u", 0.0), values.get("v", 0.0)
+        phase = self.turns * math.atan2(v, u)
+        load = Load.fourier([0.5 + u**2 + v**2, np.exp(1j * phase)])
+        return System(s=5.0, d=0.0, restitution=0.5, load=load)
+
+    def check(self, names: dict[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, str]:
+        return {}
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("fold", 0), ("flip", 1), ("grazing_touch", 0)])
+def test_a_circle_closes(branch: Branch, kind: str, turns: int) -> None:
+    family, located = Round(turns), the(branch, kind)
+    radius, side = math.sqrt(located.value - 0.5), 1.001 if kind == "grazing_touch" else 0.999
+    start = orbit_near(family.system({"u": side * radius}), located.orbit.times, modes=0)
+    assert start is not None
+    point = the(follow(start, "u", (0.995 * radius, 1.005 * radius), family=family, value=side * radius), kind)
+    plane = (-4.0, 4.0), (-4.0, 4.0)
+    curve = follow_point(point, ("u", "v"), plane, family=family, values=(point.value, 0.0), most=200)
+    assert [one.kind for one in curve.ends] == [CurveEvent.CLOSED] * 2
+    assert np.hypot(*curve.values.T) == pytest.approx(radius, rel=0, abs=1e-11)
+    angles = np.unwrap(np.arctan2(*curve.values.T[::-1]))
+    assert abs(angles[-1] - angles[0]) == pytest.approx(2.0 * math.pi, abs=1e-9)
+
+
 # -- points of codimension two ----------------------------------------------------------------------------------------
 
 
@@ -194,3 +231,33 @@ def test_it_says_what_it_is(branch: Branch) -> None:
     assert isinstance(curve, PointCurve)
     assert str(curve).startswith("flip of z=2/1: ")
     assert curve.angles.tolist() == [math.pi] * len(curve.values)
+
+
+def test_without_ranges_it_goes_to_where_the_systems_end(branch: Branch) -> None:
+    flip = the(branch, "flip")
+    curve = follow_point(flip, PLANE)
+    assert [end.kind for end in curve.ends].count(CurveEvent.NO_SYSTEM) >= 1
+    assert curve.values[:, 0].max() == pytest.approx(1.0, abs=1e-8)
+    once = follow_point(flip, PLANE, most=5)
+    assert "after 5 points" in str(once)
+    assert (len(once.values), once.ends[0].kind) == (9, CurveEvent.STOPPED)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_ends_on_the_edge_of_its_range(branch: Branch, kind: str) -> None:
+    curve = follow_point(the(branch, kind), ("d", "mean"), ((0.0, 0.2), (0.2, 1.2)))
+    assert [end.kind for end in curve.ends] == [CurveEvent.LIMIT] * 2
+    assert sorted(end.values[0] for end in curve.ends) == [0.0, 0.2]
+    assert min(end.orbit.system.d for end in curve.ends) == 0.0
+
+
+def test_the_dying_impact_is_told_of_orbits_that_begin_in_any_load_period() -> None:
+    system = System(s=6.0, d=0.0, restitution=0.5705, load=Load.fourier([0.3967, 1.0, -0.18 + 0.15j]))
+    known = orbit_near(system, [0.346621, 3.059476, 6.631423], 2, modes=0)
+    assert known is not None
+    for first in (0, 1):
+        times = np.array([*known.times[first:], *(time + known.period for time in known.times[:first])])
+        told = PeriodicOrbit(system, 2, tuple((times + 2.0 * math.pi).tolist()), 0)
+        point = the(follow(told, "mean", (0.39, 0.41)), "grazing_impact_dies")
+        assert point.impact == 1 + np.argmin(np.abs(point.orbit.speeds))
+        assert len(follow_point(point, PLANE, most=2).values) == 3

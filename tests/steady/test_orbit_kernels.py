@@ -133,7 +133,10 @@ def test_a_compiled_passage_is_the_plain_one(case: tuple[ImpactChain, Array], re
         assume(False)
     error = likely(chain, plain)
     assume(error < 1e-7)
-    made = compiled_passage(chain, times, rebound)
+    made, *singular = compiled_passage(chain, times, rebound)
+    row, room = numbers_of(chain.system, chain.modes).row, numbers_of(chain.system, chain.modes).room(chain.impacts)
+    for xi, found in zip((1.0, -1.0), singular, strict=True):
+        assert found == singularity(row, room, chain.period, times, 0, rebound, xi)
     for name in set(Passage._fields) - {"step", "blocks"}:
         one, other = getattr(made, name), getattr(plain, name)
         size = 1.0 + float(np.abs(other).max(initial=0.0)) + abs(rebound)

@@ -126,7 +126,7 @@ def test_a_key_of_the_case_is_followed_in_its_unit(client: Client) -> None:
         ("orbits", {"label": "65/1"}, "impacts"),
         ("orbits", {"label": "2/1", "tries": 0}, "tries"),
         ("follow", {"along": {**MEAN, "from": 2.0}}, "along"),
-        ("follow", {"along": {**MEAN, "to": 0.5}}, "between"),
+        ("follow", {"along": {**MEAN, "to": 0.5}}, "mean"),
         ("follow", {"along": {**MEAN, "name": "what"}}, "parameter"),
         ("follow", {"along": {**MEAN, "unit": "Hz"}}, "mean"),
         ("follow", {"along": MEAN, "orbit": "1/1:9"}, "orbit"),
@@ -201,3 +201,16 @@ def test_curves_over_a_plane_are_those_of_the_command_line_and_each_is_told_once
     assert client.problems("/api/follow/curves", {**asked, "x": {**plane["x"], "to": 0.1}})[0]["key"] == "x"
     wrong = streamed(client, "/api/follow/curves", {**asked, "orbit": "1/1:9"})
     assert [kind for kind, _ in wrong] == ["error"] and wrong[0][1]["problems"][0]["key"] == "orbit"
+
+
+def test_the_onset_of_a_rest_is_followed_over_a_plane(client: Client) -> None:
+    resting = {
+        "system": {"s": 5.0, "d": 0.001, "restitution": 0.0},
+        "load": {"kind": "harmonic", "mean": 0.31, "amplitude": 1.0},
+    }
+    plane = {"x": {"name": "d", "from": 0.0, "to": 0.002}, "y": {"name": "mean", "from": 0.3, "to": 0.32}}
+    told = streamed(client, "/api/follow/curves", {"case": resting, "orbit": "rest/1", "modes": 0, **plane})
+    (curve,) = told[-1][1]["curves"]  # which both lines meet
+    assert (curve["type"], curve["label"]) == ("onset", "rest/1")
+    assert curve["curve"]["values"][-1] == pytest.approx([0.303314471053, 0.0], abs=1e-9)
+    assert curve["curve"]["event_phases"] == pytest.approx(curve["curve"]["release_phases"])

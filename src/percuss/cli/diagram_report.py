@@ -8,7 +8,7 @@ from percuss.case.answers.numerals import counted
 from percuss.cli.report_parts import PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
-    from percuss.explore import Diagram, DiagramBranch
+    from percuss.explore import Diagram, DiagramBranch, DiagramRestBranch
 
 __all__ = ["diagram_report"]
 
@@ -24,6 +24,8 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
     name, unit = found.axis.name, f" {found.axis.unit}" if found.axis.unit else ""
     summary = f"{name} from {low:.9g} to {high:.9g}{unit}, {counted(found.modes, mode)}; branches: "
     summary += f"{len(found.branches)}."
+    if found.rest_branches:
+        summary += f" Branches of cycles with rest: {len(found.rest_branches)}."
     if found.done < 1.0:
         summary += f" {int(1000.0 * found.done) / 10.0:g} % of the work was done: the diagram is not whole."
     if found.left_out:
@@ -31,7 +33,8 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
     sections: list[Section | Grid] = []
     if found.settled:
         sections.append(_simulated(found))
-    sections += [_branch(number, line) for number, line in enumerate(found.branches, 1)]
+    every: tuple[DiagramBranch | DiagramRestBranch, ...] = (*found.branches, *found.rest_branches)
+    sections += [_branch(number, line) for number, line in enumerate(every, 1)]
     return Report(title, summary, PLAIN, tuple(sections))
 
 
@@ -45,6 +48,6 @@ def _simulated(found: Diagram) -> Grid:
     return Grid(told, ("label", f"values of {len(found.axis)}", "from", "to"), tuple(rows))
 
 
-def _branch(number: int, line: DiagramBranch) -> Section:
+def _branch(number: int, line: DiagramBranch | DiagramRestBranch) -> Section:
     rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in line.points)
     return Section(f"branch {number}: {line.label}, {counted(line.values.size, 'point')}", rows)

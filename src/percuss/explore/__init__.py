@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from percuss.explore.diagrams.diagram import Diagram as Diagram
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
-    from percuss.explore.diagrams.lines import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.points import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.rest_lines import DiagramRestBranch as DiagramRestBranch
     from percuss.explore.diagrams.settled import SettledMotion as SettledMotion
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
@@ -86,7 +87,8 @@ _HOME = {
     "CurvePoint": "point_curves.point_curve",
     "Diagram": "diagrams.diagram",
     "DiagramBranch": "diagrams.lines",
-    "DiagramPoint": "diagrams.lines",
+    "DiagramPoint": "diagrams.points",
+    "DiagramRestBranch": "diagrams.rest_lines",
     "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",

@@ -21,7 +21,8 @@ __all__ = ["EVENT_MARKS", "branch"]
 
 EVENT_MARKS = {
     "fold": "s", "flip": "D", "neimark_sacker": "o", "grazing_touch": "v", "grazing_impact_dies": "^", "corner": "P",
-    "branch_point": "x", "nonsmooth_fold": "X", "sticking": "*",
+    "branch_point": "x", "nonsmooth_fold": "X", "sticking": "*", "onset": "<", "release_lost": ">",
+    "label_changes": "p",
 }  # fmt: skip
 _JUMP = np.pi  # from which on a phase has gone round
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, SettledMotion
+    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, DiagramRestBranch, SettledMotion
 
 __all__ = ["diagram"]
 
@@ -26,12 +27,14 @@ QUANTITIES = ("phase", "speed", "energy")
 _JUMP = np.pi  # from which on a phase has gone round
 _TITLES = {"phase": "phase of the impacts [rad]", "speed": "speed at the impacts", "energy": "mean blow energy"}
 _UNITS = {"speed": "m/s", "energy": "J"}
+_RESTS = {"release_phases": ("is let go", "-."), "rest_phases": ("comes to rest", ":")}
 
 
 def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("phase", "speed")) -> Figure:
     """Draw a diagram: simulated motions as points, branches as lines, stable parts solid, unstable ones dashed.
 
-    Thin lines are roots of the equations beyond an end of a branch, which are no motions.
+    Thin lines are roots of the equations beyond an end of a branch, which are no motions. Of a cycle with rest
+    the first impacts after each release are drawn, and among the phases when it is let go and comes to rest.
 
     Parameters
     ----------
@@ -66,11 +69,15 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     with style():
         figure = new_figure(7.2, 1.2 + 2.9 * len(quantities))
         panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(quantities), 1, sharex=True)))
+        colours = _colours(found)
         for ax, quantity in zip(panels, quantities, strict=True):
             _points(ax, found, quantity)
-            for number, line in enumerate(found.branches):
-                _line(ax, line, quantity, _colour(number))
-            for line in found.branches:
+            for line in _lines(found):
+                _line(ax, line, quantity, colours[line.label])
+            if quantity == "phase":
+                for rests in found.rest_branches:
+                    _rests(ax, rests, colours[rests.label])
+            for line in _lines(found):
                 _events(ax, line, quantity)
             for line in found.impossible:
                 _thin(ax, line, quantity)
@@ -81,6 +88,14 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
         _legend(figure, panels[0], found)
         titled(figure, title)
     return figure
+
+
+_Line: TypeAlias = "DiagramBranch | DiagramRestBranch"
+
+
+def _lines(found: Diagram) -> tuple[_Line, ...]:
+    """All that is drawn as lines of motions."""
+    return (*found.branches, *found.rest_branches)
 
 
 def _points(ax: Axes, found: Diagram, quantity: str) -> None:
@@ -100,15 +115,18 @@ def _heights(one: SettledMotion, quantity: str) -> list[float]:
     return list((one.phases if quantity == "phase" else one.speeds * speed).tolist())
 
 
-def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _rows(line: _Line, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     """What is drawn of a branch; shape (m, lines)."""
+    size = line.values.size
     if quantity == "phase":
-        return line.phases
-    scales = np.ones((line.values.size, 2)) if line.scales is None else line.scales
-    return line.speeds * scales[:, :1] if quantity == "speed" else (line.energies * scales[:, 1])[:, None]
+        return line.phases.reshape(size, -1)
+    scales = np.ones((size, 2)) if line.scales is None else line.scales
+    if quantity == "speed":
+        return line.speeds.reshape(size, -1) * scales[:, :1]
+    return (line.energies * scales[:, 1])[:, None]
 
 
-def _line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
+def _line(ax: Axes, line: _Line, quantity: str, colour: str) -> None:
     """One line for each impact, cut where the stability changes and where a phase goes round."""
     changes = np.flatnonzero(np.diff(line.stable.astype(int))) + 1
     for start, stop in pairwise([0, *changes.tolist(), line.values.size]):
@@ -117,6 +135,14 @@ def _line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
         for row in _rows(line, quantity).T:
             x, y = _cut(line.values[part], np.array(row[part]), quantity)
             ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
+
+
+def _rests(ax: Axes, line: DiagramRestBranch, colour: str) -> None:
+    """Between which phases a cycle with rest lies on the wall."""
+    for name, (_, dashes) in _RESTS.items():
+        for row in getattr(line, name).T:
+            x, y = _cut(line.values, row, "phase")
+            ax.plot(x, y, dashes, color=colour, lw=1.0, label="_", zorder=2)
 
 
 def _thin(ax: Axes, line: DiagramBranch, quantity: str) -> None:
@@ -134,16 +160,17 @@ def _cut(
     return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
-def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
+def _events(ax: Axes, line: _Line, quantity: str) -> None:
     for point in line.points:
         mark = EVENT_MARKS.get(point.kind.value)
         if mark is not None:
             heights = _point_heights(line, point, quantity)
             x, label = np.full(len(heights), point.value), point.kind.value.replace("_", " ")
-            ax.plot(x, heights, mark, color=INK, ms=3.5, mew=0.0, ls="", label=label, zorder=3)
+            edge = 1.0 if mark == "x" else 0.0  # which has no face
+            ax.plot(x, heights, mark, color=INK, ms=3.5, mew=edge, ls="", label=label, zorder=3)
 
 
-def _point_heights(line: DiagramBranch, point: DiagramPoint, quantity: str) -> list[float]:
+def _point_heights(line: _Line, point: DiagramPoint, quantity: str) -> list[float]:
     if quantity == "phase":
         return list(point.phases.tolist())
     row = int(np.argmin(np.abs(line.values - point.value)))
@@ -170,19 +197,27 @@ def _legend(figure: Figure, ax: Axes, found: Diagram) -> None:
     handles, labels = ax.get_legend_handles_labels()
     kept = dict(zip(labels, handles, strict=True))
     points = {family.name: kept[family.name] for family in palette.FAMILIES if family.name in kept}
-    lines: dict[str, Any] = {}
-    for number, line in enumerate(found.branches):
-        lines.setdefault(line.label, Line2D([], [], color=_colour(number), lw=1.4))
-    lines = dict(list(lines.items())[:_MOST_TOLD])
+    named = {*[*_labels(found.rest_branches), *_labels(found.branches)][:_MOST_TOLD]}
+    lines = {label: Line2D([], [], color=c, lw=1.4) for label, c in _colours(found).items() if label in named}
     ways = {"stable": Line2D([], [], color=INK, lw=1.4), "unstable": Line2D([], [], color=INK, lw=0.9, ls="--")}
     if found.impossible:
         ways["not a motion"] = Line2D([], [], color=INK, alpha=0.45, lw=0.5)
+    if found.rest_branches and ax.get_ylabel() == _TITLES["phase"]:
+        ways |= {words: Line2D([], [], color=INK, lw=1.0, ls=dashes) for words, dashes in _RESTS.values()}
     marks = {name: handle for name, handle in kept.items() if name not in points}
-    told = [*points.items(), *lines.items(), *(ways.items() if found.branches else ()), *marks.items()]
+    told = [*points.items(), *lines.items(), *(ways.items() if lines else ()), *marks.items()]
     if told:
         names, drawn = zip(*told, strict=True)
         figure.legend(drawn, names, loc="outside right upper", frameon=False, markerscale=1.8)
 
 
-def _colour(number: int) -> str:
-    return COLOURS[number % len(COLOURS)]
+def _labels(lines: Sequence[_Line]) -> list[str]:
+    """Each label once, in the order in which they come."""
+    return list(dict.fromkeys(line.label for line in lines))
+
+
+def _colours(found: Diagram) -> dict[str, str]:
+    """The colour of each label: cycles with rest take it from the other end, so that few labels share none."""
+    orbits, rests = _labels(found.branches), _labels(found.rest_branches)
+    given = {label: COLOURS[i % len(COLOURS)] for i, label in enumerate(orbits)}
+    return given | {label: COLOURS[-1 - i % len(COLOURS)] for i, label in enumerate(rests)}

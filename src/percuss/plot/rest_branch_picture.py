@@ -21,7 +21,6 @@ __all__ = ["rest_branch"]
 
 _MOST = 6
 """Impacts that are drawn: those of a chatter have no last one."""
-_MARKS = EVENT_MARKS | {"onset": "o", "release_lost": "s", "label_changes": "D"}
 
 
 def rest_branch(found: RestBranch, title: str = "") -> Figure:
@@ -87,7 +86,7 @@ def _line(ax: Axes, x: np.ndarray, heights: list[float], colour: str, dashes: st
 
 
 def _marked(upper: Axes, lower: Axes, value: float, kind: str, speeds: np.ndarray, phases: np.ndarray) -> None:
-    mark = _MARKS.get(kind)
+    mark = EVENT_MARKS.get(kind)
     if mark is None:
         return
     for ax, heights in ((upper, speeds), (lower, phases)):

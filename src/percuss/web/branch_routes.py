@@ -13,7 +13,7 @@ from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_bran
 from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
 from percuss.case.answers.diagram_json import diagram_dict
 from percuss.case.answers.orbits_answer import parsed_label
-from percuss.case.answers.orbits_json import branch_dict, curve_dict, orbits_dict
+from percuss.case.answers.orbits_json import branch_dict, curve_dict, orbits_dict, rest_curve_dict
 from percuss.case.answers.rest_branch_answer import rest_branch_dict
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
 from percuss.case.answers.watched_curves import watched_curves
@@ -38,6 +38,7 @@ from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
+    from percuss.explore import PointCurve, RestPointCurve
     from percuss.explore.diagrams.diagram_job import DiagramJob
 
 __all__ = ["router"]
@@ -149,10 +150,16 @@ async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
     def follow_points(halt: Halt, tell: Tell) -> None:
         with failures_told(tell, "following points"), halting(halt):
             for share, curves in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
-                told = {"done": share, "curves": [curve_dict(curve) for curve in curves]}
+                told = {"done": share, "curves": [_curve_dict(curve) for curve in curves]}
                 tell("done" if share == 1.0 else "progress", told)
 
     return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
+
+
+def _curve_dict(curve: PointCurve | RestPointCurve) -> dict[str, Any]:
+    from percuss.explore import PointCurve
+
+    return curve_dict(curve) if isinstance(curve, PointCurve) else rest_curve_dict(curve)
 
 
 def along_text(asked: AlongAsked, key: str = "along") -> str:

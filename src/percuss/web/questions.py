@@ -211,7 +211,7 @@ class PointCurvesAsked(CaseAsked):
 
     x: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
     y: Annotated[AlongAsked, Field(examples=[_LOAD_FACTOR])]
-    orbit: Annotated[str, Field(max_length=2000, description="2/1:3 or 2/1:phases=1.2,4.5")] = "1/1"
+    orbit: Annotated[str, Field(max_length=2000, description="2/1:3, 2/1:phases=1.2,4.5 or chatter/1:2")] = "1/1"
     modes: Modes = 8
 
 

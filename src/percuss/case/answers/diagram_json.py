@@ -11,7 +11,7 @@ from percuss.case.answers.json_values import number
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, SettledMotion
+    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, DiagramRestBranch, SettledMotion
 
 __all__ = ["diagram_dict"]
 
@@ -30,6 +30,7 @@ def diagram_dict(case: Case, found: Diagram) -> dict[str, Any]:
         "left_out": found.left_out,
         "settled": [_settled(one) for one in found.settled],
         "branches": [_branch(line) for line in found.branches],
+        "rest_branches": [_rest_branch(line) for line in found.rest_branches],
         "impossible": [_branch(line) for line in found.impossible],
     }
 
@@ -61,6 +62,32 @@ def _branch(line: DiagramBranch) -> dict[str, Any]:
             "energy": [number(energy) for energy in line.energies.tolist()],
             "stable": line.stable.tolist(),
             "speeds_m_s": None if scales is None else _finite(line.speeds * scales[:, :1]),
+            "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
+        },
+    }
+
+
+def _rest_branch(line: DiagramRestBranch) -> dict[str, Any]:
+    """Its impacts in the form of a cycle with rest that is followed: those of all its rests in one list."""
+    known, scales = np.isfinite(line.times), line.scales
+
+    def listed(values: np.ndarray) -> list[list[float]]:
+        return [row[there].tolist() for row, there in zip(values, known, strict=True)]
+
+    return {
+        "label": line.label,
+        "points": [_point(point) for point in line.points],
+        "branch": {
+            "value": line.values.tolist(),
+            "phases": listed(line.phases),
+            "times": listed(line.times),
+            "speeds": listed(line.speeds),
+            "energy": _finite(line.energies),
+            "stable": line.stable.tolist(),
+            "impacts": known.sum(axis=-1).tolist(),
+            "release_phases": line.release_phases.tolist(),
+            "rest_phases": line.rest_phases.tolist(),
+            "speeds_m_s": None if scales is None else listed(line.speeds * scales[:, :1, None]),
             "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
         },
     }

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.orbit_phases import orbit_at_phases
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.dotted_keys import value_at
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import LOAD_SCALE, held
-from percuss.case.parameters.quantity_text import parsed_quantity
+from percuss.case.parameters.case_keys import LOAD_SCALE
+from percuss.case.parameters.parameter_list import quantity_of
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
@@ -151,13 +149,13 @@ def branch_answer(
     ('z=1/1', 'limit')
     """
     checked_case(case)
-    name, family, ends = _followed(case, along)
-    value = value_of(case, family, name)
+    name, family, ends = followed(case, along)
+    value = value_of(case, family, name, ends)
     start = _chosen(case, orbit, _modes(case, modes))
     return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
 
 
-def _followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
+def followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
     """A parameter, the systems that differ in it, and its range if one is given."""
     if "=" in text("along", along, "NAME=FROM:TO or NAME"):
         axis = Axis.spanned(along)
@@ -165,7 +163,7 @@ def _followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, flo
         return axis.name, family, (float(axis.values[0]), float(axis.values[1]))
     name, plain = along.strip(), CaseFamily(case, {})
     key = plain.key(name)
-    unit = "" if key in ("", LOAD_SCALE) else _quantity(case, key)[1]
+    unit = "" if key in ("", LOAD_SCALE) else quantity_of(case, key)[1]
     return name, CaseFamily(case, {name: unit}) if unit else plain, None
 
 
@@ -173,8 +171,16 @@ def _modes(case: Case, modes: int | None) -> int:
     return case.simulation().modes if modes is None else modes
 
 
-def value_of(case: Case, family: CaseFamily, name: str) -> float:
-    """A parameter of the case itself, in the unit of the family."""
+def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float] | None = None) -> float:
+    """A parameter of the case itself, in the unit of the family; it must lie between the ends, if any."""
+    value = _value(case, family, name)
+    if ends is not None and not ends[0] <= value <= ends[1]:
+        held_here = f"a range that holds {value:.6g}, the value of the case"
+        raise ParameterError(name, f"{ends[0]:g}:{ends[1]:g}", held_here, "another case begins elsewhere")
+    return value
+
+
+def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
         found = PARAMETERS[name].get(case.system())
@@ -184,15 +190,12 @@ def value_of(case: Case, family: CaseFamily, name: str) -> float:
         return found
     if key == LOAD_SCALE:
         return 1.0
-    (value, unit), asked = _quantity(case, key), family.units.get(name, "")
-    if value is None or unit != asked:
+    (value, unit), asked = quantity_of(case, key), family.units.get(name, "")
+    if value is None:
+        raise ParameterError(name, "none", "a value in the case to begin at", "now it is that of the record")
+    if unit != asked:
         raise ParameterError(name, asked or "a plain number", f"the unit of the case: {unit or 'none'}")
     return value
-
-
-def _quantity(case: Case, key: str) -> tuple[float | None, str]:
-    """The number of a key of the case, and its unit."""
-    return parsed_quantity(held(value_at(json_tables(case), key)))
 
 
 def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:

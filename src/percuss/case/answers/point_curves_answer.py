@@ -82,8 +82,8 @@ def point_curves_answer(
     having("branch", branch, ("points", "parameter"), "a branch, as percuss.case.branch_answer gives it")
     axes = [Axis.spanned(text(name, given, "NAME=FROM:TO")) for name, given in (("along", along), ("over", over))]
     family = CaseFamily(case, {axis.name: axis.unit for axis in axes if axis.unit})
-    second = value_of(case, family, axes[1].name)
     ranges = [(float(axis.values[0]), float(axis.values[1])) for axis in axes]
+    second = value_of(case, family, axes[1].name, ranges[1])
     found: list[Any] = []
     for point in _chosen(branch, which):
         names, values = [axis.name for axis in axes], (point.value, second)
@@ -95,7 +95,7 @@ def point_curves_answer(
 
 def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list[RestBranchPoint]:
     """The points that a text names."""
-    every: list[Any] = _rest_points(branch) if isinstance(branch, RestBranch) else followed_points(branch)
+    every: list[Any] = followed_points(branch)
     names = _REST_NAMES if isinstance(branch, RestBranch) else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
     known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
@@ -107,8 +107,10 @@ def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list
     return every
 
 
-def followed_points(branch: Branch) -> list[BranchPoint]:
+def followed_points(branch: Branch | RestBranch) -> list[BranchPoint] | list[RestBranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
+    if isinstance(branch, RestBranch):
+        return [point for point in branch.points if point.kind in REST_FOLLOWED]
     kept = [point for point in branch.points if point.kind in FOLLOWED]
     return kept + [
         point
@@ -117,11 +119,6 @@ def followed_points(branch: Branch) -> list[BranchPoint]:
         for point in other.points[1:]
         if point.kind in FOLLOWED and point.kind is not BranchEvent.HALVING
     ]
-
-
-def _rest_points(branch: RestBranch) -> list[RestBranchPoint]:
-    """Those ends of a branch of cycles with rest that can be followed."""
-    return [point for point in branch.points if point.kind in REST_FOLLOWED]
 
 
 def _one(every: Sequence[Any], names: Mapping[str, BranchEvent | RestEvent], word: str, given: str, known: str) -> Any:

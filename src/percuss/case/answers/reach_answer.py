@@ -15,7 +15,7 @@ from percuss.explore.continuation.reaching import reach
 from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
 from percuss.stability.verdict import DEFAULT_MODES
-from percuss.steady import Orbit, PeriodicOrbit
+from percuss.steady import Orbit, PeriodicOrbit, orbit_near
 
 __all__ = ["reach_answer", "varied_parameters"]
 
@@ -69,6 +69,7 @@ ceases to exist (then chatter/1)
     body = orbit.system.body
     kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
+    start = orbit_near(orbit.system, start.times, orbit.periods, modes=kept) or start  # fewer modes, another phase
     found = []
     for row in wanted:
         if halt is not None and halt():

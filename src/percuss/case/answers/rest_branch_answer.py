@@ -6,13 +6,12 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.orbits_answer import value_of
+from percuss.case.answers.orbits_answer import followed, value_of
 from percuss.case.answers.orbits_json import rest_curve_dict
 from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycle_dict, rest_cycles_answer
 from percuss.case.case import Case, checked_case
-from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Axis, RestEvent, follow_rest_cycle
+from percuss.explore import RestEvent, follow_rest_cycle
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
@@ -37,6 +36,7 @@ def rest_branch_answer(
         ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles of a label; ``chatter/1`` for the first.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
+        Without a range, ``load_factor``, the branch is followed to its ends.
     modes
         N, in the forced motion, too; None for the case's, or 32.
     halt
@@ -55,12 +55,10 @@ def rest_branch_answer(
     ('chatter/1', ['limit', 'limit'])
     """
     checked_case(case)
-    axis = Axis.spanned(text("along", along, "NAME=FROM:TO"))
-    family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
-    value = value_of(case, family, axis.name)
+    name, family, ends = followed(case, along)
+    value = value_of(case, family, name, ends)
     start = _chosen(case, orbit, modes)
-    ends = (float(axis.values[0]), float(axis.values[1]))
-    return follow_rest_cycle(start, axis.name, ends, family=family, value=value, halt=halt)
+    return follow_rest_cycle(start, name, ends, family=family, value=value, halt=halt)
 
 
 def _chosen(case: Case, orbit: str, modes: int | None) -> RestCycle:

@@ -62,6 +62,7 @@ def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
         "modes": found.modes,
         "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
         "complete": True,
+        "halted": False,
         "unseen": 0.0,
         "ended": 0,
         "tries": len(found.releases),

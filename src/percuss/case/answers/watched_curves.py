@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss.case.answers.orbits_answer import branch_answer, value_of
 from percuss.case.answers.point_curves_answer import followed_points
+from percuss.case.answers.rest_branch_answer import rest_branch_answer
+from percuss.case.answers.rest_cycles_answer import is_rest_label
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.explore import Axis, follow_point
+from percuss.explore import Axis, BranchPoint, follow_point
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.explore import BranchPoint, PointCurve
+    from percuss.explore import Branch, PointCurve, RestBranch, RestBranchPoint, RestPointCurve
     from percuss.model.checks import Array
 
 __all__ = ["watched_curves"]
 
 _NEAR = 3e-3  # of the plane, within which a point is on a curve that is known
 
-Watched = tuple[float, tuple["PointCurve", ...]]
+Watched = tuple[float, tuple["PointCurve | RestPointCurve", ...]]
 
 
 def watched_curves(
@@ -40,7 +42,7 @@ def watched_curves(
     Parameters
     ----------
     case, orbit, modes
-        As for `percuss.case.branch_answer`.
+        As for `percuss.case.branch_answer`, or `percuss.case.rest_branch_answer` for a cycle with rest.
     across, up
         The parameters of the plane, each with its range: ``restitution=0:0.9``.
     patience
@@ -70,11 +72,11 @@ def watched_curves(
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}
     spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
-    found: list[PointCurve] = []
+    found: list[PointCurve | RestPointCurve] = []
     for line, (along, over) in enumerate(((up, across), (across, up))):
-        branch = branch_answer(case, orbit, along, modes=modes, halt=halt)
+        branch = _followed(case, orbit, along, modes, halt)
         names = tuple(Axis.spanned(text).name for text in (along, over))
-        points = followed_points(branch)
+        points: Sequence[Any] = followed_points(branch)
         for i, point in enumerate(points):
             if halt():
                 return
@@ -88,6 +90,12 @@ def watched_curves(
     yield 1.0, tuple(found)
 
 
+def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch | RestBranch:
+    if is_rest_label(orbit.partition(":")[0]):
+        return rest_branch_answer(case, orbit, along, modes=modes, halt=halt)
+    return branch_answer(case, orbit, along, modes=modes, halt=halt)
+
+
 def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
     """What says so after some time, or when `halt` does."""
     until = time.monotonic() + seconds
@@ -95,10 +103,14 @@ def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
 
 
 def _is_on(
-    curve: PointCurve, point: BranchPoint, place: dict[str, float], spans: dict[str, tuple[float, float]]
+    curve: PointCurve | RestPointCurve,
+    point: BranchPoint | RestBranchPoint,
+    place: dict[str, float],
+    spans: dict[str, tuple[float, float]],
 ) -> bool:
     """Whether a point of a branch lies on a curve of such points."""
-    if (curve.event, curve.label) != (point.kind, point.orbit.label) or len(curve.values) < 2:
+    label = point.orbit.label if isinstance(point, BranchPoint) else point.cycle.label
+    if (curve.event, curve.label) != (point.kind, label) or len(curve.values) < 2:
         return False
     size = np.array([spans[name][1] - spans[name][0] for name in curve.parameters])
     off = (curve.values - np.array([place[name] for name in curve.parameters])) / size

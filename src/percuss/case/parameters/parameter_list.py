@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.json_values import number
 from percuss.case.file_format.dotted_keys import value_at
+from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.parameters.case_keys import LOAD_SCALE, held, key_of, varied_keys
+from percuss.case.parameters.case_keys import FREQUENCY, LOAD_SCALE, held, key_of, varied_keys
 from percuss.case.parameters.moves import MOVES, can_move
 from percuss.case.parameters.quantity_text import parsed_quantity
 from percuss.case.parameters.valve_keys import LOAD_PRESSURE, valve_label
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.parameter import Parameter
 
-__all__ = ["parameters"]
+__all__ = ["parameters", "quantity_of"]
 
 _SLIDES = ("restitution", "load_factor", "kappa")
 """What has a slider in every case; the numbers of the bar have one in a dimensionless case."""
@@ -85,7 +86,6 @@ def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[st
 
 
 def _keys(case: Case) -> list[dict[str, Any]]:
-    tables = json_tables(case)
     found = []
     names = varied_keys(case)
     none = {LOAD_SCALE} if case.is_machine and LOAD_PRESSURE in names else set()  # the pressure is the same
@@ -94,20 +94,27 @@ def _keys(case: Case) -> list[dict[str, Any]]:
         if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
             continue  # the motion does not depend on it
         about = key_of(name)
-        given = 1.0 if name == LOAD_SCALE else held(value_at(tables, name))
         plain = not case.is_si and not case.is_machine
-        same = plain and (table == "system" or key in PARAMETERS or about.sets in PARAMETERS)
-        if given is None or same:
+        if plain and (table == "system" or key in PARAMETERS or about.sets in PARAMETERS):
             continue  # a dimensionless parameter is the same
-        value, unit = parsed_quantity(given)
+        value, unit = (1.0, "") if name == LOAD_SCALE else quantity_of(case, name)
         if value is None:
             continue
         label = about.label or valve_label(case.tables.load, name)
         row = _row(name, unit, value, *(_span(case, key) or _around(value)))
-        row |= {"label": label, "meaning": about.meaning, "slides": about.slides}
-        row["movable"] = not (case.is_machine and name == LOAD_SCALE)  # it is no key of its tables
+        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryForce)  # there it says where cycles are cut
+        row |= {"label": label, "meaning": about.meaning, "slides": about.slides and not kept}
+        row["movable"] = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
         found.append(row)
     return found
+
+
+def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
+    """The number of a key of the case, and its unit; the frequency of a recording, which may keep its waveform."""
+    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
+    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryForce):
+        return case.system().frequency, "Hz"
+    return value, unit
 
 
 def _span(case: Case, key: str) -> tuple[float, float] | None:

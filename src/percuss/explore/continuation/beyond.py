@@ -16,6 +16,7 @@ from percuss.stability.multipliers import TURNING
 
 __all__ = ["sentence"]
 
+_LEVEL = 1e-3  # of a tangent, its part along the parameter where a branch turns back
 _INTO = 0.01  # rad, how far into a branch that begins it is looked which way it leads
 
 
@@ -38,6 +39,11 @@ def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: 
         return _flip(curve, one.point)
     if kind is BranchEvent.NEIMARK_SACKER:
         return _pair(curve, one.point)
+    if kind is BranchEvent.CROSSING:
+        over = "another branch crosses this one"
+        if abs(one.point.tangent[-1]) < _LEVEL:
+            return f"{over}, which turns back and goes on as its own image, backwards in time or some periods later"
+        return f"{over}, and stability may pass from one to the other"
     if kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
         return _grazing(curve, one, impact)
     if kind is BranchEvent.CORNER:
@@ -54,7 +60,6 @@ def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: 
 
 
 _PLAIN = {
-    BranchEvent.CROSSING: "another branch crosses this one, and stability may pass from one to the other",
     BranchEvent.HALVING: "the branch would go back over itself, half its period later",
     BranchEvent.COALESCENCE: "two impacts are one, so the label changes",
     BranchEvent.NO_PUSH: "the mean load does not push, so no motion keeps striking",

@@ -10,18 +10,18 @@ import numpy as np
 
 from percuss.explore.continuation.branch_crossings import crossing_point
 from percuss.explore.continuation.happenings import Happening, happening
-from percuss.explore.continuation.indicators import indicator, multipliers, outside, unstable
+from percuss.explore.continuation.indicators import BEYOND, indicator, multipliers, outside, unstable
 from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint
+from percuss.model import System
 from percuss.model.checks import ComplexArray
 from percuss.stability.multipliers import TURNING
 
 __all__ = ["crossings"]
 
 _ASIDE = 1e-3  # share of the segment beside a fold or flip, nearer to which rounding decides how many are outside
-_BEYOND_FLIP = 0.02  # share of the first step of a branch, nearer than which rounding decides which way it leads
 _LEVEL = 1e-5  # of the tangent, its part along the parameter beside a fold, where rounding may decide on signs
 _NARROW = 2.0**-12  # share of the segment within which a pair is followed to the unit circle
 
@@ -38,8 +38,8 @@ def crossings(
     first, last
         The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
     fresh
-        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: its folds
-        are then those from a little beyond it on.
+        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: so near to
+        it rounding decides on folds, and they are not looked for.
     narrow
         Places inside with their points, at which more may happen than the ends show.
 
@@ -70,8 +70,6 @@ def _between(
 ) -> list[Happening]:
     """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
-    inner = max(low, _BEYOND_FLIP * high) if fresh else low
-    beyond = segment.at(inner)
 
     def fold(point: CurvePoint) -> float:
         return indicator(curve.motion(point.x), 1.0)
@@ -80,15 +78,15 @@ def _between(
         return indicator(curve.motion(point.x), -1.0)
 
     found = []
-    turned, singular = beyond.tangent[-1] * stop.tangent[-1] < 0.0, fold(beyond) * fold(stop) < 0.0
-    away = min(abs(beyond.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
+    turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
+    away = min(abs(start.tangent[-1]), abs(stop.tangent[-1])) > _LEVEL
     if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
-        crossed = None if turned else crossing_point(segment, fold, inner, high)
+        crossed = None if turned else crossing_point(segment, fold, low, high)
         if crossed is None:
             raise Strayed("on another sheet of the branch")
         found.append(Happening(BranchEvent.CROSSING, *crossed))
-    if turned and singular:
-        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, inner, high)))
+    if not fresh and turned and singular:
+        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, low, high)))
     if flip(start) * flip(stop) < 0.0:
         found.append(happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
     if curve.modes:
@@ -126,14 +124,15 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
     outer = max(both, key=outside)
     if outer is None:
         return []
-    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0)]
+    beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0 + BEYOND)]
     if not beyond.size:
         return []
     seen = complex(beyond[np.argmin(np.abs(beyond))])
+    circle = 1.0 + (BEYOND if _keeps_its_energy(curve.motion(segment.start.x).system, curve.modes) else 0.0)
 
     def modulus(point: CurvePoint) -> float:
         values = multipliers(curve.motion(point.x))
-        return math.nan if values is None else abs(nearest(values, seen)) - 1.0
+        return math.nan if values is None else abs(nearest(values, seen)) - circle
 
     inner, end = (low, high) if outer is both[1] else (high, low)
     away = inner - end
@@ -143,6 +142,12 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
     if not modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
         return []
     return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, last))]
+
+
+def _keeps_its_energy(system: System, modes: int) -> bool:
+    """Whether a pair is on the circle up to where it meets another one, and leaves it then like a square root."""
+    damping = system.body.modes(modes, system.load.at).damping
+    return system.contact.is_lossless and system.d == 0.0 and not np.any(damping)
 
 
 def nearest(values: ComplexArray, to: complex) -> complex:

@@ -8,23 +8,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from percuss.errors import Interrupted, ParameterError
+from percuss.errors import Interrupted
+from percuss.explore.continuation.beginning import beginning, range_around, unit_of_turn, value_of
 from percuss.explore.continuation.beyond import sentence
 from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.happenings import Happening
 from percuss.explore.continuation.indicators import greatest_top, multipliers
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.next_point import Strayed
+from percuss.explore.continuation.limits import in_words
 from percuss.explore.continuation.partners import doubled, grazing_partner
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
 from percuss.explore.continuation.walking import Walk, walked
 from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
 from percuss.model import System
-from percuss.model.checks import callback, count, finite, instance, numbers, text
+from percuss.model.checks import callback, count, finite, instance, text
 from percuss.steady import PeriodicOrbit
-from percuss.steady.states import check_pushes
+from percuss.steady.periodic.sameness import canonical, load_turn
 
 __all__ = ["follow"]
 
@@ -32,9 +32,7 @@ MOST_POINTS = 100_000
 MOST_DEPTH = 16
 _UNITS = 4.0  # of the range of the parameter, which count as a step of 1 rad
 _WIDE = 1e9  # a range wider than so many times the parameter says nothing of how it scales
-_LEAST = 1e-6  # of the unit of a parameter, or its inverse: a scale beyond is none
 _SAME_POINT = 1e-7
-_SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
 _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
 
 
@@ -112,8 +110,8 @@ def follow(
     systems = SystemFamily(orbit.system) if family is None else family_of(family)
     name = text("along", along, "the name of a parameter")
     systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    here = _value_of(orbit.system, name) if value is None else finite("value", value)
-    bounds = (-math.inf, math.inf) if between is None else _range(between, here)
+    here = value_of(orbit.system, name) if value is None else finite("value", value)
+    bounds = (-math.inf, math.inf) if between is None else range_around(between, here)
     points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     callback("halt", halt)
     scale = max(1.0, abs(here))
@@ -122,10 +120,10 @@ def follow(
     curve = SolutionCurve(systems, name, orbit.impacts, orbit.periods, orbit.modes, unit)
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
-        start = _start(curve, orbit, here)
+        start = beginning(curve, orbit, here, bounds)
         if between is None and here == 0.0:  # its own size tells nothing of its scale
-            curve = replace(curve, unit=_unit_of_turn(curve, start))
-            start = _start(curve, orbit, here)
+            curve = replace(curve, unit=unit_of_turn(curve, start))
+            start = beginning(curve, orbit, here, bounds)
         forward = walked(curve, start, bounds, points)
         closed = forward.happened[-1].kind is BranchEvent.CLOSED
         back = None if closed else walked(curve, CurvePoint(start.x, -start.tangent, 0), bounds, points)
@@ -150,7 +148,7 @@ class _Tracer:
         happened = [one for _, _, happened, _ in ways for one in happened]
         if forward.happened[-1].kind is BranchEvent.CLOSED:
             happened.insert(0, forward.happened[-1])
-        refusals = [str(way.refusal or "") for _, _, happened, way in ways for one in happened]
+        refusals = [in_words(way.refusal) for _, _, happened, way in ways for one in happened]
         refusals += refusals[-1:]
         found = [branch_point(curve, one, refusal) for one, refusal in zip(happened, refusals, strict=False)]
         for one, point in zip(happened, found, strict=True):
@@ -200,48 +198,6 @@ class _Tracer:
         return not known
 
 
-def _unit_of_turn(curve: SolutionCurve, start: CurvePoint) -> float:
-    """By how much the parameter changes while the impacts move by about 1 rad."""
-    moved = float(np.abs(start.tangent[: curve.impacts]).max())
-    size = float(abs(start.tangent[-1])) / moved if moved else 1.0
-    return curve.unit * 2.0 ** round(math.log2(min(max(size, _LEAST), 1.0 / _LEAST)))
-
-
-def _range(between: tuple[float, float], here: float) -> tuple[float, float]:
-    ends = numbers("between", between, "two numbers, the smaller first")
-    if ends.shape != (2,) or not ends[0] < ends[1] or not ends[0] <= here <= ends[1]:
-        raise ParameterError("between", between, f"two numbers around {here:.9g}, the value of the orbit")
-    return float(ends[0]), float(ends[1])
-
-
-def _value_of(system: System, name: str) -> float:
-    found = PARAMETERS[name].get(system) if name in PARAMETERS else None
-    if found is None:
-        raise ParameterError("value", None, f"the value of {name} that belongs to the orbit")
-    return found
-
-
-def _start(curve: SolutionCurve, orbit: PeriodicOrbit, value: float) -> CurvePoint:
-    """The point of the orbit, the tangent towards greater values of the parameter."""
-    check_pushes(curve.system(value))
-    if not orbit.admissible:
-        raise ParameterError("orbit", str(orbit), "an admissible orbit")
-    x = curve.unknowns(orbit, value)
-    matrix = curve.matrix(orbit, curve.column(orbit, value))
-    tangent = np.linalg.svd(matrix)[2][-1]
-    tangent = tangent if tangent[-1] >= 0.0 else -tangent
-    found = None
-    for normal in (curve.level, tangent):  # the second at a fold
-        try:
-            found = curve.corrected(x, normal, tangent)
-            break
-        except Strayed:
-            continue
-    if found is None or float(np.abs(found.x - x).max()) > _SAME_ORBIT:
-        raise ParameterError("orbit", str(orbit), f"an orbit of the system with {curve.name} = {value:.9g}")
-    return found
-
-
 def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPoint:
     """What is told of a point."""
     motion = curve.motion(one.point.x)
@@ -253,8 +209,8 @@ def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPo
     if one.kind is BranchEvent.TOUCH:
         phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))
     elif one.which >= 0:
-        off = np.mod(orbit.times - np.array(motion.times[one.which]) + 0.5, orbit.period)
-        impact = int(np.argmin(np.abs(off - 0.5))) + 1
+        _, first = canonical(np.array(motion.times), motion.period, load_turn(motion.system.load))
+        impact = (one.which - first) % motion.impacts + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)
     try:
         beyond = sentence(curve, one, impact, refusal)

@@ -2,35 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from percuss.explore.continuation.corners import Passed, landed, step_time, steps_passed
-from percuss.explore.continuation.indicators import (
-    greatest_top,
-    indicator,
-    press,
-    stays_off,
-)
+from percuss.explore.continuation.indicators import greatest_top, press, stays_off
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rises import rise
 from percuss.explore.continuation.segment import Segment
-from percuss.explore.continuation.solution_curve import (
-    CurvePoint,
-    Number,
-    twice,
-    where_it_vanishes,
-)
-from percuss.model.checks import Array
+from percuss.explore.continuation.solution_curve import CurvePoint, Number
 from percuss.steady import PeriodicOrbit
 
 __all__ = ["Happening", "end_of", "happening", "to_corner"]
 
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
-_CLOSE_TO_HALF = 0.1  # share of the way to the place where the halves are one: nearer there are two tangents
 
 
 class Happening(NamedTuple):
@@ -42,7 +28,7 @@ class Happening(NamedTuple):
     which: int = -1
 
 
-def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
+def end_of(segment: Segment, passed: Passed) -> Happening | None:
     """The first thing in a segment beyond which the motion is no orbit, or after which the curve has a corner.
 
     Parameters
@@ -51,10 +37,8 @@ def end_of(segment: Segment, passed: Passed, fresh: bool) -> Happening | None:
         The step.
     passed
         How many steps of the load there were before each impact at its start.
-    fresh
-        Whether it begins at a flip, where the two halves of the cycle are one.
     """
-    found = [*_deaths(segment), *_corners(segment, passed), *([] if fresh else _halvings(segment))]
+    found = [*_deaths(segment), *_corners(segment, passed)]
     first = min(found, key=lambda one: one.place) if found else None
     segment = to_corner(segment, first)
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
@@ -89,37 +73,6 @@ def _deaths(segment: Segment) -> list[Happening]:
     return [
         happening(segment, BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)
     ]
-
-
-def _halvings(segment: Segment) -> list[Happening]:
-    """Where the two halves of the cycle become one and the same orbit: what tells them apart turns over.
-
-    It is the flip of the orbit of half the period, and found as that: there the doubled one has two tangents.
-    """
-    p, curve = segment.curve.impacts, segment.curve
-    if p % 2 or curve.periods % 2:
-        return []
-    first, second = (_halves(point, p, curve.periods) for point in (segment.start, segment.stop))
-    if not first[1] @ second[1] < 0.0:
-        return []
-    share = float(np.linalg.norm(first[1]) / (np.linalg.norm(first[1]) + np.linalg.norm(second[1])))
-    narrow = curve.other(p // 2, curve.periods // 2)
-    near = (1.0 - share) * first[0] + share * second[0]
-
-    def flip(point: CurvePoint) -> float:
-        return indicator(narrow.motion(point.x), -1.0)
-
-    found = where_it_vanishes(narrow, near, flip)
-    if float(np.abs(found - near).max()) > segment.length:
-        raise Strayed("another flip")
-    point = CurvePoint(twice(found, p // 2, narrow.periods), segment.start.tangent, 0)
-    return [Happening(BranchEvent.HALVING, share * (1.0 - _CLOSE_TO_HALF) * segment.length, point)]
-
-
-def _halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
-    """The mean of both halves of a cycle, as unknowns of the curve of half the period, and their difference."""
-    first, second = point.x[: p // 2], point.x[p // 2 : p] - math.pi * periods
-    return np.concatenate([0.5 * (first + second), point.x[p:]]), second - first
 
 
 def _corners(segment: Segment, passed: Passed) -> list[Happening]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.explore.continuation.followed_orbit import FollowedOrbit
 from percuss.model.checks import ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.outside_number import outside_number
@@ -16,9 +17,11 @@ from percuss.steady.periodic.orbit_kernels import orbit_kernels
 from percuss.steady.periodic.sampled_flights import sampled_flights
 from percuss.steady.periodic.system_numbers import numbers_of
 
-__all__ = ["Top", "greatest_top", "indicator", "multipliers", "outside", "press", "stays_off", "unstable"]
+__all__ = ["BEYOND", "Top", "greatest_top", "indicator", "multipliers", "outside", "press", "stays_off", "unstable"]
 
-_BEYOND = 1e-7  # of 1, by which a multiplier beyond the unit circle is counted; nearer double ones are lost to rounding
+BEYOND = 1e-7
+"""Of 1, by which a multiplier beyond the unit circle is counted; nearer to it double ones are lost to rounding."""
+
 _MANY = 12  # modes from which on it is faster not to compute the multipliers
 _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
 
@@ -36,6 +39,8 @@ class Top(NamedTuple):
 
 def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
+    if isinstance(orbit, FollowedOrbit) and abs(xi) == 1.0:
+        return orbit.singular[xi < 0.0]
     numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
     first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
     room = numbers.room(orbit.impacts)
@@ -59,7 +64,7 @@ def _has_dead(orbit: PeriodicOrbit) -> bool:
 
 def outside(values: ComplexArray | None) -> int:
     """How many multipliers are outside the unit circle; -1 where none are known."""
-    return -1 if values is None else int(np.count_nonzero(np.abs(values) > 1.0 + _BEYOND))
+    return -1 if values is None else int(np.count_nonzero(np.abs(values) > 1.0 + BEYOND))
 
 
 @lru_cache(maxsize=64)
@@ -69,7 +74,7 @@ def unstable(orbit: PeriodicOrbit) -> int:
     The last ones are kept, as those of `multipliers`.
     """
     if orbit.modes >= _MANY and not _has_dead(orbit):
-        counted = outside_number(orbit, _BEYOND)
+        counted = outside_number(orbit, BEYOND)
         if counted is not None:
             return counted
     return outside(multipliers(orbit))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class Segment:
     curve: SolutionCurve
     start: CurvePoint
     stop: CurvePoint
+    _points: dict[float, CurvePoint] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def length(self) -> float:
@@ -40,9 +41,12 @@ class Segment:
             return self.start
         if place == self.length:
             return self.stop
-        ahead, length = self.start.tangent, self.length
-        bend = self.stop.x - self.start.x - length * ahead
-        return self.curve.corrected(self.start.x + place * ahead + (place / length) ** 2 * bend, ahead)
+        if place not in self._points:
+            ahead, length = self.start.tangent, self.length
+            bend = self.stop.x - self.start.x - length * ahead
+            near = self.start.x + place * ahead + (place / length) ** 2 * bend
+            self._points[place] = self.curve.corrected(near, ahead)
+        return self._points[place]
 
     def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
         """Where a number vanishes that changes its sign between two places, to rounding.

@@ -73,7 +73,7 @@ class SolutionCurve:
     modes: int
     unit: float
     _systems: dict[float, System] = field(default_factory=dict, repr=False, compare=False)
-    _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
+    _motions: dict[bytes, FollowedOrbit] = field(default_factory=dict, repr=False, compare=False)
     _rooms: dict[tuple[int, ...], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def other(self, impacts: int, periods: int) -> SolutionCurve:
@@ -119,7 +119,7 @@ class SolutionCurve:
         """The parameter at a point."""
         return float(x[-1]) * self.unit
 
-    def motion(self, x: Array) -> PeriodicOrbit:
+    def motion(self, x: Array) -> FollowedOrbit:
         """The motion at a point; the first impact is the one that was the first all along the curve."""
         p, key = self.impacts, x.tobytes()
         if key not in self._motions:
@@ -181,6 +181,8 @@ class SolutionCurve:
                 if ended != _FOUND:
                     raise Strayed(_WORDS[ended])
                 steps = steps or taken
+                if not np.any(normal[:-1]):  # the parameter is held: rounding is not to lead past a limit
+                    x[-1] = start[-1]
                 if self.rows.fits(base, rate, self.value(x)):
                     return CurvePoint(x, tangent, steps)
             except PercussError as error:

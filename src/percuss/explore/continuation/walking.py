@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numpy as np
-
-from percuss.errors import Interrupted, LoadError, PercussError
+from percuss.errors import Interrupted, PercussError
 from percuss.explore.continuation.circle_crossings import crossings
 from percuss.explore.continuation.corners import beyond_corner, corner_ahead, steps_passed
 from percuss.explore.continuation.dips import may_vanish_twice
@@ -16,13 +14,14 @@ from percuss.explore.continuation.happenings import Happening, end_of, to_corner
 from percuss.explore.continuation.homecoming import home
 from percuss.explore.continuation.indicators import unstable
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.narrow_ends import dying, first_impossible
+from percuss.explore.continuation.limits import limit_before
+from percuss.explore.continuation.narrow_ends import first_impossible, stuck
 from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
 from percuss.explore.continuation.resonances import hides, leaps, resonant_points
 from percuss.explore.continuation.segment import Segment
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.explore.continuation.turning_back import BESIDE, turning_back
 from percuss.model.checks import Array
-from percuss.steady.periodic.newton import COALESCED
 
 __all__ = ["Walk", "walked"]
 
@@ -30,8 +29,6 @@ _REFINED = 1e-5  # step below which none is taken again to see what its ends do 
 _QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
 _INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
 _FEWEST = 8  # points of a walk that can have come back to its start
-_ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
-_RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
 @dataclass
@@ -84,15 +81,16 @@ def walked(
 
 
 class _Target(NamedTuple):
-    """Where a step leads: the point, the limit of the parameter that it lies on, the corner that it is."""
+    """Where a step leads: the point, the limit of the parameter there, what happens there, where the walk goes on."""
 
     point: CurvePoint
     limit: BranchEvent | None
-    corner: Happening | None = None
+    happening: Happening | None = None
+    beyond: CurvePoint | None = None
 
     def at(self, segment: Segment) -> Happening | None:
-        """The corner at the end of a segment."""
-        return None if self.corner is None else self.corner._replace(place=segment.length)
+        """What happens at the end of a segment."""
+        return None if self.happening is None else self.happening._replace(place=segment.length)
 
 
 class _Walker:
@@ -100,7 +98,7 @@ class _Walker:
 
     def __init__(self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], fresh: bool) -> None:
         self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
-        self.size = FIRST * math.sqrt(curve.impacts)
+        self.size = (BESIDE if fresh else FIRST) * math.sqrt(curve.impacts)
         self.passed = steps_passed(curve.motion(start.x))
         self.walk = Walk([start], [self._outside(start)])
         self.ended, self.cornered = False, False
@@ -113,13 +111,11 @@ class _Walker:
         self.walk.happened.append(Happening(kind, 0.0, self.here))
         self.ended = True
 
-    # -- one step --
-
     def step(self) -> None:
         """Go on to the next point, shorter if need be, and see what happens on the way."""
         for ahead in (self._ahead, self._at_corner):
             try:
-                target = ahead()
+                target = self._until_back(ahead())
                 segment = Segment(self.curve, self.here, target.point)
                 if not self.fresh and self.size > _REFINED and (leaps(segment) or may_vanish_twice(segment)):
                     raise Strayed("more may happen in the step than its ends show")
@@ -127,14 +123,14 @@ class _Walker:
                 narrow = first_impossible(segment, inside)
                 if narrow is not None:
                     target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
-                happening = end_of(segment, self.passed, self.fresh) or target.at(segment)
+                happening = end_of(segment, self.passed) or target.at(segment)
                 if self.size > _REFINED and happening is None and hides(segment, inside):
                     raise Strayed("more may happen in the step than its ends show")
                 part = to_corner(segment, happening)
                 between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
             except Strayed:
                 continue
-            self._went(segment, between, happening, target.limit)
+            self._went(segment, between, happening, target)
             return
         self._shorter()
 
@@ -144,20 +140,19 @@ class _Walker:
         corner = happening is not None and happening.kind is BranchEvent.CORNER
         return _INSIDE * last if self.cornered else 0.0, last * (1.0 - _INSIDE) if corner else last
 
-    def _went(
-        self, segment: Segment, between: list[Happening], happening: Happening | None, limit: BranchEvent | None
-    ) -> None:
+    def _went(self, segment: Segment, between: list[Happening], happening: Happening | None, target: _Target) -> None:
         """Keep a step with what happened in it."""
-        goes_on = happening is None and limit is None
+        limit, goes_on = target.limit, happening is None and target.limit is None
         back = home(self.walk.points[0], segment) if goes_on and len(self.walk.points) >= _FEWEST else None
         if back is not None:
             between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
         for one in between:
             self._pass(one.point)
         self.walk.happened += between
-        self.fresh = False
+        if self.fresh:
+            self.fresh, self.size = False, FIRST * math.sqrt(self.curve.impacts)
         if happening is not None:
-            self._at(happening)
+            self._at(happening, target)
             return
         self._arrive(segment.stop if back is None else back)
         if limit is not None:
@@ -181,23 +176,23 @@ class _Walker:
     def _ahead(self) -> _Target:
         """The next point, and the limit of the parameter that it lies on."""
         x, tangent = self.here.x, self.here.tangent
-        place = x + self.size * tangent
-        value, limit, normal = self.curve.value(place), None, tangent
-        if not self.bounds[0] <= value <= self.bounds[1]:
-            limit = BranchEvent.LIMIT
-            value = min(max(value, self.bounds[0]), self.bounds[1])
-        refusal = self.curve.refusal(value)
-        if refusal is not None:
-            value = self._last_value(value)
-            self.walk.refusal = refusal
-            limit = BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
+        place, normal = x + self.size * tangent, tangent
+        limit = limit_before(self.curve, self.curve.value(x), self.curve.value(place), self.bounds)
         if limit is not None:
-            along = value / self.curve.unit - x[-1]
+            self.walk.refusal = limit.refusal or self.walk.refusal
+            along = limit.value / self.curve.unit - x[-1]
+            if along == 0.0:
+                return _Target(self.here, limit.kind)
             place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
-            place[-1], normal = value / self.curve.unit, self.curve.level
+            place[-1], normal = limit.value / self.curve.unit, self.curve.level
         found = self.curve.corrected(place, normal, tangent)
         self._check(found, place)
-        return _Target(found, limit)
+        return _Target(found, None if limit is None else limit.kind)
+
+    def _until_back(self, target: _Target) -> _Target:
+        """The same, or the place before it at which the branch turns back over its own image."""
+        back = None if self.fresh else turning_back(Segment(self.curve, self.here, target.point))
+        return target if back is None else _Target(back.before, None, back.happening, back.beyond)
 
     def _at_corner(self) -> _Target:
         """The point at which an impact meets the step of the load that it nears: the curve may turn back there."""
@@ -209,39 +204,25 @@ class _Walker:
         before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
         check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
 
-    def _last_value(self, beyond: float) -> float:
-        """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
-        good, bad = self.curve.value(self.here.x), beyond
-        while abs(good - bad) > _ROUNDING * max(abs(good), abs(bad), self.curve.unit):
-            middle = 0.5 * (good + bad)
-            if self.curve.refusal(middle) is None:
-                good = middle
-            else:
-                bad = middle
-        even = round(good, 12)  # the limit itself, where that is allowed
-        return even if self.curve.refusal(even) is None and abs(even - good) < _EVEN else good
-
     def _shorter(self) -> None:
         """Try a shorter step; where none is short enough, say why."""
         self.size *= 0.5
         if self.size > SHORTEST:
             return
-        orbit = self.curve.motion(self.here.x)
-        if float(orbit.flight_times.min()) < 1e3 * COALESCED * orbit.period:
-            self.end(BranchEvent.COALESCENCE)
-        elif np.abs(orbit.modal_determinants().real).min(initial=1.0) < _RESONANT:
-            self.end(BranchEvent.RESONANCE)
-        elif self.walk.refusal is not None:
-            self.end(BranchEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else BranchEvent.NO_SYSTEM)
-        elif (happening := dying(self.curve, self.walk.points)) is not None:
-            self._at(happening)
+        happening = stuck(self.curve, self.walk.points, self.walk.refusal)
+        if happening.kind is BranchEvent.DEATH:
+            self._at(happening, _Target(happening.point, None))
         else:
-            self.end(BranchEvent.LOST)
+            self.end(happening.kind)
 
-    # -- what ends a step --
-
-    def _at(self, happening: Happening) -> None:
-        """Go to the place of an end or of a corner."""
+    def _at(self, happening: Happening, target: _Target) -> None:
+        """Go to the place of an end, of a corner, or of another branch."""
+        if happening.kind is BranchEvent.CROSSING and target.beyond is not None:
+            self._arrive(target.point)
+            self._pass(happening.point)
+            self.walk.happened.append(happening)
+            self._arrive(target.beyond)
+            return
         point = happening.point
         if happening.kind is not BranchEvent.CORNER:
             self._pass(point)

@@ -14,6 +14,7 @@ from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, DiagramJob, diagram_job
 from percuss.explore.diagrams.found_twice import with_new
 from percuss.explore.diagrams.lines import DiagramBranch, lines_from
+from percuss.explore.diagrams.rest_lines import DiagramRestBranch
 from percuss.explore.diagrams.settled import SettledMotion, settled_at
 from percuss.explore.family import Family
 from percuss.explore.jobs.job import Columns
@@ -43,6 +44,8 @@ class Diagram(Shown):
         What simulations settled on, value by value, the most frequent first.
     branches
         All that were traced; each of them once.
+    rest_branches
+        Those of cycles with rest: of rigid bars, and of structures of one mode.
     impossible
         Roots of the equations beyond the grazings at which branches end: no motions.
     ask
@@ -61,6 +64,7 @@ class Diagram(Shown):
     done: float = 1.0
     left_out: int = 0
     impossible: tuple[DiagramBranch, ...] = field(default=(), repr=False)
+    rest_branches: tuple[DiagramRestBranch, ...] = ()
 
     @classmethod
     def of(cls, job: DiagramJob, columns: Columns) -> Diagram:
@@ -78,9 +82,12 @@ class Diagram(Shown):
         axis, labelled = Axis(along["name"], along["values"], along["unit"]), int(ask["traces"])
         known = columns["branch_bytes"] >= 0
         lines: list[DiagramBranch] = []
+        rests: list[DiagramRestBranch] = []
         for i in np.flatnonzero(known[:labelled]).tolist():
             size = int(columns["branch_bytes"][i])
-            lines = with_new(lines, lines_from(columns["branches"][i, :size].tobytes()))
+            new = lines_from(columns["branches"][i, :size].tobytes())
+            lines = with_new(lines, [line for line in new if isinstance(line, DiagramBranch)])
+            rests += [line for line in new if isinstance(line, DiagramRestBranch)]
         passes = {name: np.asarray(values)[labelled:][known[labelled:]] for name, values in columns.items()}
         scales, load_scales = np.array(ask["scales"]), np.array(ask["load_scales"])
         settled = [
@@ -91,13 +98,17 @@ class Diagram(Shown):
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
         motions = tuple(line for line in lines if line.possible)
         others = tuple(line for line in lines if not line.possible)
-        return cls(axis, int(ask["modes"]), tuple(settled), motions, ask, float(known.mean()), left_out, others)
+        return cls(
+            axis, int(ask["modes"]), tuple(settled), motions, ask, float(known.mean()), left_out, others, tuple(rests)
+        )
 
     @property
     def is_si(self) -> bool:
         """Whether speeds and energies have units."""
-        return any(one.scales is not None for one in self.settled) or any(
-            line.scales is not None for line in self.branches
+        return (
+            any(one.scales is not None for one in self.settled)
+            or any(line.scales is not None for line in self.branches)
+            or any(line.scales is not None for line in self.rest_branches)
         )
 
     @cached_property
@@ -114,7 +125,7 @@ class Diagram(Shown):
         from percuss.explore.diagrams.diagram_dataset import dataset_of
 
         about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
-        return dataset_of(self.axis, self.settled, self.branches, self.is_si, about)
+        return dataset_of(self.axis, self.settled, (*self.branches, *self.rest_branches), self.is_si, about)
 
     def __str__(self) -> str:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
@@ -122,7 +133,10 @@ class Diagram(Shown):
             f"{len(self.settled)} settled motions at {len(self.axis)} values" if self.settled else "no simulations"
         )
         head = f"Diagram over {self.axis.name} from {low:.9g} to {high:.9g}: {settled}, {len(self.branches)} branches"
-        return "\n".join([head, *(f"  {line}".replace("\n", "\n  ") for line in self.branches)])
+        if self.rest_branches:
+            head += f", {len(self.rest_branches)} of cycles with rest"
+        every = (*self.branches, *self.rest_branches)
+        return "\n".join([head, *(f"  {line}".replace("\n", "\n  ") for line in every)])
 
 
 def diagram(
@@ -146,7 +160,8 @@ def diagram(
     down the values, each simulation from the state in which the one before ended: so a motion that few starts lead to
     is met, too, up to where it is lost. At a few values orbits are searched for, stable and unstable, and every branch
     that one of them lies on is followed through the whole range, with the branches that begin at its flips and
-    grazings. So are the longer cycles that simulations settle on there.
+    grazings. So are the longer cycles that simulations settle on there, and cycles with rest of up to 8 load periods,
+    of a rigid bar or a structure of one mode.
 
     Parameters
     ----------

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.errors import MissingExtraError
+from percuss.explore.diagrams.lines import DiagramBranch
 
 if TYPE_CHECKING:
     import xarray
 
     from percuss.explore.axis import Axis
-    from percuss.explore.diagrams.lines import DiagramBranch
+    from percuss.explore.diagrams.rest_lines import DiagramRestBranch
     from percuss.explore.diagrams.settled import SettledMotion
 
 __all__ = ["dataset_of"]
@@ -34,12 +35,14 @@ class _Row(NamedTuple):
     energy: float
     speed_scale: float
     energy_scale: float
+    release_phase: float = math.nan
+    rest_phase: float = math.nan
 
 
 def dataset_of(
     axis: Axis,
     settled: Sequence[SettledMotion],
-    branches: Sequence[DiagramBranch],
+    branches: Sequence[DiagramBranch | DiagramRestBranch],
     is_si: bool,
     about: Mapping[str, Any],
 ) -> xarray.Dataset:
@@ -55,7 +58,7 @@ def dataset_of(
     except ImportError:
         raise MissingExtraError("xarray", "io") from None
     name, unit = axis.name, axis.unit or "1"
-    rows = [*_simulated(settled), *(row for i, line in enumerate(branches, 1) for row in _of_branch(i, line))]
+    rows = [*_simulated(settled), *(row for i, line in enumerate(branches, 1) for row in _rows(i, line))]
     table = dict(zip(_Row._fields, (np.array(column) for column in zip(*rows, strict=True)), strict=True))
     if not rows:
         table = {field: np.array([]) for field in _Row._fields}
@@ -69,6 +72,8 @@ def dataset_of(
         "phase": ("row", table["phase"], {"units": "rad", "long_name": "load phase of the impact"}),
         "speed": ("row", table["speed"], {"units": "1", "long_name": "speed of the striking end just before it"}),
         "energy": ("row", table["energy"], {"units": "1", "long_name": "mean kinetic energy before a blow"}),
+        "release_phase": ("row", table["release_phase"], {"units": "rad", "long_name": "when the bar was let go"}),
+        "rest_phase": ("row", table["rest_phase"], {"units": "rad", "long_name": "when it comes to rest after that"}),
     }
     if is_si:
         about = {"units": "m/s", "long_name": "speed of the striking end just before it"}
@@ -86,7 +91,27 @@ def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:
             yield _Row("simulated", number, one.label, one.value, 1, i, phase, speed, one.energy, *scales)
 
 
-def _of_branch(number: int, line: DiagramBranch) -> Iterator[_Row]:
+def _rows(number: int, line: DiagramBranch | DiagramRestBranch) -> Iterator[_Row]:
+    return _of_orbits(number, line) if isinstance(line, DiagramBranch) else _of_rests(number, line)
+
+
+def _of_rests(number: int, line: DiagramRestBranch) -> Iterator[_Row]:
+    """The first impacts after each release, numbered through the cycle."""
+    scales = np.full((line.values.size, 2), math.nan) if line.scales is None else line.scales
+    for m, value in enumerate(line.values.tolist()):
+        energy, (speed_scale, energy_scale), i = float(line.energies[m]), scales[m].tolist(), 0
+        rests = zip(line.release_phases[m].tolist(), line.rest_phases[m].tolist(), strict=True)
+        for leg, (release, rest) in enumerate(rests):
+            for phase, speed in zip(line.phases[m, leg].tolist(), line.speeds[m, leg].tolist(), strict=True):
+                if math.isfinite(phase):
+                    i += 1
+                    yield _Row(
+                        "branch", number, line.label, value, 1, i, phase, speed, energy, speed_scale, energy_scale,
+                        release, rest,
+                    )  # fmt: skip
+
+
+def _of_orbits(number: int, line: DiagramBranch) -> Iterator[_Row]:
     scales = np.full((line.values.size, 2), math.nan) if line.scales is None else line.scales
     phases, stable = line.phases, line.stable
     for m in range(line.values.size):
@@ -96,7 +121,7 @@ def _of_branch(number: int, line: DiagramBranch) -> Iterator[_Row]:
             yield _Row("branch", number, line.label, *same, i, phase, speed, *energies)
 
 
-def _events(branches: Sequence[DiagramBranch], unit: str) -> dict[str, Any]:
+def _events(branches: Sequence[DiagramBranch | DiagramRestBranch], unit: str) -> dict[str, Any]:
     points = [(i, point) for i, line in enumerate(branches, 1) for point in line.points]
     values = np.array([point.value for _, point in points])
     return {

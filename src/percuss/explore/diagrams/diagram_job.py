@@ -11,8 +11,10 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.axis import Axis
-from percuss.explore.diagrams.lines import packed
+from percuss.explore.diagrams.lines import DiagramBranch, packed
 from percuss.explore.diagrams.passes import fresh_pass, pass_columns, running_pass
+from percuss.explore.diagrams.rest_lines import DiagramRestBranch
+from percuss.explore.diagrams.rest_tracing import rests_traced
 from percuss.explore.diagrams.tracing import labels_up_to, of_label, settled_on, traced
 from percuss.explore.family import Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
@@ -36,7 +38,7 @@ DEFAULT_RUNS = 6
 """Motions that are taken along the values, unless another number is asked for."""
 
 _RANKS = 3  # of the motions at one place that are taken along
-_FINER = 5  # times as many values, at which longer cycles are looked for that simulations settle on
+_FINER = 5  # times as many values, at which longer cycles and those with rest are looked for
 _ROOM = 1 << 21  # bytes of the branches of a label
 _MOST_PASSES, _MOST_SEARCHED, _MOST_LABELS = 1000, 200, 256
 _SECONDS_OF_BRANCH = 2.0
@@ -94,7 +96,7 @@ class DiagramJob:
 
     @property
     def traces(self) -> int:
-        """Items that trace branches: one for each label, and one for the longer cycles that simulations settle on."""
+        """Items that trace branches: one for each label, and one for longer cycles, settled on or with rest."""
         return len(self.labels) + 1 if self.labels else 0
 
     @property
@@ -184,10 +186,12 @@ class DiagramJob:
             if longer
             else of_label(self.labels[i], self.modes, self.tries)
         )
-        lines = traced(
-            self.family, self.axis.name, (low, high), self._searched(low, high, _FINER if longer else 1), search,
-            switch=0 if longer else self.switch, stopped=stopped,
-        )  # fmt: skip
+        values = self._searched(low, high, _FINER if longer else 1)
+        along = (self.family, self.axis.name, (low, high), values)
+        lines: list[DiagramBranch | DiagramRestBranch] = []
+        if longer:
+            lines += rests_traced(*along, self.modes, stopped=stopped)
+        lines += traced(*along, search, switch=0 if longer else self.switch, stopped=stopped)
         data, kept = packed(lines, found["branches"].size)
         found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
         found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept

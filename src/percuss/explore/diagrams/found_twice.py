@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.diagrams.lines import DiagramBranch, DiagramPoint
+from percuss.explore.diagrams.lines import DiagramBranch
+from percuss.explore.diagrams.points import DiagramPoint
 from percuss.model.checks import Array
 from percuss.steady.periodic.sameness import differences
 

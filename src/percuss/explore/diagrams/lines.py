@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,52 +14,16 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import Branch, BranchPoint
 from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.diagrams.points import DiagramPoint
+from percuss.explore.diagrams.rest_lines import DiagramRestBranch
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["DiagramBranch", "DiagramPoint", "line_of", "lines_from", "packed"]
+__all__ = ["DiagramBranch", "line_of", "lines_from", "packed"]
 
 _TURN = 2.0 * np.pi
-
-
-@dataclass(frozen=True)
-class DiagramPoint(Shown):
-    """A point of a branch at which something happens; dimensionless, phases in radians.
-
-    Parameters
-    ----------
-    kind
-        What happens.
-    value
-        Of the parameter.
-    label
-        z=p/n of the orbit there.
-    phases, speeds
-        Of its impacts; shape (p,).
-    beyond
-        What lies beyond, in a sentence.
-    impact
-        Number of the impact of the orbit that dies or meets a step; or None.
-    touch_phase
-        Phase of the load at which the bar touches the wall; or None.
-    energy
-        Mean kinetic energy before an impact.
-    """
-
-    kind: BranchEvent
-    value: float
-    label: str
-    phases: Array = field(repr=False)
-    speeds: Array = field(repr=False)
-    beyond: str
-    impact: int | None = None
-    touch_phase: float | None = None
-    energy: float = np.nan
-
-    def __str__(self) -> str:
-        return f"{self.kind.value} of {self.label} at {self.value:.12g}: {self.beyond}"
 
 
 @dataclass(frozen=True)
@@ -171,7 +135,7 @@ def _point(point: BranchPoint) -> DiagramPoint:
 # -- as bytes --
 
 
-def packed(lines: list[DiagramBranch], room: int) -> tuple[bytes, int]:
+def packed(lines: Sequence[DiagramBranch | DiagramRestBranch], room: int) -> tuple[bytes, int]:
     """Branches as bytes, as many as there is room for, and how many of them that are."""
     kept = len(lines)
     while True:
@@ -181,49 +145,33 @@ def packed(lines: list[DiagramBranch], room: int) -> tuple[bytes, int]:
         kept = min(kept - 1, int(kept * room / len(made)))
 
 
-def lines_from(data: bytes) -> list[DiagramBranch]:
+def lines_from(data: bytes) -> list[DiagramBranch | DiagramRestBranch]:
     """The branches that bytes hold; `packed` backwards."""
     return [_line(row) for row in json.loads(zlib.decompress(data))]
 
 
-def _plain(line: DiagramBranch) -> dict[str, Any]:
+def _plain(line: DiagramBranch | DiagramRestBranch) -> dict[str, Any]:
+    if isinstance(line, DiagramRestBranch):
+        return line.plain
     arrays = {name: getattr(line, name).tolist() for name in ("values", "times", "speeds", "energies", "unstable")}
-    points = [
-        {
-            "kind": point.kind.value,
-            "phases": point.phases.tolist(),
-            "speeds": point.speeds.tolist(),
-            **{name: getattr(point, name) for name in _PLAIN},
-        }
-        for point in line.points
-    ]
     scales = None if line.scales is None else line.scales.tolist()
     return {
         "impacts": line.impacts,
         "periods": line.periods,
         **arrays,
-        "points": points,
+        "points": [point.plain for point in line.points],
         "scales": scales,
         "possible": line.possible,
     }
 
 
-_PLAIN = ("value", "label", "beyond", "impact", "touch_phase", "energy")
-
-
 _KINDS: dict[str, BranchEvent] = {kind.value: kind for kind in BranchEvent}
 
 
-def _line(row: dict[str, Any]) -> DiagramBranch:
-    points = tuple(
-        DiagramPoint(
-            kind=_KINDS[point["kind"]],
-            phases=np.array(point["phases"]),
-            speeds=np.array(point["speeds"]),
-            **{name: point[name] for name in _PLAIN},
-        )
-        for point in row["points"]
-    )
+def _line(row: dict[str, Any]) -> DiagramBranch | DiagramRestBranch:
+    if "releases" in row:
+        return DiagramRestBranch.of(row)
+    points = tuple(DiagramPoint.of(point, _KINDS) for point in row["points"])
     p = row["impacts"]
     return DiagramBranch(
         p, row["periods"], np.array(row["values"]), np.array(row["times"]).reshape(-1, p),

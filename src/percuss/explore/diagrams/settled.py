@@ -31,7 +31,7 @@ class SettledMotion(Shown):
         Of the impacts of a cycle, or of the last ones of a motion without a cycle: of the first simulation. Of a long
         chatter the fastest ones.
     energy
-        Mean kinetic energy before a main blow; NaN without blows.
+        Mean kinetic energy before a main blow; NaN of a motion that rests or leaves for good.
     scales
         Metres per second and joules of a speed and an energy of 1; None for a system without units.
     """
@@ -59,7 +59,9 @@ def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale:
         row = int(there[members[0]])
         kept = np.isfinite(passes["phases"][row, i])
         energies = passes["blow_energy"][there[members], i]
-        energy = float(energies[np.isfinite(energies)].mean()) if np.isfinite(energies).any() else np.nan
+        ended = str(words[members[0]]) in ("rest", "departed")  # whose blows were on the way there
+        known = energies[np.isfinite(energies) & (not ended)]
+        energy = float(known.mean()) if known.size else np.nan
         made = (float(scales[0]), float(scales[1])) if scales[0] > 0.0 else None
         found.append(
             SettledMotion(

@@ -15,7 +15,7 @@ def undisturbed() -> Iterator[None]:
     """The block runs to its end: Ctrl-C and SIGTERM take effect after it.
 
     zarr writes in a thread of its own. Were its caller interrupted, that thread would go on, and might put an older
-    state of a file in the place of the one that is written at the end.
+    state of a file in the place of the one that is written at the end. Nor is a process left half started.
     """
     came: list[int] = []
     handlers = {}

@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from percuss.errors import PercussError
+from percuss.explore.jobs.deferred_interrupt import undisturbed
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.worker import BAD_JOB, DONE, FAILED, work
 
@@ -205,10 +206,10 @@ class Processes:
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
         process = context.Process(target=work, args=(there,), name="percuss worker", daemon=True)
-        with _surroundings(self._with_main):
+        with undisturbed(), _surroundings(self._with_main):  # another thread may hear a signal that this one blocks
             process.start()
-        there.close()  # so that the line closes when the process ends
-        self._workers.append(_Worker(process, here))
+            there.close()  # so that the line closes when the process ends
+            self._workers.append(_Worker(process, here))
 
     def _tell(self, worker: _Worker, message: object) -> None:
         with suppress(OSError):  # when it has died its line tells, and is listened to

@@ -19,13 +19,15 @@ __all__ = ["Clearance", "clearance"]
 
 _PER_WAVE, _FEWEST = 8, 96  # samples in a period of the fastest mode, and of a flight
 _SAME = 1e-4  # rad: a maximum as near to the grazing is the grazing
+_ROUNDING = 1e-11  # of 1, below which it is 0: the same grazing in another load period of the cycle
 
 
 class Clearance(NamedTuple):
     """How far a motion is from losing each property of an orbit: negative where it has lost it.
 
     The least speed of an impact, the least distance to the wall of a maximum, for R = 0 the greatest acceleration from
-    the wall after an impact; those at which the condition itself is 0 are left out.
+    the wall after an impact; those at which the condition itself is 0 are left out. 0 but for rounding is 0: so it
+    stays where the grazing comes twice in a cycle, and nothing happens there.
     """
 
     speed: float
@@ -35,7 +37,7 @@ class Clearance(NamedTuple):
     @property
     def is_orbit(self) -> bool:
         """Whether nothing is lost."""
-        return min(self) > 0.0
+        return min(self) >= 0.0
 
     @staticmethod
     def lost(number: int) -> CurveEvent:
@@ -59,7 +61,8 @@ def clearance(orbit: PeriodicOrbit, condition: Condition, extra: Array) -> Clear
             own = own | (times > flight.period - _SAME)
         least = min(least, float(-heights[~own].max(initial=-1.0)))
     leaving = 1.0 if orbit.system.contact.rebounds else -press(orbit)[0]
-    return Clearance(min(speeds, default=math.inf), least, leaving)
+    found = min(speeds, default=math.inf), least, leaving
+    return Clearance(*(0.0 if abs(margin) < _ROUNDING else margin for margin in found))
 
 
 def maxima(flight: Flight, modes: int) -> tuple[Array, Array]:

@@ -58,7 +58,11 @@ def tests_of(curve: ExtendedCurve, first: ExtendedPoint) -> Tests:
             (CurveEvent.RESONANCE_1, 0), (CurveEvent.RESONANCE_4, 90),
             (CurveEvent.RESONANCE_3, 120), (CurveEvent.RESONANCE_2, 180),
         )  # fmt: skip
-        return [fold, flip, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
+        others = (
+            (CurveEvent.WITH_FOLD, of_orbit(lambda orbit, extra: indicator(orbit, 1.0) * (1.0 - extra[0]))),
+            (CurveEvent.WITH_FLIP, of_orbit(lambda orbit, extra: indicator(orbit, -1.0) * (1.0 + extra[0]))),
+        )  # without the pair itself, where that comes to 1 or −1
+        return [*others, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
     if isinstance(condition, Corner):
         sides: tuple[Side, Side] = ("left", "right")
         return [

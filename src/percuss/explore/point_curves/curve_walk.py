@@ -23,8 +23,11 @@ from percuss.steady.periodic.sameness import differences, load_turn
 
 __all__ = ["CurveHappening", "CurveWalk", "walked_curve"]
 
-_QUICK = 4  # steps of Newton's method after which the next step along the curve is longer
+_QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
+_ALIKE = 1e-6  # of a step, within which two things happen at one place
 
 
 class CurveHappening(NamedTuple):
@@ -131,7 +134,7 @@ class _Walker:
     def _stops(self, kind: CurveEvent) -> bool:
         """Whether the curve has no other side of a point."""
         condition = self.curve.condition
-        if isinstance(condition, Pair) and kind in (CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2):
+        if isinstance(condition, Pair) and kind in _DOUBLE:
             return True
         return isinstance(condition, Multiplier | Pair) and kind is CurveEvent.WITH_CORNER
 
@@ -205,10 +208,16 @@ class _Walker:
         off = point.x - first.x
         turn = load_turn(orbit.system.load)
         off[:p] = differences(point.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
-        near = np.abs(off).max() <= reach and 0.0 <= float(off @ first.tangent) <= reach
-        if not near or float(point.tangent @ first.tangent) <= 0.0:
+        ahead, along = float(off @ first.tangent), float(point.tangent @ first.tangent)
+        if np.abs(off).max() > reach or not 0.0 <= ahead <= reach or along <= 0.0:
             return None
-        return first._replace(x=point.x - off)
+        try:  # another part of the curve may be as near: only the start itself is home
+            start = point.x - ahead / along * point.tangent
+            back = self.curve.corrected(start, first.tangent, first.tangent, point.matrix)
+        except Strayed:
+            return None
+        place = point.x - off
+        return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
 
     # -- what happens on the way --
 
@@ -228,6 +237,9 @@ class _Walker:
 
                 found.append(self._located(Clearance.lost(i), point, margin))
         found += self._corners(point)
+        dead = [one.share for one in found if one.kind is CurveEvent.WITH_DEATH]
+        if dead:  # there every number is a multiplier: none of them is double
+            found = [one for one in found if one.kind not in _DOUBLE or abs(one.share - dead[0]) > _ALIKE]
         return sorted(found, key=lambda one: one.share)
 
     def _located(

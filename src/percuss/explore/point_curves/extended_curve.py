@@ -151,8 +151,9 @@ class ExtendedCurve:
                 size = float(np.abs(moved).max())
                 if not size <= _LONGEST:
                     raise Strayed("a step too long")
-                x = x + moved
+                x = np.where(normal == 1.0, start, x + moved)  # what the plane holds is held without rounding
                 if size <= _CLOSE and own:
+                    self.system(self.values(x))
                     return ExtendedPoint(x, unit_tangent(matrix, along), matrix, step)
                 own = False
                 if size <= _CLOSE or size > _SLOW * last:
@@ -176,6 +177,8 @@ class ExtendedCurve:
                     break
                 x = x + moved
                 if float(np.abs(moved).max()) <= _CLOSE:
+                    if self.refusal(self.values(x)) is not None:  # by rounding, where a parameter begins
+                        x[self.impacts + 1 : self.impacts + 3] = start[self.impacts + 1 : self.impacts + 3]
                     return ExtendedPoint(x, np.linalg.svd(matrix)[2][-1], matrix, step)
         except (PercussError, np.linalg.LinAlgError) as error:
             raise Strayed(str(error)) from None

@@ -21,6 +21,7 @@ from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
 from percuss.explore.point_curves.point_start import FOLLOWED, point_condition
+from percuss.explore.point_curves.ranges import Ranges, ranges_around, units_of
 from percuss.explore.point_curves.rest_point_curve import RestPointCurve
 from percuss.halting import halting
 from percuss.model import System
@@ -29,7 +30,6 @@ from percuss.model.checks import Array, callback, count, finite, instance, numbe
 __all__ = ["FOLLOWED", "follow_point"]
 
 MOST_POINTS = 100_000
-_UNITS = 4.0
 _SAME = 1e-6
 _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
 
@@ -38,7 +38,7 @@ _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
 def follow_point(
     point: BranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]],
+    between: Sequence[tuple[float, float]] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -51,7 +51,7 @@ def follow_point(
 def follow_point(
     point: RestBranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]],
+    between: Sequence[tuple[float, float]] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -63,7 +63,7 @@ def follow_point(
 def follow_point(
     point: BranchPoint | RestBranchPoint,
     along: Sequence[str],
-    between: Sequence[tuple[float, float]],
+    between: Sequence[tuple[float, float]] | None = None,
     *,
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
@@ -85,7 +85,7 @@ def follow_point(
     along
         The names of both parameters.
     between
-        The range of each.
+        The range of each; None to go on until the curve ends, or has `most` points.
     family
         The systems; None for those that differ from that of the point in both parameters alone.
     values
@@ -132,7 +132,7 @@ def follow_point(
     systems = SystemFamily(system) if family is None else family_of(family)
     systems.check({name: getattr(systems, "units", {}).get(name, "") for name in names})
     here = _values(system, names, values)
-    bounds = _ranges(between, here)
+    bounds = ranges_around(between, here)
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
     if isinstance(point, RestBranchPoint):
@@ -143,7 +143,7 @@ def follow_point(
         back = None
         if forward.happened[-1].kind is not CurveEvent.CLOSED:
             back = walked_curve(curve, start._replace(tangent=-start.tangent), bounds, ways)
-    return _told(curve, back, forward)
+    return _told(curve, back, forward, ways)
 
 
 def _values(system: System, names: Sequence[str], given: Sequence[float] | None) -> tuple[float, float]:
@@ -158,29 +158,18 @@ def _values(system: System, names: Sequence[str], given: Sequence[float] | None)
     return found[0], found[1]
 
 
-def _ranges(
-    between: Sequence[tuple[float, float]], here: tuple[float, float]
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    ends = numbers("between", between, "a range of each parameter")
-    if ends.shape != (2, 2) or not np.all(ends[:, 0] < ends[:, 1]):
-        raise ParameterError("between", between, "two ranges, each from a lower to a higher value")
-    if not all(low <= value <= high for (low, high), value in zip(ends.tolist(), here, strict=True)):
-        raise ParameterError("between", between, f"ranges around {here[0]:.9g} and {here[1]:.9g}, the point")
-    return (float(ends[0, 0]), float(ends[0, 1])), (float(ends[1, 0]), float(ends[1, 1]))
-
-
 def _start(
     point: BranchPoint,
     family: Family,
     names: tuple[str, str],
     here: tuple[float, float],
-    bounds: tuple[tuple[float, float], tuple[float, float]],
+    bounds: Ranges,
 ) -> tuple[ExtendedCurve, ExtendedPoint]:
     """The curve of a point, and the point on it."""
     orbit = point.orbit
     condition, extra = point_condition(point)
-    units = tuple(2.0 ** round(math.log2((high - low) / _UNITS)) for low, high in bounds)
-    curve = ExtendedCurve(family, names, (units[0], units[1]), orbit.impacts, orbit.periods, orbit.modes, condition)
+    units = units_of(bounds, here)
+    curve = ExtendedCurve(family, names, units, orbit.impacts, orbit.periods, orbit.modes, condition)
     places = [value / unit for value, unit in zip(here, units, strict=True)]
     x = np.array([*orbit.times, orbit.rigid_rebounds[0], *places, *extra])
     try:
@@ -196,7 +185,7 @@ def _start(
 # -- the answer -------------------------------------------------------------------------------------------------------
 
 
-def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> PointCurve:
+def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk, most: int) -> PointCurve:
     """The curve of two walks from one point, the one backward first."""
     points, real = list(forward.points), list(forward.is_orbit)
     happened = [(one, forward) for one in forward.happened]
@@ -218,7 +207,7 @@ def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk) -> P
         is_orbit=np.array(real, dtype=bool),
         angles=_angles(curve, rows),
         units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
-        points=tuple(_point(curve, one, walk) for one, walk in happened),
+        points=tuple(_point(curve, one, walk, most) for one, walk in happened),
     )
 
 
@@ -230,8 +219,10 @@ def _angles(curve: ExtendedCurve, rows: Array) -> Array:
     return np.full(len(rows), angle)
 
 
-def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk) -> CurvePoint:
+def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk, most: int) -> CurvePoint:
     beyond = one.kind.words
     if one.kind in (CurveEvent.NO_PUSH, CurveEvent.NO_SYSTEM) and walk.refusal is not None:
         beyond = str(walk.refusal)
+    if one.kind is CurveEvent.STOPPED and len(walk.points) >= most:
+        beyond = f"after {most} points, as many as were asked for"
     return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).from_first, beyond)

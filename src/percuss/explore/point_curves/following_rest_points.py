@@ -16,6 +16,7 @@ from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.line_roots import root_on_line
 from percuss.explore.point_curves.onsets import Held
 from percuss.explore.point_curves.plane_walk import PlaneWalk
+from percuss.explore.point_curves.ranges import Ranges, units_of
 from percuss.explore.point_curves.rest_point_curve import RestCurvePoint, RestPointCurve
 from percuss.explore.point_curves.rest_start import rest_condition
 from percuss.explore.point_curves.rest_walk import RestPlane, RestWalk
@@ -25,7 +26,6 @@ from percuss.model.checks import Array
 
 __all__ = ["followed_rest_point"]
 
-_UNITS = 4.0
 _SAME, _BESIDE = 1e-6, 1e-2  # of a unit, by which the start may be off, and where the bar is held before
 
 
@@ -34,12 +34,12 @@ def followed_rest_point(
     family: Family,
     names: tuple[str, str],
     here: tuple[float, float],
-    bounds: tuple[tuple[float, float], tuple[float, float]],
+    bounds: Ranges,
     most: int,
     halt: Callable[[], bool] | None,
 ) -> RestPointCurve:
     """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
-    units = np.array([2.0 ** round(math.log2((high - low) / _UNITS)) for low, high in bounds])
+    units = np.array(units_of(bounds, here))
     condition, side = rest_condition(point)
     plane = RestPlane(family, names, units, condition)
     box = np.array(bounds).T / units

@@ -18,7 +18,7 @@ from percuss.steady import PeriodicOrbit
 
 __all__ = ["Multiplier", "Pair"]
 
-_NARROW = 1e-4  # of ξ from its inverse, nearer than which their difference quotient is taken at this distance
+_NARROW, _ROUND = 5e-5, 2e-4  # of cos θ from ±1, nearer than which what is asked is its mean on a circle around
 _VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 
@@ -89,12 +89,20 @@ class Pair(Plain):
         return 1
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """Mean and difference quotient of g at ξ and 1/ξ."""
-        xi = _on_circle(float(extra[0]))
-        if abs(xi - 1.0 / xi) < _NARROW:
-            xi *= np.exp(1j * _NARROW)
-        first, second = (_bordered(orbit.bordered(one), self.border) for one in (xi, 1.0 / xi))
-        return np.array([0.5 * (first + second).real, ((first - second) / (xi - 1.0 / xi)).real])
+        """Mean and difference quotient of g at ξ and 1/ξ; both are analytic in cos θ, also where ξ = 1/ξ."""
+        cosine = float(extra[0])
+        if abs(abs(cosine) - 1.0) > _NARROW:
+            return self._halves(orbit, cosine).real
+        ahead, behind, aside = (self._halves(orbit, cosine + _ROUND * way) for way in (1.0, -1.0, 1j))
+        return 0.25 * (ahead + behind + 2.0 * aside).real  # with the conjugate of the last: exact to the third order
+
+    def _halves(self, orbit: PeriodicOrbit, cosine: complex) -> ComplexArray:
+        xi = _on_circle(cosine)
+        first = _bordered(orbit.bordered(_plain(xi)), self.border)
+        if isinstance(cosine, float) and abs(cosine) < 1.0:
+            return np.array([first.real, first.imag / xi.imag], dtype=complex)
+        second = _bordered(orbit.bordered(_plain(1.0 / xi)), self.border)
+        return np.array([0.5 * (first + second), (first - second) / (xi - 1.0 / xi)])
 
     def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Pair:
         """With borders taken anew."""
@@ -127,6 +135,11 @@ def _bordered(matrix: Array | ComplexArray, border: tuple[Array, Array, Array]) 
         return complex(np.nan)
 
 
-def _on_circle(cosine: float) -> complex:
+def _plain(number: complex) -> complex:
+    """A number as a real one, where it is."""
+    return number if number.imag else number.real
+
+
+def _on_circle(cosine: complex) -> complex:
     """ξ with (ξ + 1/ξ)/2 equal to a cosine; real for one beyond 1."""
     return complex(cosine + np.sqrt(complex(cosine * cosine - 1.0)))

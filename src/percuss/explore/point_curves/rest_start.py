@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.rest_branch import RestBranchPoint, RestEvent
-from percuss.explore.continuation.rest_following import short_rest
+from percuss.explore.continuation.rest_ends import short_rest
 from percuss.explore.point_curves.onsets import Held, Late, Vanishing
 from percuss.explore.point_curves.rest_conditions import Grazing, Pulling, RestCondition
 from percuss.explore.point_curves.rest_way import TURN, RestWay, Struck, near, struck

@@ -17,15 +17,20 @@ _GIVEN = 0  # as in the kernels: the velocity after the first impact
 _TIME, _FLIGHT, _FORCE, _, _, _FADE, _STAY, _RIGID, _REBOUND, _SPEED, _OFF = range(11)  # rows of `impacts`
 
 
-def compiled_passage(chain: ImpactChain, times: Array, rebound: float) -> Passage:
-    """The motion through impacts at times of the shape (p,), the mean velocity just after the first one given."""
+def compiled_passage(chain: ImpactChain, times: Array, rebound: float) -> tuple[Passage, float, float]:
+    """The motion through impacts at times of the shape (p,), the mean velocity just after the first one given.
+
+    With it det K(1) and det K(−1), each row taken by its length.
+    """
     numbers = numbers_of(chain.system, chain.modes)
     room = numbers.room(chain.impacts)
-    orbit_kernels().singularity(numbers.row, room, chain.period, times, _GIVEN, rebound, 1.0)
+    flip, fold = (
+        orbit_kernels().singularity(numbers.row, room, chain.period, times, _GIVEN, rebound, xi) for xi in (-1.0, 1.0)
+    )
     rows = room.impacts
     a, b, c, e, u, v, f, rate = room.carried.transpose(0, 2, 1)
     blocks = _cycle(chain, a, b, c, e)
-    return Passage(
+    passage = Passage(
         times=rows[_TIME],
         flights=rows[_FLIGHT],
         force=rows[_FORCE],
@@ -44,6 +49,7 @@ def compiled_passage(chain: ImpactChain, times: Array, rebound: float) -> Passag
         blocks=blocks,
         divisor=(1.0 - blocks.a) * (1.0 - blocks.e) - blocks.b * blocks.c,
     )
+    return passage, fold, flip
 
 
 def _cycle(chain: ImpactChain, a: Array, b: Array, c: Array, e: Array) -> Blocks:

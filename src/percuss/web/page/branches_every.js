@@ -15,7 +15,7 @@ let thin = []; // what is no motion, beyond their ends
 /** The choice and the progress below the diagram; `changed` is called when there are more branches. */
 export function everyRow(changed) {
   const told = (found, done) => {
-    every = (found?.branches ?? []).map(tracedBranch);
+    every = [...(found?.branches ?? []), ...(found?.rest_branches ?? [])].map(tracedBranch);
     thin = (found?.impossible ?? []).map(tracedBranch);
     const many = `${every.length} ${every.length === 1 ? "branch" : "branches"}`;
     if (found) put(part.words, done ? `Found: ${many}.` : `${percent(found.done, 2)}, ${many}`);

@@ -140,7 +140,8 @@ export function sameBranch(other, one) {
   if (other.label !== one.label) return false;
   return [0.25, 0.5, 0.75].every((share) => {
     const row = one.rows[Math.floor(share * (one.rows.length - 1))];
-    return crossings(other, row.value).some((found) => alike(found.times, row.times) && alike(row.times, found.times));
+    const told = ({ times, releases }) => releases ?? times; // what follows a release is told by its phase
+    return crossings(other, row.value).some((found) => alike(told(found), told(row)) && alike(told(row), told(found)));
   });
 }
 

@@ -1,12 +1,13 @@
-// What happens to the motion of the head, followed through both parameters of the map: curves over its colours.
+// What happens to the motion of the head, or to that which the panel Branches begins with, followed through both parameters of the map: curves over its colours.
 
+import { beginning } from "./branches_choices.js";
 import { EVENTS } from "./branches_picture.js";
 import { Part } from "./branches_stream.js";
 import { theme } from "./colours.js";
 import { h, put } from "./dom.js";
 import { percent } from "./format.js";
 import { present } from "./moves.js";
-import { chosen, data, show, switchesItself, view } from "./state.js";
+import { data, isHeld, show, switchesItself, view } from "./state.js";
 
 const DASHES = {
   fold: [],
@@ -17,10 +18,13 @@ const DASHES = {
   corner: [1, 3],
   grazing_touch: [11, 4, 2, 4],
   grazing_impact_dies: [5, 3],
+  onset: [9, 3, 2, 3],
+  release_lost: [3, 6],
 };
-const ENDS = new Set(["limit", "closed", "stopped", "lost", "impacts_coalesce", "load_stops_pushing", "parameter_end"]);
+const ENDS = new Set(["limit", "closed", "stopped", "lost", "impacts_coalesce", "load_stops_pushing", "parameter_end", "endless_chatter", "unpressed"]);
 let part = null;
 let box = null;
+let motion = null; // its words
 let found = []; // curves, as the server tells them
 
 /** The switch and the progress below the map; `repaint` is called when there are more curves. */
@@ -33,24 +37,27 @@ export function followedRow(repaint) {
   };
   part = new Part({ id: "map-followed", path: "follow/curves", begun: "Following …", told });
   box = h("input", { type: "checkbox", id: "map-follow", onchange: (event) => show({ curves: Number(event.target.checked) }) });
-  const label = h("label", { class: "check" }, box, " what happens to this motion, as curves");
+  motion = h("span", {});
+  const label = h("label", { class: "check" }, box, " what happens to ", motion, ", as curves");
   return h("div", { class: "row middle map-status" }, label, part.bar, part.words);
 }
+
+const modesInWords = (n) => (isHeld() ? `with ${n} modes at most` : n ? `with ${n} elastic modes` : "of a rigid bar");
 
 function words() {
   const cut = found.some(({ points }) => points.some(({ type }) => type === "stopped"));
   if (!found.length) return "Nothing happens to it on the lines through the design.";
-  return `${found.length === 1 ? "One curve" : `${found.length} curves`}, with ${view.bmodes} elastic modes${cut ? "; what took too long is cut off" : ""}.`;
+  return `${found.length === 1 ? "One curve" : `${found.length} curves`}, ${modesInWords(view.bmodes)}${cut ? "; what took too long is cut off" : ""}.`;
 }
 
 /** Follow them over the plane, unless that is under way or there; `since` tells hammers apart. */
 export function wantFollowed(x, y, since) {
   box.checked = Boolean(view.curves);
   box.disabled = switchesItself() || Boolean(x.whole || y.whole);
-  const motion = chosen();
-  const key = view.curves && motion && !box.disabled ? JSON.stringify([since, x, y, view.m, view.orbit, view.bmodes]) : "";
-  const phase = motion?.quick.phase_b77 ?? motion?.quick.phase;
-  part.want(key, { case: data.tables, x: range(x), y: range(y), orbit: `1/${view.m}:phases=${phase}`, modes: view.bmodes });
+  const orbit = beginning();
+  put(motion, view.begin ? view.begin.replace(/^(?=\d)/, "z=").replace(/:phases.*/, "") : "this motion");
+  const key = view.curves && orbit && !box.disabled ? JSON.stringify([since, x, y, view.begin || [view.m, view.orbit], view.bmodes]) : "";
+  part.want(key, { case: data.tables, x: range(x), y: range(y), orbit, modes: view.bmodes });
 }
 
 /** A range that holds the design, from which the motion is followed. */
