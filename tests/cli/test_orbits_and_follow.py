@@ -194,6 +194,7 @@ def test_without_a_range_a_branch_goes_to_its_ends() -> None:
         (["follow", "CASE", "--orbit", "chatter/1", "--along", "mean=0.5:1", "--switch", "2"], "--switch"),
         (["follow", "CASE", "--along", "mean="], "NAME="),
         (["follow", "CASE", "--along", "mean=0:1", "--curve", "flip", "--over", "mean=0:1"], "another"),
+        (["follow", "CASE", "--along", "mean", "--curve", "flip", "--over", "d=0:1"], "each has its range"),
         (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
         (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
         (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flip"], "--over"),

@@ -49,7 +49,7 @@ def _parser() -> Parser:
     add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3, 2/1:phases=1.2,4.5 or "
         "chatter/1:1 (default 1/1:1)")  # fmt: skip
     add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2; "
-        "without a range an orbit is followed to its ends")  # fmt: skip
+        "without a range the motion is followed to its ends")  # fmt: skip
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
@@ -75,8 +75,8 @@ def run(arguments: Sequence[str]) -> int:
         check_csv(parser, options.output, options.case)
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
-    if options.curve is not None and _name(options.along) == _name(options.over):
-        parser.error("argument --over: a second parameter, another than that of --along")
+    if options.curve is not None:
+        _check_plane(parser, options.along, options.over)
     case = named_case(options.case)
     if options.orbit.lstrip().startswith(("chatter", "rest")):
         return _resting(parser, options, case)
@@ -114,8 +114,12 @@ def run(arguments: Sequence[str]) -> int:
     return _ended(watch)
 
 
-def _name(text: str) -> str:
-    return text.partition("=")[0].strip()
+def _check_plane(parser: Parser, along: str, over: str) -> None:
+    """Refuse what are not two parameters with their ranges, before anything is followed."""
+    if "=" not in along or "=" not in over:
+        parser.error("arguments --along and --over: with --curve each has its range: load_factor=0.3:1.2")
+    if len({text.partition("=")[0].strip() for text in (along, over)}) == 1:
+        parser.error("argument --over: a second parameter, another than that of --along")
 
 
 def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
