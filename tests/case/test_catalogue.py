@@ -13,7 +13,6 @@ from percuss.case.catalogue.sample_cases import (
     HISTORY_FILE,
     SampleMachine,
     file_beside,
-    is_machine,
     is_sample,
     machine_text,
     uses_history,
@@ -39,7 +38,7 @@ VALVES = ["valve-breaker", "valve-drifter"]
 
 def test_twelve_machines() -> None:
     assert [machine.name for machine in MACHINES] == NAMES + VALVES
-    assert all(is_machine(name) for name in NAMES + VALVES)
+    assert all(is_sample(name) for name in NAMES + VALVES)
     assert [machine.name for machine in MACHINES if machine.valve] == VALVES
 
 
@@ -53,7 +52,7 @@ def test_a_structure_has_one_stable_motion(name: str, modes: int, speed: float |
     assert case.system().body.most_modes == modes
     if speed is not None:
         assert motion.orbit.impact_velocity == pytest.approx(speed, rel=1e-9)
-    assert is_sample(name) and not is_machine(name)
+    assert is_sample(name)
 
 
 def test_what_a_case_names_is_written_beside_it(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from case_texts import STEPS, plain_case, refusal, si_case
 from percuss import Start, Stop, run
 from percuss.case import Case, steady_answer
 from percuss.case.file_format.damping_table import DampingTable, damping_law, damping_table
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.file_format.schema import Strain
 from percuss.case.parameters.description import case_dict, plain_tables
 from percuss.case.parameters.moved_case import placed
@@ -254,7 +254,7 @@ def test_a_case_is_written_back(text: str) -> None:
     assert again == case and again.system() == case.system()
     tables = json.loads(json.dumps(json_tables(case)))
     assert case_of(tables).system() == case.system()
-    assert without_recording(case) is case
+    assert without_files(case) is case
 
 
 @pytest.mark.parametrize("text", CASES)

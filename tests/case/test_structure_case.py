@@ -147,8 +147,13 @@ def test_answers_of_a_structure(folder, capsys):
         assert "gap" in capsys.readouterr().out
     assert main(["steady", "case.toml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["system"]["gap"] == 0.3
-    for unfit in (["--report", "x.html"], ["--starts", "3"]):
+    for unfit, remedy in ((["--report", "x.html"], "--plot FILE"), (["--starts", "3"], "percuss experiment")):
         assert main(["steady", "case.toml", *unfit]) == 2
+        assert remedy in capsys.readouterr().err
+    assert main(["steady", "stopped-oscillator", "--reach-of", "stiffness"]) == 0
+    told = capsys.readouterr().out.partition("How far")[2]
+    assert "where the structure touches the wall between two impacts" in told
+    assert not any(word in told for word in ("bar ", "blow", "hammer"))
     assert main(["follow", "case.toml", "--orbit", "1/1", "--along", "gap=0.2:0.4", "--json"]) == 0
     ends = [point["value"] for point in json.loads(capsys.readouterr().out.split("percuss:")[0])["points"]]
     assert sorted(ends) == [0.2, 0.4]

@@ -295,3 +295,11 @@ def test_resonance_with_the_load_and_with_the_impacts():
     free = System(ModalBody((2.0,), (0.0,), (1.0,), (1.0,), 0.1), Load.harmonic(0.1, 1.0), Kept(0.5))
     states = steady_states(free)  # swings twice between the impacts, whatever its amplitude
     assert not states.exists and "internal resonance" in states.note
+
+
+def test_an_orbit_has_no_more_modes_than_the_structure() -> None:
+    body = ModalBody((0.5, 3.0), (0.1, 0.1), (1.0, 1.0), (1.0, 1.0), 0.01)
+    system = System(body, Load.harmonic(0.0, 1.0), Kept(0.8))
+    with pytest.raises(ParameterError, match=r"modes = 3: expected at most 2"):
+        assert PeriodicOrbit(system, 1, (1.0,), 3).speeds
+    assert PeriodicOrbit(system, 1, (1.0,), 2).speeds.size == 1

@@ -22,7 +22,7 @@ from percuss.case.answers.machine_json import cycle_dict
 from percuss.case.answers.machine_start_frames import start_frames
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import machine_text, write_history
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.parameters.moved_case import placed
 from percuss.case.parameters.parameter_list import parameters
 from percuss.cli import main
@@ -219,7 +219,7 @@ def test_packed_uploads_are_read_as_the_command_line_reads_them(client: Client, 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_movable_parameter_moves_to_its_value(name: str) -> None:
-    case = without_recording(load_case(name))
+    case = without_files(load_case(name))
     for row in parameters(case):
         if not row["movable"] or row["name"] == "load.scale":
             continue
@@ -247,7 +247,7 @@ def test_moves_of_a_square_load_and_refusals() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_another_s_leaves_all_other_numbers_of_a_machine_alone(name: str) -> None:
-    case = without_recording(load_case(name))
+    case = without_files(load_case(name))
     now, moved = case.system(), placed(case, {"s": 7.5, "restitution": 0.25}).system()
     assert (moved.s, moved.restitution) == (pytest.approx(7.5, rel=1e-12), 0.25)
     assert moved.d == pytest.approx(now.d, rel=1e-12)

@@ -9,9 +9,10 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-from percuss.case import structure_answer
+from percuss.case import load_case, structure_answer
 from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import parsed
 from percuss.web import Limits, Settings
 from percuss.web.asked_cases import MOST_MODES
 from web_client import Client
@@ -40,6 +41,19 @@ STRUCTURES = [BUDD_DUX, MODES, IN_SI]
 @pytest.fixture(scope="module")
 def client() -> Client:
     return Client(Settings(limits=Limits(seconds=300.0)))
+
+
+@pytest.mark.parametrize("name", ["stopped-oscillator", "stopped-beam"])
+def test_a_sample_comes_as_a_case_of_the_same_structure(client: Client, name: str) -> None:
+    """A table of modes comes as its columns, as what is asked next names no file."""
+    assert name in [one["name"] for one in client.get("/api/machines").json()["structures"]]
+    found, system = client.get(f"/api/machines/{name}").json(), load_case(name).system()
+    again = case_of(found["tables"]).system()
+    assert again.body == system.body
+    assert again.load.coefficients.tolist() == system.load.coefficients.tolist()
+    assert case_of(parsed(found["toml"], "case")).system().body == system.body
+    told = [client.answer("/api/steady", asked) for asked in ({"machine": name}, {"case": found["tables"]})]
+    assert told[0]["periods"] == told[1]["periods"]
 
 
 @pytest.mark.parametrize("tables", STRUCTURES, ids=["mounted", "modes", "si"])

@@ -13,6 +13,7 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import expect
 
 from branches_desk import STILL, followed
+from percuss.case.catalogue.sample_cases import STRUCTURES
 from web_desk import Desk, slide, until
 
 BUDD_DUX = {
@@ -51,3 +52,20 @@ def test_every_panel_shows_a_structure_or_says_why_not(desk: Desk) -> None:
     page.select_option("#map-y", "gap")
     until(page, "document.querySelector('#map').dataset.coarse !== undefined")
     expect(page.locator("#panel-map .legend")).to_contain_text("unstable")
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_a_sample_is_picked_and_told_as_a_structure(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    assert page.locator("#machine optgroup option").all_inner_texts() == [one.title for one in STRUCTURES]
+    page.select_option("#machine", "stopped-beam")
+    until(page, "document.querySelector('#stage').getAttribute('aria-label').startsWith('The structure')")
+    expect(page.locator("#panel-motion")).to_contain_text("4 modes. Space plays")
+    for words in ("bar", "hammer", "elastic mode"):
+        assert words not in page.locator("#panel-motion").inner_text()
+    expect(page.locator("#motion-instant")).to_be_hidden()
+    page.click("#tab-branches")
+    followed(page)
+    expect(page.locator("#branches-carry")).to_have_text("Move the structure here")
+    expect(page.locator("#panel-branches .row").first).to_contain_text("Modes, at most")

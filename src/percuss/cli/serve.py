@@ -121,11 +121,11 @@ def run(arguments: Sequence[str]) -> int:
         )
     text = ""
     if options.case is not None:
-        from percuss.case.file_format.plain_tables import without_recording
+        from percuss.case.file_format.plain_tables import without_files
 
         case = named_case(options.case)
         case.system()
-        text = without_recording(case).to_toml()
+        text = without_files(case).to_toml()
     settings = settings_room.Settings(
         host=options.host, port=options.port, token=token, names=tuple(options.name), case=text
     )

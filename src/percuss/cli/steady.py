@@ -176,12 +176,13 @@ def _check_report(parser: Parser, path: str) -> None:
 
 def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> int:
     """The answer for a structure that is held."""
-    for name in ("report", "starts"):
-        if getattr(options, name) not in (None, False):
-            parser.error(
-                f"argument --{name.replace('_', '-')}: not for a structure that is held; 'percuss follow' and "
-                "'percuss experiment' answer for it"
-            )
+    if options.report is not None:
+        parser.error(
+            "argument --report: its pages are of a free bar (waveform, level, blows); of a structure that is held "
+            "--plot FILE draws the motions and --json gives all numbers"
+        )
+    if options.starts:
+        parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
     from percuss.case import structure_answer
     from percuss.cli.report_printing import show
     from percuss.cli.structure_report import structure_report

@@ -8,7 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from percuss.case.catalogue.sample_cases import is_machine, load_case
+from percuss.case.catalogue.sample_cases import is_sample, load_case
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError
@@ -113,7 +113,7 @@ def is_known(asked: CaseAsked) -> bool:
 
 def _made(asked: CaseAsked, harmonics: int) -> Case:
     if asked.machine is not None:
-        if not is_machine(asked.machine):
+        if not is_sample(asked.machine):
             remedy = "GET /api/machines lists them"
             raise CaseError("machine", "machine", asked.machine, "no machine of this name", remedy)
         case = load_case(asked.machine)

@@ -11,8 +11,8 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.case import MACHINES
-from percuss.case.catalogue.sample_cases import is_machine, machine_text, uses_history
-from percuss.case.file_format.plain_tables import without_recording
+from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
+from percuss.case.file_format.plain_tables import without_files
 from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moved_case import placed
@@ -96,20 +96,21 @@ def _kind(name: str, dtype: str) -> str:
 
 @router.get("/api/machines", summary="The catalogue", responses=PROBLEMS)
 async def machines() -> Response:
-    """Mass in kg, blow rate in Hz, blow energy in J; `valve`: the piston switches the load."""
-    return plain_json({"machines": [asdict(machine) for machine in MACHINES]})
+    """Mass in kg, blow rate in Hz, blow energy in J; `valve`: the piston switches the load. And structures."""
+    structures = [asdict(structure) for structure in STRUCTURES]
+    return plain_json({"machines": [asdict(machine) for machine in MACHINES], "structures": structures})
 
 
 @router.get(
     "/api/machines/{name}", summary="One machine, as POST /api/case answers", responses={404: PROBLEMS[422], **PROBLEMS}
 )
 async def machine(request: Request, name: Annotated[str, Path(max_length=64, examples=["mini-breaker"])]) -> Response:
-    """A recording comes as its harmonics."""
-    if not is_machine(name):
+    """Or one structure. A recording comes as its harmonics, a table of modes as its columns."""
+    if not is_sample(name):
         raise refused(404, "no machine of this name", "GET /api/machines lists them", "name", name)
     asked = CaseAsked(machine=name)
     found = await answer_of(request, asked, lambda case, _: _described(case), quick=True)
-    return plain_json(found if uses_history(name) else {**found, "toml": machine_text(name)})
+    return plain_json(found if file_beside(name) else {**found, "toml": machine_text(name)})
 
 
 @router.get(
@@ -141,10 +142,10 @@ async def place(request: Request, asked: PlaceAsked) -> Response:
 
 
 def _described(case: Any) -> dict[str, Any]:
-    given = case_dict(case)
-    if given["history"] is None:
+    given, plain = case_dict(case), without_files(case)
+    if plain is case:
         return given
-    return {**case_dict(without_recording(case)), "history": given["history"], "notes": given["notes"]}
+    return {**case_dict(plain), "history": given["history"], "notes": given["notes"]}
 
 
 Text = Annotated[str, Query(max_length=200)]

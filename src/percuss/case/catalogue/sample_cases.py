@@ -30,7 +30,6 @@ __all__ = [
     "SampleMachine",
     "SampleStructure",
     "file_beside",
-    "is_machine",
     "is_sample",
     "load_case",
     "machine_text",
@@ -112,11 +111,6 @@ def sample_names() -> list[str]:
 def is_sample(name: str) -> bool:
     """Whether the catalogue has a machine or a structure of this name."""
     return name in sample_names()
-
-
-def is_machine(name: str) -> bool:
-    """Whether the catalogue has a machine of this name."""
-    return any(machine.name == name for machine in MACHINES)
 
 
 def machine_text(name: str) -> str:

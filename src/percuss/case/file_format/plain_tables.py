@@ -13,6 +13,7 @@ from percuss.case.file_format.body_building import body_table
 from percuss.case.file_format.checked_tables import checked_tables
 from percuss.case.file_format.damping_table import damping_table
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
+from percuss.case.file_format.modes_file import modes_in
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
 from percuss.errors import CaseError
 from percuss.model import External, Kept
@@ -27,7 +28,7 @@ __all__ = [
     "fourier_table",
     "json_tables",
     "system_table",
-    "without_recording",
+    "without_files",
 ]
 
 MAX_HARMONICS = 1024
@@ -146,18 +147,28 @@ def system_table(system: System) -> dict[str, Any]:
     return table if isinstance(system.contact, Kept) else {**table, "strain": system.contact.kind}
 
 
-def without_recording(case: Case) -> Case:
-    """The same hammer with the harmonics of its recording in place of the file; the case itself without one.
+def without_files(case: Case) -> Case:
+    """The same case with what its files hold in their place; the case itself without any.
+
+    A recording comes as its harmonics, a table of modes as its columns.
 
     Raises
     ------
     CaseError
-        When the recording cannot be read or used.
+        When a file cannot be read or used.
     """
-    if not isinstance(case.tables.load, HistoryForce):
+    load, body = case.tables.load, case.tables.body
+    named = None if body is None else body.file
+    if not isinstance(load, HistoryForce) and named is None:
         return case
-    load = case.load()
-    table = fourier_table(load)
-    if isinstance(case.tables.load, HistoryLoad):
-        table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
-    return case_of({**json_tables(case), "load": table}, case.file)
+    tables = json_tables(case)
+    if named is not None:
+        case.system()  # which says by the key what is wrong with the file
+        columns = {name: list(column) for name, column in modes_in(case.folder / named, named).items()}
+        tables["body"] = {name: value for name, value in tables["body"].items() if name != "file"} | columns
+    if isinstance(load, HistoryForce):
+        table = fourier_table(case.load())
+        if isinstance(load, HistoryLoad):
+            table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
+        tables["load"] = table
+    return case_of(tables, case.file)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.dotted_keys import value_at, with_value
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_recording
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
 from percuss.case.parameters.moves import MOVES, RELATIVE, scale_load
 from percuss.case.parameters.quantity_text import like
@@ -50,7 +50,7 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
     >>> moved.tables.bar.length, round(moved.system().load.load_factor, 12)
     ('300.0 mm', 0.5)
     """
-    case = without_recording(case)
+    case = without_files(case)
     tables = json_tables(case)
     keys = [name for name in values if name not in PARAMETERS]
     unknown = sorted(set(keys) - set(varied_keys(case))) if keys else []

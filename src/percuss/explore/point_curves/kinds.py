@@ -46,6 +46,10 @@ class CurveEvent(Enum):
     OTHER_CYCLE = "other_cycle", "beyond, what is let go does not come back as this cycle does"
     UNPRESSED = "unpressed", "the strain no longer presses the bar on the wall where its chatter ends"
     ENDLESS = "endless_chatter", "the chatter has more impacts than are followed: where R = 1 it has no end"
+    HALVING = (
+        "period_halving",
+        "the orbit becomes one of half its period, at its flip: the curve would go back over itself",
+    )
     COALESCENCE = "impacts_coalesce", "two impacts, or an impact and the touch, fall together"
     NO_PUSH = "load_stops_pushing", "the mean load is 0"
     NO_SYSTEM = "parameter_end", "a parameter goes no further"

@@ -128,6 +128,9 @@ class ImpactMotion(Shown):
 
     @cached_property
     def _chain(self) -> ImpactChain:
+        kept = self.system.body.kept(self.modes)
+        if kept != self.modes:
+            raise ParameterError("modes", self.modes, f"at most {kept}", "so many modes the structure has")
         return ImpactChain(self.system, self.impacts, self.periods, self.modes)
 
     @cached_property

@@ -3,7 +3,7 @@
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber } from "./format.js";
 import { present } from "./moves.js";
-import { chosen, data, show, view } from "./state.js";
+import { chosen, data, isHeld, show, view } from "./state.js";
 import { UP } from "./branches_picture.js";
 
 const MODES = [0, 4, 8, 16, 32];
@@ -47,7 +47,7 @@ export function askedRange({ name, unit, from, to }) {
 export function branchChoices(row, searched) {
   if (!data.info) return;
   const axis = along();
-  const key = JSON.stringify([known().map(({ name }) => name), axis.name, view.up, view.depth, view.bmodes, view.begin]);
+  const key = JSON.stringify([known().map(({ name }) => name), axis.name, view.up, view.depth, view.bmodes, view.begin, isHeld()]);
   if (row.dataset.key === key) return fill(row, axis);
   row.dataset.key = key;
   const names = known().map(({ name, label }) => [name, label]);
@@ -63,7 +63,7 @@ export function branchChoices(row, searched) {
     ),
     select("Up", Object.entries(UP).map(([name, { label }]) => [name, label]), view.up, (up) => show({ up }), { id: "branches-up" }),
     select("Go on at flips", depths, view.depth, (depth) => show({ depth: Number(depth) }), { id: "branches-depth" }),
-    select("Elastic modes", MODES.map((n) => [n, n ? String(n) : "0: rigid"]), view.bmodes, (n) => show({ bmodes: Number(n) }), { id: "branches-modes" }),
+    select(isHeld() ? "Modes, at most" : "Elastic modes", MODES.filter((n) => n || !isHeld()).map((n) => [n, n ? String(n) : "0: rigid"]), view.bmodes, (n) => show({ bmodes: Number(n) }), { id: "branches-modes" }),
     begins(searched),
     h("p", { class: "problem", role: "alert", id: "branches-range-problem" }),
   );

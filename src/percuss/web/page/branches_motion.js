@@ -7,7 +7,7 @@ import { unitsOf } from "./motion_charts.js";
 import { paceOf, Player } from "./player.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
-import { data, view } from "./state.js";
+import { data, isHeld, mover, view } from "./state.js";
 
 const USUAL = 2.5; // seconds that a load period is shown for at first
 const LONGEST = 120;
@@ -18,7 +18,7 @@ let units = null;
 
 /** The card with the stage; `carry` moves the hammer to a value of the parameter. */
 export function motionCard(carry) {
-  const canvas = h("canvas", { id: "branches-stage", role: "img", "aria-label": "The bar and the wall" });
+  const canvas = h("canvas", { id: "branches-stage", role: "img", "aria-label": "What moves, and the wall" });
   parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
   parts.player = new Player(parts.stage, { id: "branches-", about: "Time in the cycle", slow: "branchSlow", paced: pace });
   parts.status = h("p", { class: "small muted", id: "branches-motion-status", role: "status" });
@@ -71,12 +71,13 @@ function take({ tables, along, row }) {
   units = unitsOf(motion);
   put(parts.status, "");
   parts.carry.disabled = !along.movable;
+  put(parts.carry, `Move the ${isHeld() ? "structure" : "hammer"} here`);
   parts.stage.show(motion, force(), tables === data.tables ? data.info?.bar?.sections : null);
   pace();
   facts(along, row);
   const { canvas } = parts.stage;
   const many = `${counted(motion.orbit.impacts.length, "blow")}${motion.label.startsWith("chatter") ? " and a chatter" : ""}`;
-  canvas.setAttribute("aria-label", `The bar and the wall: ${motion.label}, ${many} in a cycle`);
+  canvas.setAttribute("aria-label", `The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`);
   Object.assign(canvas.dataset, { label: motion.label, value: String(row.value) });
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "branches") parts.player.begin();
 }

@@ -14,7 +14,7 @@ import { ASIDE, RISING, placeAt, placeNear, placeOf, rowAt } from "./branches_wa
 import { framed, h, latest, put, settled } from "./dom.js";
 import { plainNumber, withUnit } from "./format.js";
 import { present } from "./moves.js";
-import { REST, chosen, data, isHeld, move, on, show, switchesItself, uptodate, view } from "./state.js";
+import { REST, chosen, data, isHeld, modesInWords, move, on, show, switchesItself, uptodate, view } from "./state.js";
 
 export const panel = {
   name: "branches",
@@ -119,7 +119,7 @@ const askBranches = latest(
   },
 );
 
-const modes = (n) => isHeld() ? `With ${n} modes at most.` : (n ? `With ${n} elastic modes.` : "Of a rigid bar.");
+const modes = (n) => (n || isHeld() ? `With ${modesInWords(n)}.` : "Of a rigid bar.");
 
 /** Other branches are those that were followed. */
 function renew(followed) {

@@ -15,6 +15,10 @@ export const panel = {
 };
 
 const DISTRIBUTIONS = { wall: "near the wall", field: "all over, ringing", gentle: "gentle" };
+
+/** A message of the server with the distributions as they are called here. */
+const inPageWords = (text) => Object.entries(DISTRIBUTIONS).reduce((told, [name, words]) => told.replaceAll(`'${name}'`, `“${words}”`), text);
+
 const parts = {};
 let running = null; // the abort controller of the experiment under way
 let finished = null; // the question that the shown result answers; of one that was cancelled with `first`, its starts
@@ -45,7 +49,7 @@ function startExperiment(panel) {
       h(
         "p",
         { class: "muted small" },
-        "Where does the hammer end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.",
+        "Where does the motion end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.",
       ),
       parts.form,
       parts.problem,
@@ -137,7 +141,7 @@ async function run() {
     if (!finished && !parts.problem.textContent) put(parts.problem, "The answer ended early: start the experiment again.");
     if (!finished) kept("Ended early", asked);
   } catch (error) {
-    if (error.name !== "AbortError") put(parts.problem, error.message);
+    if (error.name !== "AbortError") put(parts.problem, inPageWords(error.message));
     kept(error.name === "AbortError" ? "Cancelled" : followed.done ? "Ended early" : "Not started", asked);
   }
   running = null;
@@ -160,7 +164,7 @@ function busy(on_) {
 }
 
 function heard(event, found, asked) {
-  if (event === "error") return put(parts.problem, new Refusal(0, found.problems).message);
+  if (event === "error") return put(parts.problem, inPageWords(new Refusal(0, found.problems).message));
   if (event === "progress") {
     followed = found;
     parts.bar.value = found.fraction ?? found.done / found.size;

@@ -139,6 +139,7 @@ function paintMachines() {
     box,
     !view.machine && option("", "a case of your own"),
     data.machines.map((m) => option(m.name, m.title)),
+    h("optgroup", { label: "Structures" }, data.structures.map((m) => option(m.name, m.title))),
   );
 }
 
@@ -185,7 +186,7 @@ async function start() {
     const case_ = load(location.hash).catch(failed); // a link may name a machine that there is not
     data.about = await about();
     watchPreparing(data.about);
-    data.machines = (await catalogue).machines;
+    Object.assign(data, await catalogue); // machines and structures
     await case_;
     paintMachines();
     tell("view");

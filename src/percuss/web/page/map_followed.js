@@ -1,4 +1,5 @@
-// What happens to the motion of the head, or to that which the panel Branches begins with, followed through both parameters of the map: curves over its colours.
+// What happens to the motion of the head, or to that which the panel Branches begins with, followed through both
+// parameters of the map: curves over its colours.
 
 import { beginning } from "./branches_choices.js";
 import { EVENTS } from "./branches_picture.js";
@@ -7,7 +8,7 @@ import { theme } from "./colours.js";
 import { h, put } from "./dom.js";
 import { percent } from "./format.js";
 import { present } from "./moves.js";
-import { data, isHeld, show, switchesItself, view } from "./state.js";
+import { data, isHeld, modesInWords, show, switchesItself, view } from "./state.js";
 
 const DASHES = {
   fold: [],
@@ -37,17 +38,15 @@ export function followedRow(repaint) {
   };
   part = new Part({ id: "map-followed", path: "follow/curves", begun: "Following …", told });
   box = h("input", { type: "checkbox", id: "map-follow", onchange: (event) => show({ curves: Number(event.target.checked) }) });
-  motion = h("span", {});
+  motion = h("span", {}, "this motion");
   const label = h("label", { class: "check" }, box, " what happens to ", motion, ", as curves");
   return h("div", { class: "row middle map-status" }, label, part.bar, part.words);
 }
 
-const modesInWords = (n) => (isHeld() ? `with ${n} modes at most` : n ? `with ${n} elastic modes` : "of a rigid bar");
-
 function words() {
   const cut = found.some(({ points }) => points.some(({ type }) => type === "stopped"));
   if (!found.length) return "Nothing happens to it on the lines through the design.";
-  return `${found.length === 1 ? "One curve" : `${found.length} curves`}, ${modesInWords(view.bmodes)}${cut ? "; what took too long is cut off" : ""}.`;
+  return `${found.length === 1 ? "One curve" : `${found.length} curves`}, ${view.bmodes || isHeld() ? `with ${modesInWords(view.bmodes)}` : "of a rigid bar"}${cut ? "; what took too long is cut off" : ""}.`;
 }
 
 /** Follow them over the plane, unless that is under way or there; `since` tells hammers apart. */

@@ -8,7 +8,7 @@ import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./moti
 import { begin, knobs, moment, player, stop, toggle } from "./motion_player.js";
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
-import { asked, chosen, data, on, show, switchesItself, tell, uptodate, view } from "./state.js";
+import { asked, chosen, data, isHeld, mover, on, show, switchesItself, tell, uptodate, view } from "./state.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
@@ -34,7 +34,7 @@ let units = null;
 let key = "";
 
 function startMotion(panel) {
-  const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "The bar and the wall" });
+  const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
   parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
@@ -88,7 +88,7 @@ const want = settled(() => {
     stop();
     return put(
       parts.status,
-      "There is no steady motion to show. Choose “From a start” to see what the bar does instead.",
+      `There is no steady motion to show. Choose “From a start” to see what the ${mover()} does instead.`,
     );
   }
   const from = view.source === "orbit" ? { orbit: number_ } : { show: view.window };
@@ -135,14 +135,15 @@ function take() {
   facts();
   parts.stage.canvas.setAttribute(
     "aria-label",
-    `The bar and the wall: ${motion.label}, ${counted(blowsOf(motion).length, "blow")} in view`,
+    `The ${mover()} and the wall: ${motion.label}, ${counted(blowsOf(motion).length, "blow")} in view`,
   );
   parts.stage.canvas.dataset.label = motion.label;
+  $("#motion-instant").hidden = isHeld(); // no blow of it is resolved by waves
   parts.stage.canvas.dataset.modes = String(motion.modes);
-  const steps = `${arrays.displacement.shape[0]} frames of ${arrays.x.length} places, ${motion.modes} elastic modes`;
+  const steps = `${arrays.displacement.shape[0]} frames of ${arrays.x.length} places, ${isHeld() ? counted(motion.modes, "mode") : `${motion.modes} elastic modes`}`;
   const leaves =
     motion.source === "orbit" && !kept()
-      ? "This steady motion is unstable: the least disturbance grows, and the hammer leaves the motion. Choose “From a start” to see what it does instead. "
+      ? `This steady motion is unstable: the least disturbance grows, and the ${isHeld() ? "structure" : "hammer"} leaves the motion. Choose “From a start” to see what it does instead. `
       : "";
   put(parts.status, `${leaves}${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "motion") begin();
@@ -193,7 +194,7 @@ function facts() {
         : "–",
     ],
     [
-      "first elastic mode",
+      isHeld() ? "first mode" : "first elastic mode",
       motion.first_mode_Hz ? si(motion.first_mode_Hz, "Hz", 3) : `${number(motion.first_mode, 3)} per rad`,
     ],
     ["heard", "–"],

@@ -14,7 +14,7 @@ export function player(stage) {
   const oninput = (event) => (show({ grow: event.target.value }), knobs(), stage.draw());
   parts.grow = h("input", { type: "range", id: "grow", min: 0, max: 4, step: 0.05, oninput });
   parts.grown = h("span", { class: "small muted", id: "grown" });
-  return own.rows(h("label", { class: "pick" }, h("span", {}, "Stretch of the bar "), parts.grow), parts.grown);
+  return own.rows(h("label", { class: "pick" }, h("span", {}, "Stretch "), parts.grow), parts.grown);
 }
 
 export const toggle = () => own.toggle();

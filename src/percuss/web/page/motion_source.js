@@ -4,7 +4,7 @@ import { postFile } from "./api.js";
 import { fileName } from "./case_files.js";
 import { download, h, put, select } from "./dom.js";
 import { fillStart, kindOf, startFields, startProblems } from "./motion_start.js";
-import { data, setTables, show, view } from "./state.js";
+import { data, isHeld, setTables, show, view } from "./state.js";
 
 const parts = {};
 
@@ -25,6 +25,7 @@ export function sources() {
     view.cycles,
     view.zoom,
     Boolean(data.tables?.bar),
+    isHeld(),
     data.tables?.simulation?.modes,
     kindOf(start),
     start.random,
@@ -61,9 +62,9 @@ export function sources() {
     "Part",
     [
       [0, "all of it"],
-      [4, "4 rings of the bar"],
-      [12, "12 rings of the bar"],
-      [40, "40 rings of the bar"],
+      [4, "4 rings of the first mode"],
+      [12, "12 rings of the first mode"],
+      [40, "40 rings of the first mode"],
     ],
     view.zoom,
     (n) => show({ zoom: Number(n), slow: "" }),
@@ -82,8 +83,8 @@ export const sourceProblems = (problems) => startProblems(parts.source, problems
 
 function simulation(start) {
   const modes = select(
-    "Elastic modes",
-    [0, 8, 16, 32, 64].map((n) => [n, n ? String(n) : "0: rigid"]),
+    isHeld() ? "Modes, at most" : "Elastic modes",
+    [0, 8, 16, 32, 64].filter((n) => n || !isHeld()).map((n) => [n, n ? String(n) : "0: rigid"]),
     data.tables?.simulation?.modes ?? 32,
     (n) => setSimulation({ modes: Number(n) }),
     { id: "simulation-modes" },

@@ -129,7 +129,7 @@ export class Stage {
   magnified() {
     const { bar, travel, stretch } = this.scales(1000);
     const stretched = stretch ? `, stretch ×${number(stretch / bar, 2)}` : "; nothing is stretched";
-    return `travel drawn ×${number(travel / bar, 2)}${stretched} on the bar's own scale`;
+    return `travel drawn ×${number(travel / bar, 2)}${stretched} on its own scale`;
   }
 
   draw() {

@@ -18,6 +18,7 @@ export const view = { ...DEFAULTS };
 export const data = {
   about: null,
   machines: [],
+  structures: [],
   base: null,
   tables: null,
   physical: null, // the tables in SI, kept while the dimensionless form is shown
@@ -70,6 +71,12 @@ export const switchesItself = () => data.tables?.load?.kind === "valve";
 
 /** Whether the case is a structure that something holds, in place of a free bar: it has no rigid motion. */
 export const isHeld = () => Boolean(data.tables?.body);
+
+/** What moves, in a sentence. */
+export const mover = () => (isHeld() ? "structure" : "bar");
+
+/** A number of its modes, in words. */
+export const modesInWords = (n) => (isHeld() ? `${n} modes at most` : `${n} elastic modes`);
 
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
