@@ -334,6 +334,15 @@ def test_an_orbit_is_followed_until_ctrl_c(
     assert told.err == "percuss: interrupted: the answer is of what was followed until then\n"
 
 
+def test_ctrl_c_before_the_first_point_leaves_nothing_to_tell(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    ctrl_c_at(1)
+    assert main(["follow", hammer, "--orbit", "1/1:phases=2.43", "--along", "mean=0.5:1", "--json"]) == 130
+    told = capsys.readouterr()
+    assert (told.out, told.err.strip()) == ("", "percuss: interrupted")
+
+
 def test_reach_is_interrupted(
     hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
 ) -> None:

@@ -11,6 +11,7 @@ from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, te
 from percuss.cli.long_commands import watching
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
+from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
     import argparse
@@ -82,9 +83,12 @@ def run(arguments: Sequence[str]) -> int:
         return _resting(parser, options, case)
     curves: tuple[PointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
-        branch = branch_answer(
-            case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
-        )
+        try:
+            branch = branch_answer(
+                case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
+            )
+        except Interrupted:  # before the first point of the branch
+            raise KeyboardInterrupt from None
         if options.curve is not None and not watch.asked():
             from percuss.case import point_curves_answer
 
