@@ -238,6 +238,8 @@ def test_how_far_the_gap_may_move(capsys):
     assert "0.8: down to 0; up to 1, where a mode resonates" in told
     assert not {"bar", "blow", "blows", "hammer"} & set(told.split())
     assert main(["steady", "stopped-oscillator", "--reach-of", ","]) == 2
+    assert main(["follow", "stopped-oscillator", "--along", "s=1:5"]) == 2
+    assert "a parameter that the case has" in capsys.readouterr().err
 
 
 def test_a_load_without_a_mean_is_moved_by_its_own_scale():

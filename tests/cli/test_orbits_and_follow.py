@@ -138,21 +138,12 @@ def test_an_onset_followed_and_laid_over_a_map(tmp_path: Path, capsys: pytest.Ca
 
 
 def test_points_are_followed_without_ranges(capsys: pytest.CaptureFixture[str]) -> None:
-    asked = [
-        "follow",
-        "laboratory-striker",
-        "--modes",
-        "0",
-        "--along",
-        "load_factor",
-        "--over",
-        "restitution",
-        "--json",
-    ]
-    assert main([*asked, "--orbit", "chatter/1", "--curve", "onset"]) == 0
+    asked = ["--orbit", "1/1:2", "--along", "load_factor", "--curve", "flip", "--over", "restitution", "--modes", "0"]
+    assert main(["follow", "pneumatic-jackleg", *asked, "--json"]) == 0
     (curve,) = json.loads(capsys.readouterr().out)["curves"]
-    assert [end["type"] for end in curve["points"]] == ["endless_chatter", "parameter_end"]
-    assert curve["points"][-1]["values"][1] == 0.0
+    first, *_, last = curve["points"]
+    assert first["type"] == last["type"] == "parameter_end"
+    assert first["values"][1] == pytest.approx(0.0, abs=1e-8) and last["values"][1] == pytest.approx(1.0, abs=1e-8)
 
 
 def test_points_followed_and_laid_over_a_map(hammer: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -349,6 +340,15 @@ def test_an_orbit_is_followed_until_ctrl_c(
     told = capsys.readouterr()
     assert json.loads(told.out)["branch"]["value"]
     assert told.err == "percuss: interrupted: the answer is of what was followed until then\n"
+
+
+def test_ctrl_c_before_the_first_point_leaves_nothing_to_tell(
+    hammer: str, capsys: pytest.CaptureFixture[str], ctrl_c_at: Callable[[int], None]
+) -> None:
+    ctrl_c_at(1)
+    assert main(["follow", hammer, "--orbit", "1/1:phases=2.43", "--along", "mean=0.5:1", "--json"]) == 130
+    told = capsys.readouterr()
+    assert (told.out, told.err.strip()) == ("", "percuss: interrupted")
 
 
 def test_reach_is_interrupted(

@@ -225,3 +225,12 @@ def test_what_cannot_be_followed_is_refused(onset: RestBranchPoint) -> None:
 def test_it_says_what_it_is(curve: RestPointCurve) -> None:
     assert str(curve).startswith("onset of chatter/1: ")
     assert (curve.kind, curve.label) == ("onset", "chatter/1")
+
+
+def test_without_a_range_a_curve_goes_to_the_last_restitution() -> None:
+    start = follow_rest_cycle(only(harmonic(0.05, 0.4)), "mean", (0.3, 0.42), points=3).points[0]
+    curve = follow_point(start, ("mean", "restitution"), ((0.25, 0.37), None))
+    assert {end.kind: end.values[i] for i, end in zip((0, 1), curve.ends, strict=True)} == {
+        CurveEvent.LIMIT: 0.37,
+        CurveEvent.NO_SYSTEM: 0.0,
+    }

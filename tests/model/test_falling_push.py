@@ -35,6 +35,15 @@ def test_without_rebound_it_is_the_last_moment() -> None:
     assert (push.critical, push.growth) == (pytest.approx(1.0 / 3.0), math.inf)
 
 
+@pytest.mark.parametrize("restitution", [1e-300, 1e-12, 1.0 - 1e-6, math.nextafter(1.0, 0.0)])
+def test_at_its_ends_it_is_known_as_well(restitution: float) -> None:
+    """(1 − σ)² = R/2 for a small R, so that growth = √(32/R); growth = 1 + (1 − R) beside 1."""
+    push = FallingPush(restitution)
+    few = math.sqrt(32.0 / restitution) if restitution < 0.5 else 1.0 + (1.0 - restitution)
+    assert push.growth == pytest.approx(few, rel=1e-5, abs=0)
+    assert math.isfinite(push.excess(0.3))
+
+
 @given(st.floats(0.02, 0.98), st.floats(0.3, 1.2))
 def test_an_impact_multiplies_the_excess_by_the_growth(restitution: float, share: float) -> None:
     push = FallingPush(restitution)

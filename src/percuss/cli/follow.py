@@ -11,6 +11,7 @@ from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, te
 from percuss.cli.long_commands import watching
 from percuss.cli.parser import MAX_MODES, Parser, modes
 from percuss.cli.simulate_arguments import whole
+from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
     import argparse
@@ -49,7 +50,7 @@ def _parser() -> Parser:
     add("--orbit", metavar="ORBIT", default="1/1", help="where to begin: 2/1:3, 2/1:phases=1.2,4.5 or "
         "chatter/1:1 (default 1/1:1)")  # fmt: skip
     add("--along", metavar="RANGE", required=True, help="a parameter and its range: load_factor=0.3:1.2; "
-        "without a range an orbit is followed to its ends")  # fmt: skip
+        "without a range the motion is followed to its ends")  # fmt: skip
     add("--switch", metavar="DEPTH", type=whole, default=0, help="go on so often at flips to the doubled orbit, and of "
         "a rigid bar at grazings to that with an impact more or less (default 0)")  # fmt: skip
     add("--curve", metavar="POINTS", help="also follow points through two parameters: flip, the first flip, fold:2, "
@@ -76,15 +77,18 @@ def run(arguments: Sequence[str]) -> int:
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
     if options.curve is not None:
-        _check_ranges(parser, options.along, options.over)
+        _check_plane(parser, options.along, options.over)
     case = named_case(options.case)
     if options.orbit.lstrip().startswith(("chatter", "rest")):
         return _resting(parser, options, case)
     curves: tuple[PointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
-        branch = branch_answer(
-            case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
-        )
+        try:
+            branch = branch_answer(
+                case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
+            )
+        except Interrupted:  # before the first point of the branch
+            raise KeyboardInterrupt from None
         if options.curve is not None and not watch.asked():
             from percuss.case import point_curves_answer
 
@@ -114,9 +118,8 @@ def run(arguments: Sequence[str]) -> int:
     return _ended(watch)
 
 
-def _check_ranges(parser: Parser, along: str, over: str) -> None:
-    """Refuse what is no plane of two parameters before anything is followed."""
-
+def _check_plane(parser: Parser, along: str, over: str) -> None:
+    """Refuse what are not two parameters, before anything is followed."""
     if along.partition("=")[0].strip() == over.partition("=")[0].strip():
         parser.error("argument --over: a second parameter, another than that of --along")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from contextlib import suppress
@@ -184,7 +185,7 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
         found = PARAMETERS[name].get(case.system())
-        if found is None:
+        if found is None or not math.isfinite(found):  # of a structure s
             PARAMETERS[name].check(case.system())
             raise ParameterError(name, None, "a parameter that the case has")
         return found

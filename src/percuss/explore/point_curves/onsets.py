@@ -17,6 +17,7 @@ from percuss.steady.resting.releases import release_phases
 __all__ = ["Endless", "Held", "Late", "Vanishing"]
 
 _MOST_IMPACTS = 400
+_SLOWEST = 1.01  # of the growth of q − c, below which so many impacts do not tell it
 _LOW, _HIGH = 0.5, 0.36  # of c, and itself: between these q is followed on; above 3/8 the bar is not thrown back
 _OVER = 1e30  # in place of the q of an impact after the push is gone
 _CALM = 0.3  # share of c by which q may differ from the first impact on that counts
@@ -94,6 +95,8 @@ def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tup
     """Of each impact while q stays near c: its excess, the share of the first in it, and what it leaves."""
     if math.isinf(limit.growth) or first.push <= 0.0:
         return
+    if limit.growth < _SLOWEST:
+        raise Endless("too many impacts")
     here, share = first, 1.0
     for _ in range(_MOST_IMPACTS):
         if here.fall <= 0.0:
