@@ -193,6 +193,7 @@ def test_without_a_range_a_branch_goes_to_its_ends() -> None:
         (["follow", "CASE", "--orbit", "rest/1:phases=2", "--along", "mean=0.5:1"], "chatter/N:NUMBER"),
         (["follow", "CASE", "--orbit", "chatter/1", "--along", "mean=0.5:1", "--switch", "2"], "--switch"),
         (["follow", "CASE", "--along", "mean="], "NAME="),
+        (["follow", "CASE", "--along", "mean=0:1", "--curve", "flip", "--over", "mean=0:1"], "another"),
         (["follow", "CASE", "--along", "nothing=0:1"], "nothing"),
         (["follow", "CASE", "--along", "mean=0.5:1", "-o", "branch.txt"], ".csv"),
         (["follow", "CASE", "--along", "mean=0.6:0.63", "--curve", "flip"], "--over"),

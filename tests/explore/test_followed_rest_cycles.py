@@ -112,3 +112,17 @@ def test_what_has_been_followed_is_kept_when_it_is_stopped() -> None:
     assert (branch.points[0].value, branch.points[1].value) == (branch.values[0], branch.values[-1])
     at_once = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=lambda: True)
     assert at_once.values.tolist() == [0.8]
+
+
+def test_what_is_lost_or_won_with_the_rebound() -> None:
+    """A bar that chatters rests at once without rebound, and one that rests chatters with however little of it."""
+    told = {}
+    for restitution in (0.0, 0.1):
+        system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(0.6, 1.0))
+        (cycle,) = rest_cycles(system, modes=0).cycles
+        branch = follow_rest_cycle(cycle, "restitution", (0.0, 0.2), points=3)
+        told[cycle.label] = [(one.value, one.beyond) for one in branch.points if one.kind is RestEvent.CHANGE]
+    ((at, beyond),) = told["rest/1"]
+    assert (at, beyond.endswith("chatters to its rest: chatter/1")) == (0.0, True)
+    ((at, beyond),) = told["chatter/1"]
+    assert (at < 1e-11, beyond.endswith("first impact under a push: rest/1")) == (True, True)

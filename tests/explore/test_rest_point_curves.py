@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
+from percuss.case.answers.orbits_json import rest_curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import (
     CurveEvent,
@@ -20,8 +22,10 @@ from percuss.explore import (
     follow_rest_cycle,
 )
 from percuss.explore.point_curves.onsets import Vanishing
+from percuss.explore.point_curves.rest_start import rest_condition
 from percuss.explore.point_curves.rest_way import RestWay
-from percuss.model import Reversed, UniformBar
+from percuss.model import Kept, ModalBody, Reversed, UniformBar
+from percuss.model.set_at_wall import set_at_wall
 from percuss.steady import RestCycle, rest_cycles
 
 PLANE = ("restitution", "mean")
@@ -120,6 +124,15 @@ def test_impacts_that_pile_up_are_met_again_after_a_long_step() -> None:
     assert early.number(system) == late.number(system) == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_first_impact_may_fall_before_the_push() -> None:
+    """A held structure that is pulled as it strikes first; its chatter piles up as the push vanishes all the same."""
+    body = ModalBody((3.3,), (0.3,), (1.0,), (1.0,), gap=0.0826019930)
+    system = System(body=body, contact=Kept(0.4), load=Load.harmonic(0.0, 1.0))
+    condition, side = rest_condition(RestBranchPoint(RestEvent.ONSET, body.gap, only(system, 1), ""))
+    assert isinstance(condition, Vanishing)
+    assert side * condition.number(set_at_wall(system, 1)) == pytest.approx(0.0, abs=1e-8)
+
+
 def test_where_the_impacts_of_a_ringing_bar_have_no_order_it_says_so() -> None:
     ringing = SystemFamily(load_case("laboratory-striker").system()).system({"load_factor": 0.548})
     onset = RestBranchPoint(RestEvent.ONSET, 0.548, only(ringing, 32), "")
@@ -198,6 +211,7 @@ def test_it_stops_when_told(onset: RestBranchPoint) -> None:
     at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
     assert [end.kind for end in at_once.ends] == [CurveEvent.STOPPED] * 2
     assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
+    assert json.loads(json.dumps(rest_curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
 
 
 def test_what_cannot_be_followed_is_refused(onset: RestBranchPoint) -> None:

@@ -75,6 +75,8 @@ def run(arguments: Sequence[str]) -> int:
         check_csv(parser, options.output, options.case)
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
+    if options.curve is not None:
+        _check_ranges(parser, options.along, options.over)
     case = named_case(options.case)
     if options.orbit.lstrip().startswith(("chatter", "rest")):
         return _resting(parser, options, case)
@@ -110,6 +112,14 @@ def run(arguments: Sequence[str]) -> int:
         show(branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)
     return _ended(watch)
+
+
+def _check_ranges(parser: Parser, along: str, over: str) -> None:
+    """Refuse what is no plane of two parameters before anything is followed."""
+    from percuss.explore import Axis
+
+    if Axis.spanned(along).name == Axis.spanned(over).name:
+        parser.error("argument --over: a second parameter, another than that of --along")
 
 
 def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:

@@ -17,6 +17,7 @@ __all__ = ["outside_number"]
 
 _STEP = 0.7  # rad, by which det K(ξ) may turn between two places
 _NODES = 48  # places at first, of half the circle, besides those nearest to the poles
+_DEPTH, _FEW = 0.01, 2  # distance from the circle of a pole of a mode that is hardly damped; so many may be there
 _FINEST, _MOST = 1e-13, 1 << 14  # distance of places; more are not looked at
 
 
@@ -33,7 +34,8 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     Returns
     -------
     int or None
-        The number; None where a multiplier is so near to that circle that rounding decides.
+        The number; None where a multiplier is so near to that circle that rounding decides, or so many modes are hardly
+        damped that several may be near it side by side, where det K(ξ) turns about 0 unseen.
 
     Examples
     --------
@@ -46,6 +48,8 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     instance("orbit", orbit, PeriodicOrbit)
     radius = 1.0 + finite("beyond", beyond)
     numbers = orbit.many_numbers()
+    if np.count_nonzero(np.abs(numbers.poles) > 1.0 - _DEPTH) > _FEW:
+        return None
     angles = _nodes(numbers)
     signs = numbers.directions(radius * np.exp(1j * angles))
     while True:

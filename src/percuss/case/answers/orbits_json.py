@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.json_values import number as plain_number
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 
@@ -87,7 +88,7 @@ def rest_curve_dict(curve: RestPointCurve) -> dict[str, Any]:
         "curve": {
             "values": curve.values.tolist(),
             "release_phases": curve.release_phases.tolist(),
-            "event_phases": curve.event_phases.tolist(),
+            "event_phases": [plain_number(phase) for phase in curve.event_phases.tolist()],
             "is_orbit": curve.is_orbit.tolist(),
         },
     }

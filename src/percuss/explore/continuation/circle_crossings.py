@@ -119,6 +119,10 @@ def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
 
 
 def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
+    """Where the pair is on the circle that is clearly outside it at one of two places, and not at the other.
+
+    One that crosses slowly is on the circle further back; if not within the step, it is told where it is clearly off.
+    """
     curve = segment.curve
     both = [multipliers(curve.motion(segment.at(place).x)) for place in (low, high)]
     outer = max(both, key=outside)
@@ -127,21 +131,27 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
     beyond = outer[(outer.imag > TURNING * np.abs(outer)) & (np.abs(outer) > 1.0 + BEYOND)]
     if not beyond.size:
         return []
-    seen = complex(beyond[np.argmin(np.abs(beyond))])
+    seen = left = complex(beyond[np.argmin(np.abs(beyond))])
     circle = 1.0 + (BEYOND if _keeps_its_energy(curve.motion(segment.start.x).system, curve.modes) else 0.0)
+
+    def tracked(place: float) -> complex:
+        values = multipliers(curve.motion(segment.at(place).x))
+        return complex(math.nan) if values is None else nearest(values, seen)
 
     def modulus(point: CurvePoint) -> float:
         values = multipliers(curve.motion(point.x))
         return math.nan if values is None else abs(nearest(values, seen)) - circle
 
     inner, end = (low, high) if outer is both[1] else (high, low)
-    away = inner - end
-    while modulus(segment.at(inner)) >= 0.0 and abs(away) < segment.length:  # counted is only what is clearly outside
-        inner, away = inner + away, 2.0 * away
+    here, away = 0.5 * (low + high), inner - end
+    while abs(tracked(inner)) >= circle and 0.0 < inner < segment.length:
+        seen, inner, away = tracked(inner), min(max(inner + away, 0.0), segment.length), 2.0 * away
     first, last = sorted((inner, end))
-    if not modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
-        return []
-    return [happening(segment, BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, last))]
+    if nearest(outer, seen) == left and modulus(segment.at(first)) * modulus(segment.at(last)) < 0.0:
+        place = segment.root(modulus, first, last)
+        if abs(modulus(segment.at(place))) < BEYOND:
+            here = place
+    return [happening(segment, BranchEvent.NEIMARK_SACKER, here)]
 
 
 def _keeps_its_energy(system: System, modes: int) -> bool:

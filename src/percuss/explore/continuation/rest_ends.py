@@ -8,11 +8,18 @@ from itertools import pairwise
 import numpy as np
 
 from percuss.explore.continuation.rest_branch import RestBranchPoint, RestEvent
+from percuss.explore.continuation.rest_words import (
+    after_change,
+    after_grazing,
+    after_onset,
+    another_rest,
+    without_release,
+)
 from percuss.model.contact.falling_push import FallingPush
 from percuss.steady import RestCycle
 from percuss.steady.resting.chain import Chain
 
-__all__ = ["alike", "no_release", "rest_end", "short_rest"]
+__all__ = ["alike", "rest_end", "short_rest"]
 
 _JUMP = 1.4  # factor by which a flight may change in a step
 _AHEAD = 1.5
@@ -20,43 +27,22 @@ _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 
-def no_release(cycle: RestCycle) -> str:
-    """What lies beyond the last release."""
-    return f"the load never turns from push to pull: the {_named(cycle)} rests on the wall for good"
-
-
-def _named(cycle: RestCycle) -> str:
-    return "bar" if cycle.system.body.is_free else "structure"
-
-
 def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
     """What ends the branch between a cycle and what was followed just beyond."""
     if not is_system:
         return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
     if not chains:
-        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, no_release(cycle))
-    named, elastic = _named(cycle), cycle.modes > 0 and cycle.system.body.is_free
+        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, without_release(cycle))
     other = _first_other(cycle.chains, chains)
     if other is not None:
         kind, phase, impact = other
-        touch = kind is RestEvent.TOUCH
-        told = f"the {named} touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-        then = "what follows jumps" if elastic else "what follows changes as the root of the distance from here"
-        return RestBranchPoint(kind, value, cycle, f"{told}: {then}", phase, impact)
+        return RestBranchPoint(kind, value, cycle, after_grazing(cycle, kind is RestEvent.TOUCH), phase, impact)
     if float(cycle.rest_times.min()) < short_rest(cycle):
-        what = "chatter" if cycle.chatters else "impact before the rest"
-        told = f"the end of the {what} meets the next release, and the {named} is not laid down before it"
-        if cycle.chatters and elastic:
-            told = f"the end of the {what} meets the next release; beyond, the bar laid down is let go at once"
-        elif cycle.chatters and cycle.system.contact.keeps_strain:
-            told += f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
-        return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-    told = f"the {named} comes back to this release after other rests"
+        return RestBranchPoint(RestEvent.ONSET, value, cycle, after_onset(cycle))
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
     if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
-        told = f"the {named} comes to rest once more: just before another release, which an impact meets here"
-        return RestBranchPoint(RestEvent.ONSET, value, cycle, told)
-    return RestBranchPoint(RestEvent.CHANGE, value, cycle, told)
+        return RestBranchPoint(RestEvent.ONSET, value, cycle, another_rest(cycle))
+    return RestBranchPoint(RestEvent.CHANGE, value, cycle, after_change(cycle, chains))
 
 
 def short_rest(cycle: RestCycle) -> float:

@@ -10,7 +10,8 @@ import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.rest_branch import RestBranch, RestBranchPoint, RestEvent
-from percuss.explore.continuation.rest_ends import alike, no_release, rest_end
+from percuss.explore.continuation.rest_ends import alike, rest_end
+from percuss.explore.continuation.rest_words import without_release
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
@@ -169,7 +170,7 @@ class _Walker:
                 here, cycle = ahead, found
                 rows.append((here, cycle))
                 if gone is not None and abs(gone - here) < _NEXT * scale:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, no_release(cycle))
+                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, without_release(cycle))
                 continue
             failed, size = True, 0.4 * abs(ahead - here)
             if gone is None and is_system and not chains:
@@ -177,7 +178,7 @@ class _Walker:
             if size < _EXACT * scale:
                 gone = self._release_lost(here, math.copysign(_BARELY * scale, end - here))
                 if gone is not None:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, no_release(cycle))
+                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, without_release(cycle))
                 return rest_end(here, cycle, chains, is_system)
         return RestBranchPoint(RestEvent.LIMIT, here, cycle, _ON)
 

@@ -14,6 +14,7 @@ from percuss.explore.point_curves.conditions import Condition, Corner, Death, To
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
+from percuss.explore.point_curves.quick_motion import QuickMotion
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit
@@ -25,7 +26,7 @@ Tests: TypeAlias = list[tuple[CurveEvent, Callable[[ExtendedPoint], float]]]
 
 _APART = 1e-4  # of ξ from 1 or −1, for the derivative of g
 _FAR = 1e4  # ξ at which the multipliers that are finite count no more
-_ASIDE, _SHARE = 2e-3, 0.05  # rad, along the doubled branch, and of its shortest flight
+_ASIDE, _SHARE = 1e-3, 0.05  # rad, along the doubled branch, and of its shortest flight
 
 
 def tests_of(curve: ExtendedCurve, first: ExtendedPoint) -> Tests:
@@ -128,18 +129,23 @@ def bend_of_the_doubled(orbit: PeriodicOrbit, condition: Multiplier) -> float:
     p, aside = orbit.impacts, min(_ASIDE, _SHARE * float(orbit.flight_times.min()))
     here = twice(np.array([*orbit.times, orbit.rigid_rebounds[0]]), p, orbit.periods)
 
-    def off(x: Array) -> Array:
-        times = tuple(x[:-1].tolist())
-        return PeriodicOrbit(orbit.system, 2 * orbit.periods, times, orbit.modes, float(x[-1])).residuals
+    def matrix(x: Array) -> Array:
+        wide = QuickMotion(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
+        found = np.array(wide.bordered().real)
+        found[:, 0] -= turning(wide) * found[:, -1]
+        return found
 
-    wide = PeriodicOrbit(orbit.system, 2 * orbit.periods, tuple(here[:-1].tolist()), orbit.modes, float(here[-1]))
-    matrix = wide.bordered().real
-    matrix[:, 0] -= turning(wide) * matrix[:, -1]
-    left, sizes, right = np.linalg.svd(matrix)
+    left, sizes, right = np.linalg.svd(matrix(here))
     way, row = right[-1], left[:, -1]
     way = way if way[:p] @ condition.border[1][:p] > 0.0 else -way
     row = row if row[:p] @ condition.border[0][:p] > 0.0 else -row
-    second = (off(here + aside * way) - 2.0 * off(here) + off(here - aside * way)) / aside**2
-    inner = -0.5 * (right[:-1].T @ ((left[:, :-1].T @ second) / sizes[:-1]))
-    bent = aside**2 * inner
-    return float(row @ (off(here + aside * way + bent) - off(here - aside * way + bent))) / (2.0 * aside**3)
+
+    def cubic(size: float) -> float:
+        second = (matrix(here + size * way) - matrix(here - size * way)) @ way / (2.0 * size)
+        inner = -0.5 * (right[:-1].T @ ((left[:, :-1].T @ second) / sizes[:-1]))
+        slopes = (
+            row @ matrix(here + side * way + side**2 * inner) @ (way + 2.0 * side * inner) for side in (size, -size)
+        )
+        return float(sum(slopes)) / (6.0 * size**2)
+
+    return (4.0 * cubic(0.5 * aside) - cubic(aside)) / 3.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,27 +14,23 @@ from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, St
 from percuss.explore.point_curves.clearance import Clearance, clearance
 from percuss.explore.point_curves.codimension_two import tests_of
 from percuss.explore.point_curves.conditions import Corner, Touch
+from percuss.explore.point_curves.corner_passing import beyond_step, step_ahead
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
+from percuss.explore.point_curves.happening import CurveHappening, without_what_follows
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
 from percuss.steady.periodic.sameness import differences, load_turn
 
-__all__ = ["CurveHappening", "CurveWalk", "walked_curve"]
+__all__ = ["CurveWalk", "walked_curve"]
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
+_HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
-_ALIKE = 1e-6  # of a step, within which two things happen at one place
-
-
-class CurveHappening(NamedTuple):
-    """What happens at a share of the way between two points."""
-
-    kind: CurveEvent
-    share: float
-    point: ExtendedPoint
 
 
 @dataclass
@@ -107,6 +102,12 @@ class _Walker:
         """Go on to the next point, shorter if need be, and see what happens on the way."""
         try:
             point, limit = self._ahead()
+            if (
+                goes_back(self.curve)
+                and halves_differ(self.curve, self.here.x) @ halves_differ(self.curve, point.x) < 0.0
+            ):
+                self._halve(point.x)
+                return
             between = self._between(point)
         except Strayed:
             self._shorter()
@@ -187,16 +188,49 @@ class _Walker:
             raise Strayed("the touch passes an impact")
 
     def _shorter(self) -> None:
-        """Try a shorter step; where none is short enough, say why."""
+        """Try a shorter step, or one past a corner; where none is short enough, say why."""
         self.size *= 0.5
+        if self.size < _BEND and self._past_corner():
+            return
         if self.size > SHORTEST:
             return
         if self._shortest(self.here) < _NEARLY:
             self.end(CurveEvent.COALESCENCE)
+        elif goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
+            try:
+                self._halve(self.here.x)
+            except Strayed:
+                self.end(CurveEvent.LOST)
         elif self.walk.refusal is not None:
             self.end(CurveEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else CurveEvent.NO_SYSTEM)
         else:
             self.end(CurveEvent.LOST)
+
+    def _past_corner(self) -> bool:
+        """Go past a step of the load that an impact is about to meet; whether there is one."""
+        ahead = step_ahead(self.curve, self.here, self.passed)
+        if ahead is None or ahead.distance > _NEAR_STEP * self.size:
+            return False
+        if isinstance(self.curve.condition, Multiplier | Pair):
+            if self.size < SHORTEST:
+                self.end(CurveEvent.WITH_CORNER)
+            return self.ended
+        try:
+            on, beyond = beyond_step(self.curve, self.here, ahead)
+        except Strayed:
+            return False
+        for point in (on, beyond):
+            self._arrive(point)
+        self.walk.happened.append(CurveHappening(CurveEvent.WITH_CORNER, 1.0, on))
+        self.size = FIRST
+        return True
+
+    def _halve(self, near: Array) -> None:
+        """End the walk where both halves of the cycle are one orbit."""
+        self.here = halved(self.curve, near)
+        self.walk.points.append(self.here)
+        self.walk.is_orbit.append(self.walk.is_orbit[-1])
+        self.end(CurveEvent.HALVING)
 
     def _home(self, point: ExtendedPoint) -> ExtendedPoint | None:
         """The start of the walk, if a step to a point comes back to it or past it, with the times of now."""
@@ -237,9 +271,7 @@ class _Walker:
 
                 found.append(self._located(Clearance.lost(i), point, margin))
         found += self._corners(point)
-        dead = [one.share for one in found if one.kind is CurveEvent.WITH_DEATH]
-        if dead:  # there every number is a multiplier: none of them is double
-            found = [one for one in found if one.kind not in _DOUBLE or abs(one.share - dead[0]) > _ALIKE]
+        found = without_what_follows(found, self.curve.condition)
         return sorted(found, key=lambda one: one.share)
 
     def _located(

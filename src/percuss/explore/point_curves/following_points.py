@@ -14,9 +14,10 @@ from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestBranchPoint
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
-from percuss.explore.point_curves.curve_walk import CurveHappening, CurveWalk, walked_curve
+from percuss.explore.point_curves.curve_walk import CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.following_rest_points import followed_rest_point
+from percuss.explore.point_curves.happening import CurveHappening
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve

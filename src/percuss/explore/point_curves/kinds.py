@@ -39,13 +39,17 @@ class CurveEvent(Enum):
     RESONANCE_4 = "resonance_1_4", "the pair turns by 90° in a cycle: strong resonance"
     RESONANT_GRAZING = "resonant_grazing", "the multiplier that grows without bound beside grazing changes its sign"
     FLAT_GRAZING = "flat_grazing", "the striking end has no acceleration where it grazes"
-    WITH_TOUCH = "with_touch", "the bar touches the wall in another place as well"
+    WITH_TOUCH = "with_touch", "the striking end touches the wall in another place as well"
     WITH_DEATH = "with_death", "another impact has no speed"
-    WITH_STICKING = "with_sticking", "the bar would rest on the wall after an impact (R = 0)"
+    WITH_STICKING = "with_sticking", "the striking end would rest on the wall after an impact (R = 0)"
     WITH_CORNER = "with_corner", "an impact meets a step of the load"
-    OTHER_CYCLE = "other_cycle", "beyond, the bar that is let go does not come back as this cycle does"
+    OTHER_CYCLE = "other_cycle", "beyond, what is let go does not come back as this cycle does"
     UNPRESSED = "unpressed", "the strain no longer presses the bar on the wall where its chatter ends"
     ENDLESS = "endless_chatter", "the chatter has more impacts than are followed: where R = 1 it has no end"
+    HALVING = (
+        "period_halving",
+        "the orbit becomes one of half its period, at its flip: the curve would go back over itself",
+    )
     COALESCENCE = "impacts_coalesce", "two impacts, or an impact and the touch, fall together"
     NO_PUSH = "load_stops_pushing", "the mean load is 0"
     NO_SYSTEM = "parameter_end", "a parameter goes no further"

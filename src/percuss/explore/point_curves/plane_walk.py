@@ -18,6 +18,7 @@ __all__ = ["Places", "PlaneWalk", "to_the_left"]
 _TURN = math.cos(math.radians(25.0))
 _ASIDE, _QUICK = 0.3, 0.03  # shares of a step, by which its end may be beside where it led, and is hardly
 _FIRM = 1e-4  # steps that are shorter turn back only where the curve ends
+_BESIDE = 1e-6  # how far from a place the number is looked at for its derivatives
 _AGAIN = 8  # points after which a curve may be back at its first one
 
 
@@ -66,7 +67,7 @@ class PlaneWalk:
         self.places, self.box = places, box
         self.points, self.ways, self.slope = [start], [way], slope
         self.size = FIRST
-        self._firm = way
+        self._firm, self._aimed = way, False
         self.end: CurveEvent | None = None
         self.stray: Strayed | PercussError | None = None
 
@@ -96,12 +97,15 @@ class PlaneWalk:
             if type(self.stray) is Strayed or self.stray is None or type(stray) is not Strayed:
                 self.stray = stray  # one that says more than that there was none is kept
             self.size *= 0.5
-            if self.size < SHORTEST:
+            if self.size < _FIRM and not self._aimed:
+                self._aim()
+            elif self.size < SHORTEST:
                 on_edge = np.any((here == self.box[0]) | (here == self.box[1]))
                 self.end = CurveEvent.LIMIT if on_edge and len(self.points) == 1 else CurveEvent.LOST
             return
         self.points.append(found)
         self.ways.append(way)
+        self._aimed = False
         if self.size > _FIRM:
             self._firm, self.stray = way, None
         if limit:
@@ -109,6 +113,20 @@ class PlaneWalk:
         elif self._is_home():
             self.points[-1] = self.points[0]
             self.end = CurveEvent.CLOSED
+
+    def _aim(self) -> None:
+        """Put the direction at the last point right, where the curve bends faster than its points have told."""
+        here, left, self._aimed = self.points[-1], to_the_left(self.way), True
+        try:
+            along, across = (self._seen(here + _BESIDE * way) / _BESIDE for way in (self.way, left))
+        except Interrupted:
+            raise
+        except (Strayed, PercussError):
+            return
+        if abs(along) < abs(across):
+            way = self.way - along / across * left
+            self.ways[-1] = way / float(np.linalg.norm(way))
+            self.slope, self.size = math.copysign(math.hypot(along, across), across), FIRST
 
     def _ahead(self) -> tuple[Array, bool]:
         """The next point, and whether it is on the edge of the box."""

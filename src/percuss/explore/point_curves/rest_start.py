@@ -25,7 +25,7 @@ REST_FOLLOWED = (RestEvent.ONSET, RestEvent.TOUCH, RestEvent.DEATH, RestEvent.RE
 """The kinds of ends of which there are curves."""
 
 _CALM = 0.3  # of c, within which a chatter piles up as the push vanishes
-_GONE, _HELD = 1e-2, 0.1  # of the push at the first impact, below which it vanishes, and where the bar is held before
+_GONE, _HELD = 1e-2, 0.1  # of the greatest push, below which it vanishes, and where the bar is held before
 _PILED = 0.5  # of c, below which a chatter piles up whatever becomes of the push
 _RELEASE = 1e-6
 
@@ -106,13 +106,14 @@ def _left(cycle: RestCycle, chain: Chain) -> list[Struck]:
 def _vanishing(cycle: RestCycle, chain: Chain, limit: FallingPush) -> tuple[int, float] | None:
     """The first of the impacts that pile up as the push vanishes, and the least push; None where none do."""
     left = _left(cycle, chain)
-    best, begun, gone = None, None, _GONE if cycle.system.contact.keeps_strain else _HELD
+    best, begun = None, None
+    gone = (_GONE if cycle.system.contact.keeps_strain else _HELD) * max(one.push for one in left)
     for number, one in enumerate(left, 1):
         if abs(one.share / limit.critical - 1.0) >= _CALM:
             begun = None
             continue
         begun = number if begun is None else begun
-        if one.push < gone * left[0].push and (best is None or one.push < best[1]):
+        if one.push < gone and (best is None or one.push < best[1]):
             best = begun, one.push
     return best
 
