@@ -62,8 +62,8 @@ def rests_traced(
 
 
 def _rests(system: System, modes: int) -> bool:
-    """Whether the branches are few: after each touch an elastic bar goes on otherwise."""
-    return modes == (0 if system.body.is_free else 1)
+    """Whether the branches are few: after each touch an elastic bar goes on otherwise. With R = 1 no chatter ends."""
+    return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
 
 
 def _is_on(line: DiagramRestBranch, value: float, cycle: RestCycle) -> bool:
