@@ -69,3 +69,5 @@ def test_a_sample_is_picked_and_told_as_a_structure(desk: Desk) -> None:
     followed(page)
     expect(page.locator("#branches-carry")).to_have_text("Move the structure here")
     expect(page.locator("#panel-branches .row").first).to_contain_text("Modes, at most")
+    page.click("#tab-map")
+    expect(page.locator("#panel-map")).not_to_contain_text("elastic")

@@ -160,7 +160,7 @@ def diagram(
     down the values, each simulation from the state in which the one before ended: so a motion that few starts lead to
     is met, too, up to where it is lost. At a few values orbits are searched for, stable and unstable, and every branch
     that one of them lies on is followed through the whole range, with the branches that begin at its flips and
-    grazings. So are the longer cycles that simulations settle on there, and cycles with rest of up to 8 load periods,
+    grazings. So are the longer cycles that simulations settle on there, and cycles with rest of up to 4 load periods,
     of a rigid bar or a structure of one mode.
 
     Parameters

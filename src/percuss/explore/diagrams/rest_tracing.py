@@ -16,9 +16,10 @@ from percuss.steady import RestCycle, rest_cycles
 
 __all__ = ["MOST_REST_PERIODS", "rests_traced"]
 
-MOST_REST_PERIODS = 8
-"""Load periods of the cycles that are looked for: windows of longer ones are narrow."""
+MOST_REST_PERIODS = 4
+"""Load periods of the cycles that are looked for: windows of longer ones are narrow, and take long to follow."""
 
+_POINTS = 33  # over the whole range, at least
 _NEAR = 0.05  # rad, within which the releases of two cycles of one label at one value are one
 
 
@@ -52,7 +53,7 @@ def rests_traced(
                 known = rest_cycles(system, modes=modes, most=MOST_REST_PERIODS).cycles if _rests(system, modes) else ()
                 for cycle in known:
                     if not any(_is_on(line, value, cycle) for line in found):
-                        branch = follow_rest_cycle(cycle, name, between, family=family, value=value)
+                        branch = follow_rest_cycle(cycle, name, between, family=family, value=value, points=_POINTS)
                         found.append(rest_line_of(branch))
         except PercussError:  # there is no such system, its load does not push, or nobody waits any longer
             if stopped():
@@ -61,8 +62,8 @@ def rests_traced(
 
 
 def _rests(system: System, modes: int) -> bool:
-    """Whether the branches are few: after each touch an elastic bar goes on otherwise."""
-    return modes == (0 if system.body.is_free else 1)
+    """Whether the branches are few: after each touch an elastic bar goes on otherwise. With R = 1 no chatter ends."""
+    return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
 
 
 def _is_on(line: DiagramRestBranch, value: float, cycle: RestCycle) -> bool:

@@ -17,8 +17,10 @@ const SHOWN = {
   label: { label: "motion found by simulation", quantities: ["label"], body: { modes: 0, impacts: 400 } },
 };
 
-/** Those that need no rigid motion. */
-const OF_STRUCTURES = ["stable", "margin", "blow_energy", "impact_velocity", "label"];
+/** Those that need no rigid motion; a structure has no modes but elastic ones. */
+const ofStructure = ({ label, ...one }) => ({ ...one, label: label.replace(" with elastic modes", "") });
+const NEED_NO_RIGID = ["stable", "margin", "blow_energy", "impact_velocity", "label"];
+const OF_STRUCTURES = Object.fromEntries(NEED_NO_RIGID.map((name) => [name, ofStructure(SHOWN[name])]));
 
 const rigid = (label, ...quantities) => ({ label, quantities, body: { modes: 0 } });
 
@@ -38,7 +40,7 @@ const OF_MACHINES = {
 
 /** What there is to show; the flow in SI is known of a machine whose supply has a pressure. */
 function kinds() {
-  if (isHeld()) return Object.fromEntries(OF_STRUCTURES.map((name) => [name, SHOWN[name]]));
+  if (isHeld()) return OF_STRUCTURES;
   if (!switchesItself()) return SHOWN;
   const { flow, ...others } = OF_MACHINES;
   return data.tables.bar && !data.tables.load.pressure ? others : { ...others, flow };
