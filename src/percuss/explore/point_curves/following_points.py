@@ -10,6 +10,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchPoint
+from percuss.explore.continuation.limits import in_words
 from percuss.explore.continuation.next_point import Strayed
 from percuss.explore.continuation.rest_branch import RestBranchPoint
 from percuss.explore.family import Family, SystemFamily, family_of
@@ -223,7 +224,7 @@ def _angles(curve: ExtendedCurve, rows: Array) -> Array:
 def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk, most: int) -> CurvePoint:
     beyond = one.kind.words
     if one.kind in (CurveEvent.NO_PUSH, CurveEvent.NO_SYSTEM) and walk.refusal is not None:
-        beyond = str(walk.refusal)
+        beyond = in_words(walk.refusal)
     if one.kind is CurveEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"
     return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).from_first, beyond)
