@@ -65,7 +65,7 @@ REFUSED = [
     ("follow HAMMER --along mean=1", "'mean=1': expected NAME=FROM:TO"),
     ("follow HAMMER --along mean=0.5:1:5", "'mean=0.5:1:5': expected NAME=FROM:TO"),
     ("follow HAMMER --along mean=1e400:1e401", "mean = inf"),
-    ("follow HAMMER --along mean=0.6:0.7 --curve flip --over restitution", "'restitution': expected NAME=FROM:TO"),
+    ("follow HAMMER --along mean=0.6:0.7 --curve flip --over restitution=", "'restitution=': expected NAME=FROM:TO"),
     ("follow HAMMER --along mean=0.5:inf", "inf"),
     ("follow HAMMER --along mean=nan:1", "nan"),
     ("follow HAMMER --along =0.5:1", "NAME="),

@@ -304,10 +304,14 @@ def test_period_doubling_is_heard(desk: Desk) -> None:
     page = desk.open(f"{words}{load}&start.position=0&start.velocity=-2.4&start.time=2.85")
     page.wait_for_selector("#stage[data-label='z=2/2']")
     page.click("#sound")
-    time_, level, counted = np.array(page.evaluate(LISTEN, [7.5, 10])).T
-    begins = [i for i in range(1, len(level)) if level[i] > 3.0 * max(level[i - 1], 0.01)]
-    begins = [i for n, i in enumerate(begins) if n == 0 or time_[i] - time_[begins[n - 1]] > 0.3]
-    assert abs(len(begins) - (counted[-1] - counted[0])) <= 1  # every blow, and nothing else
+    for _ in range(3):  # a busy machine leaves moments out
+        time_, level, counted = np.array(page.evaluate(LISTEN, [7.5, 10])).T
+        begins = [i for i in range(1, len(level)) if level[i] > 3.0 * max(level[i - 1], 0.01)]
+        begins = [i for n, i in enumerate(begins) if n == 0 or time_[i] - time_[begins[n - 1]] > 0.3]
+        missed = abs(len(begins) - (counted[-1] - counted[0]))
+        if missed <= 1:
+            break
+    assert missed <= 1  # every blow, and nothing else
     heard = [float(level[i : i + 10].max()) for i in begins][:-1]
     weak, strong = sorted(float(np.median(part)) for part in (heard[0::2], heard[1::2]))  # a busy machine misses one
     assert strong > 1.2 * weak
