@@ -44,6 +44,8 @@ def single(orbit, modes):
         i = int(np.argmax(np.abs(values)))
         x, y = right[:, i], left[:, int(np.argmin(np.abs(other - values[i])))]
         blur = max(blur, 1e-14 * float(np.linalg.norm(matrix)) / max(abs(complex(x @ y)), 1e-300))
+        ringing = float(np.abs(np.delete(values, i) - 1.0).min(initial=1.0))
+        blur = max(blur, 1e-14 / max(ringing, 1e-300))  # a hardly damped mode that the load drives rings by so much
     return worst, blur
 
 
