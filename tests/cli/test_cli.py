@@ -106,6 +106,7 @@ def examples() -> list[str]:
     return [line.strip() for text in texts for line in text.splitlines() if line.strip()]
 
 
+@pytest.mark.slow
 def test_every_example_of_the_help_runs(run: Run, tmp_path: Path) -> None:
     done: set[str] = set()
     for line in examples():

@@ -38,6 +38,7 @@ def test_the_answer_comes_first_and_equals_the_command_line(desk: Desk, capsys: 
     assert figure(page, "blow energy") == "180J"
 
 
+@pytest.mark.slow
 def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: Path) -> None:
     """On a machine that has never compiled the kernels: the steady motions are told, and what is still to come."""
     with served(NUMBA_CACHE_DIR=str(tmp_path)) as address:

@@ -297,6 +297,7 @@ LISTEN = """async ([seconds, gap]) => {
 }"""
 
 
+@pytest.mark.slow
 def test_period_doubling_is_heard(desk: Desk) -> None:
     """Loud, soft, loud, soft, at two intervals in turn."""
     words = "panel=motion&source=start&window=settled&cycles=8&system.s=20&system.d=0.005&system.restitution=0.8"

@@ -289,7 +289,10 @@ def show_panel(page: Page, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("desk", "rules"),
-    [({"color_scheme": "light"}, None), ({"color_scheme": "dark"}, ["color-contrast"])],
+    [
+        ({"color_scheme": "light"}, None),
+        pytest.param({"color_scheme": "dark"}, ["color-contrast"], marks=pytest.mark.slow),
+    ],
     indirect=["desk"],
 )
 def test_no_serious_accessibility_violation(desk: Desk, rules: list[str] | None) -> None:

@@ -249,6 +249,7 @@ def test_hostile_recordings_are_refused_soon(client: Client, name: str, data: by
     assert time.process_time() - begun < 10.0
 
 
+@pytest.mark.slow
 def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None:
     """Refused before they are unpacked, in words; no other file is read."""
     for what, (name, data, says) in bombs(tmp_path).items():
