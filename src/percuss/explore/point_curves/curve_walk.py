@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
-from percuss.explore.continuation.corners import Passed, step_of, steps_passed
 from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
-from percuss.explore.point_curves.clearance import Clearance, clearance
-from percuss.explore.point_curves.codimension_two import tests_of
-from percuss.explore.point_curves.conditions import Corner, Touch
+from percuss.explore.point_curves.closing import home_of
+from percuss.explore.point_curves.conditions import Touch
 from percuss.explore.point_curves.corner_passing import beyond_step, step_ahead
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
 from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
-from percuss.explore.point_curves.happening import CurveHappening, without_what_follows
+from percuss.explore.point_curves.happening import CurveHappening
+from percuss.explore.point_curves.happenings_between import clearance_at, happenings, passed_at
 from percuss.explore.point_curves.kinds import CurveEvent
 from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
-from percuss.steady.periodic.sameness import differences, load_turn
 
 __all__ = ["CurveWalk", "walked_curve"]
 
@@ -31,7 +28,6 @@ _ARC = 0.05  # of a step, by which its end may be beside the arc with the tangen
 _BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
-_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 
 
 @dataclass
@@ -80,19 +76,10 @@ class _Walker:
     ) -> None:
         self.curve, self.here, self.bounds = curve.renewed(start.x), start, bounds
         self.size = FIRST * math.sqrt(curve.impacts)
-        self.clear = self._clearance(start)
-        self.passed = self._passed(start)
+        self.clear = clearance_at(self.curve, start)
+        self.passed = passed_at(self.curve, start)
         self.walk = CurveWalk([start], [self.clear.is_orbit])
         self.ended = False
-
-    def _clearance(self, point: ExtendedPoint) -> Clearance:
-        return clearance(self.curve.motion(point.x), self.curve.condition, self.curve.extra(point.x))
-
-    def _passed(self, point: ExtendedPoint) -> Passed:
-        found = steps_passed(self.curve.motion(point.x))
-        if isinstance(self.curve.condition, Corner):
-            found[self.curve.condition.which] = self.curve.condition.number
-        return found
 
     def end(self, kind: CurveEvent) -> None:
         """End the walk here."""
@@ -109,11 +96,11 @@ class _Walker:
             ):
                 self._halve(point.x)
                 return
-            between = self._between(point)
+            between = happenings(self.curve, self.here, point, self.clear, self.passed)
         except Strayed:
             self._shorter()
             return
-        home = self._home(point) if limit is None else None
+        home = home_of(self.curve, self.walk.points, self.here, point) if limit is None else None
         if home is not None:
             between = [one for one in between if float((one.point.x - home.x) @ home.tangent) < 0.0]
         for one in between:
@@ -142,8 +129,8 @@ class _Walker:
 
     def _arrive(self, point: ExtendedPoint) -> None:
         self.curve = self.curve.renewed(point.x)
-        self.here, self.clear = point, self._clearance(point)
-        self.passed = self._passed(point)
+        self.here, self.clear = point, clearance_at(self.curve, point)
+        self.passed = passed_at(self.curve, point)
         self.walk.points.append(point)
         self.walk.is_orbit.append(self.clear.is_orbit)
 
@@ -236,64 +223,3 @@ class _Walker:
         self.walk.points.append(self.here)
         self.walk.is_orbit.append(self.walk.is_orbit[-1])
         self.end(CurveEvent.HALVING)
-
-    def _home(self, point: ExtendedPoint) -> ExtendedPoint | None:
-        """The start of the walk, if a step to a point comes back to it or past it, with the times of now."""
-        first, p = self.walk.points[0], self.curve.impacts
-        reach = 2.0 * float(np.linalg.norm(point.x - self.here.x))
-        if len(self.walk.points) < 8 or np.abs(first.x[p + 1 : p + 3] - point.x[p + 1 : p + 3]).max() > reach:
-            return None
-        orbit = self.curve.motion(first.x)
-        off = point.x - first.x
-        turn = load_turn(orbit.system.load)
-        off[:p] = differences(point.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
-        ahead, along = float(off @ first.tangent), float(point.tangent @ first.tangent)
-        if np.abs(off).max() > reach or not 0.0 <= ahead <= reach or along <= 0.0:
-            return None
-        try:  # another part of the curve may be as near: only the start itself is home
-            start = point.x - ahead / along * point.tangent
-            back = self.curve.corrected(start, first.tangent, first.tangent, point.matrix)
-        except Strayed:
-            return None
-        place = point.x - off
-        return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
-
-    # -- what happens on the way --
-
-    def _between(self, point: ExtendedPoint) -> list[CurveHappening]:
-        """What happens on the way to a point, in order."""
-        curve, here = self.curve, self.here
-        found = []
-        for kind, number in tests_of(curve, here):
-            if number(here) * number(point) < 0.0:
-                found.append(self._located(kind, point, number))
-        now = self._clearance(point)
-        for i in range(len(now)):
-            if self.clear[i] * now[i] < 0.0:
-
-                def margin(at: ExtendedPoint, i: int = i) -> float:
-                    return self._clearance(at)[i]
-
-                found.append(self._located(Clearance.lost(i), point, margin))
-        found += self._corners(point)
-        found = without_what_follows(found, self.curve.condition)
-        return sorted(found, key=lambda one: one.share)
-
-    def _located(
-        self, kind: CurveEvent, point: ExtendedPoint, number: Callable[[ExtendedPoint], float]
-    ) -> CurveHappening:
-        share, found = self.curve.root(self.here, point, number)
-        return CurveHappening(kind, share, found)
-
-    def _corners(self, point: ExtendedPoint) -> list[CurveHappening]:
-        """Where an impact meets a step of the load."""
-        now, found = self._passed(point), []
-        for i in np.flatnonzero(now != self.passed).tolist():
-            number = int(self.passed[i]) - (now[i] < self.passed[i])
-
-            def off(at: ExtendedPoint, i: int = i, number: int = number) -> float:
-                orbit = self.curve.motion(at.x)
-                return float(orbit.times[i]) - step_of(orbit.system, number)
-
-            found.append(self._located(CurveEvent.WITH_CORNER, point, off))
-        return found
