@@ -70,7 +70,8 @@ def walked_plainly(orbit: PeriodicOrbit, steps: int) -> None:
             x = x + moved
             if np.abs(moved).max() < 1e-9:
                 break
-        here = CurvePoint(x, curve.tangent(matrix, here.tangent), 0)
+        tangent = np.linalg.solve(np.vstack([matrix, here.tangent]), np.append(np.zeros(x.size - 1), 1.0))
+        here = CurvePoint(x, tangent / np.linalg.norm(tangent), 0)
 
 
 def shot(mean: float, orbit: PeriodicOrbit, near: np.ndarray) -> np.ndarray:

@@ -32,6 +32,8 @@ COLUMNS = {
     "elastic_multipliers": ["s", "reduced", "exact_8", "exact_16"],
     "elastic_instability": ["s", "reduced", "exact_8", "exact_16"],
 }
+LONG = ("fig7", "fig8", "elastic")
+DRAWN = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in COLUMNS]
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +73,7 @@ def near(found: object, expected: object, to: float = 1e-12) -> bool:
 # ---------------------------------------------------------------- every figure
 
 
-@pytest.mark.parametrize("name", COLUMNS)
+@pytest.mark.parametrize("name", DRAWN)
 def test_tables_have_their_columns(folder, name):
     columns = table(folder, name)
     assert {column.size for column in columns.values()} != {0}
@@ -82,7 +84,7 @@ def test_tables_have_their_columns(folder, name):
         assert near(np.unique(columns["restitution"]), np.arange(10) / 10, 1e-15)
 
 
-@pytest.mark.parametrize("name", COLUMNS)
+@pytest.mark.parametrize("name", DRAWN)
 def test_pictures_show_something(folder, name):
     from matplotlib.image import imread
 

@@ -128,6 +128,7 @@ def test_the_arrays_of_the_kernels_damaged(motions, tmp_path):
     assert not tried(files)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COUNT.names)
 def test_whole_numbers_that_are_places(motions, name, tmp_path):
     """Far outside, one too many, one too few: refused wherever such a number is used as a place in an array."""
@@ -290,6 +291,7 @@ MADE_UP = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "at", "value"), MADE_UP)
 def test_what_is_told_twice_agrees(motions, name, at, value, tmp_path):
     """A number within all bounds, with the right check sum, that the events or the system contradict."""

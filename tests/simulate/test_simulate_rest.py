@@ -73,7 +73,7 @@ def integrated(system, u, v, begin, end, modes, wait):
 
 SMOOTH, STEPS = Load.fourier([0.7, 1.0, 0.2j]), Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0])
 MOTIONS = [
-    (load, restitution, modes, s, d)
+    pytest.param(load, restitution, modes, s, d, marks=[pytest.mark.slow] * (modes == 3))
     for load, s, d in ((SMOOTH, 2.3, 0.1), (STEPS, 2.3, 0.1), (SMOOTH, 0.7, 3.0), (STEPS, 5.0, 0.0))
     for restitution in (0.0, 0.4, 1.0)
     for modes in (0, 1, 3)

@@ -664,6 +664,7 @@ def test_admissibility_against_a_dense_look(drawn: Drawn, modes: int) -> None:
     agrees_with_a_look(drawn, modes)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(square_systems(), st.sampled_from([3, 12]))
 def test_admissibility_under_square_loads(drawn: Drawn, modes: int) -> None:

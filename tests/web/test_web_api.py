@@ -177,7 +177,12 @@ def test_a_case_and_its_recording_are_taken_together(client: Client, tmp_path: A
     assert alone["key"] == "load.kind" and "together" in alone["remedy"]
 
 
-@pytest.mark.parametrize("name", ["a.mat", "packed.mat", "A.H5", "packed.hdf5", "a.tdms"])
+_PACKED = ["a.mat", "packed.mat", "A.H5", "packed.hdf5", "a.tdms"]
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("packed.mat", "A.H5"))) for name in _PACKED]
+)
 def test_packed_uploads_are_read_as_the_command_line_reads_them(client: Client, tmp_path: Any, name: str) -> None:
     for package in ("scipy", "h5py", "nptdms"):
         pytest.importorskip(package)

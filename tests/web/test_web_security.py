@@ -762,7 +762,7 @@ GRID = {
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("which", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.slow)])
 def test_a_server_ends_in_order_with_running_work(which: int, workers: str) -> None:
     """A stream, a map and one in line, a body that does not come, and silence; nothing is complained of."""
 
