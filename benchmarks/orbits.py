@@ -49,14 +49,15 @@ def begun(orbit: PeriodicOrbit) -> tuple[SolutionCurve, CurvePoint]:
     return curve, curve.corrected(x, curve.level)
 
 
-def walked(orbit: PeriodicOrbit, steps: int) -> None:
+def walked(orbit: PeriodicOrbit, steps: int) -> CurvePoint:
     """Points along a branch, each with its tangent, without proofs; the systems are made anew."""
     curve, here = begun(orbit)
     for _ in range(steps):
         here = curve.corrected(here.x + STEP * here.tangent, here.tangent)
+    return here
 
 
-def walked_plainly(orbit: PeriodicOrbit, steps: int) -> None:
+def walked_plainly(orbit: PeriodicOrbit, steps: int) -> CurvePoint:
     """The same by the plain form of the equations, array by array."""
     curve, here = begun(orbit)
     for _ in range(steps):
@@ -72,6 +73,7 @@ def walked_plainly(orbit: PeriodicOrbit, steps: int) -> None:
                 break
         tangent = np.linalg.solve(np.vstack([matrix, here.tangent]), np.append(np.zeros(x.size - 1), 1.0))
         here = CurvePoint(x, tangent / np.linalg.norm(tangent), 0)
+    return here
 
 
 def shot(mean: float, orbit: PeriodicOrbit, near: np.ndarray) -> np.ndarray:
