@@ -87,6 +87,7 @@ def test_either_kind_of_motion_is_read_as_what_it_is(tmp_path) -> None:
         saved_motion(tmp_path / "machine.nc").continued(3)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value"),
     [

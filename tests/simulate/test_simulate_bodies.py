@@ -110,6 +110,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_against_integration(name):
     system, modes, impacts = CASES[name], 5, 4

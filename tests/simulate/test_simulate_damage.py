@@ -150,6 +150,7 @@ def test_whole_numbers_that_are_places(motions, name, tmp_path):
             Trajectory.load(tmp_path / "x.nc").continued(Stop(impacts=60, periodic=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("attribute", "key", "value"),
     [

@@ -23,6 +23,7 @@ def closes(motion, bound=1e-10):
     return balance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", [0, 8])
 @pytest.mark.parametrize("load", LOADS)
 def test_balance_over_a_thousand_impacts(load, modes):

@@ -143,6 +143,7 @@ def linear_start(orbit: Orbit, modes: int) -> Array:
     return np.concatenate([after, turned])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", [Kept(0.6), Reversed(0.6)], ids=["kept", "reversed"])
 @pytest.mark.parametrize("damping", DAMPINGS, ids=str)
 def test_multipliers_by_differences_of_plain_flights(damping: Damping, contact: Contact) -> None:

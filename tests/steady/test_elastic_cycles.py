@@ -116,6 +116,7 @@ INTEGRATED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", INTEGRATED)
 def test_cycle_and_multipliers_agree_with_plain_integration(case: str) -> None:
     """The state after a cycle is that before it, and differences of the integrated map have the same eigenvalues."""

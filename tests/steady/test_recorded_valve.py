@@ -150,6 +150,7 @@ def varied(valve: Valve | None, seed: int, cycles: int = 40) -> Told:
     return recorded_machine(valves, Kept(0.15), cycles=cycles, noise=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("valve", "seed", "late"), [(breaker(), 3, 0.5e-3), (LATE, 4, 3.5e-3), (None, 3, 0.5e-3)])
 def test_cycles_that_differ_tell_port_and_delay_apart(valve: Valve | None, seed: int, late: float) -> None:
     told = varied(valve, seed)

@@ -658,6 +658,7 @@ def agrees_with_a_look(drawn: Drawn, modes: int | None) -> None:
             assert violation.time <= step or violation.depth < 1e-3 * orbit.stroke
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(fourier_systems(6), st.sampled_from([0, 3, 12]))
 def test_admissibility_against_a_dense_look(drawn: Drawn, modes: int) -> None:
