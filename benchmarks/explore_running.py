@@ -12,8 +12,7 @@ import numpy as np
 
 from percuss import Load, System
 from percuss.explore import Archive, carry_out
-from percuss.explore.sweep_job import SweepJob
-from percuss.explore.sweep_question import sweep_job
+from percuss.explore.sweeps import SweepJob, sweep_job
 
 Row = tuple[str, str, str, str]
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.model import Chamber, Contact, Port, Valve
-from percuss.steady.self_excited.piston_legs import leg_after
-from percuss.steady.self_excited.piston_records import Piston
-from percuss.steady.self_excited.settled_cycle import settled
+from percuss.steady.self_excited.piston_legs import Piston, leg_after
+from percuss.steady.self_excited.rigid_cycle import settled
 
 MASS = 88.8  # kg, of the piston of the breaker
 

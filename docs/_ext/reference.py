@@ -12,27 +12,14 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
-import types
 import typing
-from typing import Any, Literal
+from typing import Any
 from unittest import mock
 
-from pydantic.fields import FieldInfo
-from sphinx.pycode import ModuleAnalyzer
-
-from percuss.case.file_format import (
-    damping_table,
-    load_tables,
-    schema,
-    section_tables,
-    tool_tables,
-    values,
-    valve_tables,
-)
+from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
-from percuss.cli.parser import Parser
+from percuss.cli.arguments import Parser
 from percuss.units import _TABLE as UNITS
 
 __all__ = ["commands", "expanded", "keys", "parser_of", "said_of", "setup", "units"]
@@ -73,7 +60,7 @@ def parser_of(command: str) -> Parser:
         except _Found as found:
             parser: Parser = found.args[0]
             return parser
-    raise LookupError(f"'percuss {command}' does not parse its arguments by percuss.cli.parser.Parser")
+    raise LookupError(f"'percuss {command}' does not parse its arguments by percuss.cli.arguments.Parser")
 
 
 def commands() -> str:
@@ -111,114 +98,13 @@ def _argument(parser: Parser, action: argparse.Action) -> str:
 
 # -- the case file -----------------------------------------------------------------------------------------------------
 
-_VALUES: list[tuple[Any, str]] = [
-    (values.Length, "length"),
-    (values.Area, "area"),
-    (values.Frequency, "frequency"),
-    (values.Time, "time"),
-    (values.Stress, "pressure"),
-    (values.Density, "density"),
-    (values.Drag, "damping"),
-    (values.DampingValue, "number, text with a unit, or list of numbers"),
-    (damping_table.BarDamping, "table"),
-    (damping_table.SystemDamping, "table"),
-    (section_tables.SectionTables, "list of tables"),
-    (tool_tables.ToolSections, "list of tables"),
-    (valve_tables.States, "table of forces or tables"),
-    (valve_tables.PlainStates, "table of numbers"),
-    (valve_tables.Ports, "list of tables"),
-    (valve_tables.PlainPorts, "list of tables"),
-    (valve_tables.ChamberTable, "table"),
-    (valve_tables.CushionTable, "table"),
-    (valve_tables.PlainCushion, "table"),
-    (valve_tables.SupplyTable, "table"),
-    (valve_tables.CushionTable, "table"),
-    (valve_tables.PlainCushion, "table"),
-    (valve_tables.PlainChamber, "table"),
-    (valve_tables.PlainSupply, "table"),
-    (valve_tables.Reads, '`"centre"` or number'),
-    (values.Mass, "mass"),
-    (values.NumberOrStiffness, "stiffness"),
-    (values.NumberOrDashpot, "dashpot"),
-    (values.Stiffness, "stiffness"),
-    (values.Flow, "flow"),
-    (values.Compliance, "compliance"),
-    (values.Restitution, 'number or `"from the blow"`'),
-    (values.Velocities, "velocity, or list of velocities"),
-    (values.PlainVelocities, "number, or list of numbers"),
-    (values.Steps, "list of pairs `[time, force]`"),
-    (values.PlainSteps, "list of pairs of numbers"),
-    (values.Force, "force"),
-    (values.ForceOrPressure, "force or pressure"),
-    (values.ForceUnit, "unit of force or pressure"),
-    (values.Coefficients, "list of pairs `[re, im]`"),
-    (values.Column, "name or number"),
-    (values.PlainNumber, "number"),
-    (values.Numbers, "list of numbers"),
-    (values.NumberOrLength, "number or length"),
-    (values.NumberOrVelocity, "number or velocity"),
-    (values.NumberOrTime, "number or time"),
-    (float, "number"),
-    (int, "whole number"),
-    (bool, "true or false"),
-    (str, "text"),
-]
-
-
-def said_of(table: type[values.Table], key: str) -> dict[str, str]:
-    """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
-
-    A key without a text has that of the SI form of its load, or of the nearest class before its own with such a key.
-    """
-    said = ModuleAnalyzer.for_module(table.__module__).find_attr_docs()
-    classes = [name for name, thing in vars(sys.modules[table.__module__]).items() if isinstance(thing, type)]
-    name = table.__name__
-    places = [name, name.replace("Load", "Force"), *classes[classes.index(name) :: -1]]
-    text = next((" ".join(said[place, key]).strip() for place in places if (place, key) in said), None)
-    if text is None:
-        raise LookupError(f"{table.__module__} says nothing below {table.__name__}.{key}")
-    meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)
-    found = {"meaning": meaning.rstrip(".")}
-    for part in rest:
-        name, _, what = part.partition(": ")
-        found[name.lower().removeprefix("when ")] = what.rstrip(".")
-    return found
-
 
 def keys(table_name: str) -> str:
     """The keys that a table declares itself, as a table with their values, what holds without them, and the meaning."""
-    table = next(getattr(module, table_name) for module in (schema, load_tables) if hasattr(module, table_name))
-    hints = typing.get_type_hints(table, include_extras=True)
-    rows = [_row(table, key, hints[key], table.model_fields[key]) for key in table.__annotations__]
+    rows = [
+        f"| `{row.key}` | {row.value} | {row.without} | {row.meaning} |" for row in rows_of(table_class(table_name))
+    ]
     return "\n".join(["| key | value | when left out | meaning |", "|---|---|---|---|", *rows])
-
-
-def _row(table: type[values.Table], key: str, hint: Any, field: FieldInfo) -> str:
-    said = said_of(table, key)
-    value = _value(hint)
-    if "allowed" in said:
-        value += f", {said['allowed']}"
-    if field.is_required():
-        without = "**needed**"
-    else:
-        without = said.get("left out") or (f"`{field.default}`" if field.default is not None else "")
-    return f"| `{field.alias or key}` | {value} | {without} | {said['meaning']} |"
-
-
-def _value(hint: Any) -> str:
-    """The kind of value in words."""
-    for known, words in _VALUES:
-        if hint == known:
-            return words
-    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        return " or ".join(_value(part) for part in typing.get_args(hint) if part is not type(None))
-    if typing.get_origin(hint) is Literal:
-        return " or ".join(f'`"{word}"`' for word in typing.get_args(hint))
-    if typing.get_origin(hint) is typing.Annotated:
-        kind, *limits = typing.get_args(hint)
-        least = next(part.ge for info in limits for part in info.metadata if hasattr(part, "ge"))
-        return f"{_value(kind)}, {least} or greater"
-    raise LookupError(f"no words for the values of {hint}")
 
 
 def units() -> str:

@@ -18,9 +18,9 @@ from functools import lru_cache
 from typing import Any
 
 from percuss.errors import MissingExtraError, PercussError
+from percuss.explore.jobs.archive_layout import versions
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import Chunk, packed
-from percuss.explore.jobs.provenance import versions
 
 __all__ = ["Cluster", "pool"]
 

@@ -2,7 +2,7 @@
 
 Five decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python, nor a cache of its own, nor
-machine code (`percuss.machine_code`).
+machine code (`Whole`).
 `inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
 `apart`: an `inner` that is made once, however many places call it. Of other ones numba makes copies where the function
 that was the first to call them is copied: it hands that down.
@@ -15,17 +15,167 @@ be called from Python: that would end the process. A test compiles it once more 
 
 from __future__ import annotations
 
+import gc
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from numba import njit
+from numba.core import codegen, compiler
 
-from percuss.machine_code import pipelines
+# ---- Machine code made once, of a function that Python calls together with all that it calls
+#
+# By itself numba optimises each function with all that it calls, and makes machine code of it, even where only other
+# compiled functions call it, in which it is then optimised again. And these copies can be seen under one name: which of
+# them ran, each with another order in its sums, depended on what had been compiled or loaded before in the process, and
+# the last digits of a result with it.
+#
+# Here a *part* is lowered and no more. A *whole* takes up its parts, their parts and so on, each once, hides them, and
+# is optimised as one; hidden functions may be changed freely, so that members of a record that nobody reads are not
+# handed over. Numbers are in `design/simulation-speed.md`.
+#
+# All this rests on inner names of numba. Where they are missing, `pipelines` is empty, and numba compiles as ever.
 
-__all__ = ["apart", "entry", "inlined", "inner", "sources_digest", "summed"]
+_Library: Any = codegen.JITCodeLibrary
+_Compiler: Any = compiler.Compiler
+
+_KNOWN = (
+    "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
+    "_optimize_functions", "_raise_if_finalized", "finalize", "get_pointer_to_function",
+)  # fmt: skip
+
+
+class _Quiet:
+    """The code generator for one whose functions have no address: nobody tells it where their environments are."""
+
+    def __init__(self, generator: Any) -> None:
+        self._generator = generator
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._generator, name)
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Nothing: the functions of a part neither raise nor have constants that are objects."""
+
+
+class _Own(_Library):  # type: ignore[misc]
+    """A library of one function."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Passes over single functions, with one manager for all of them, and not for those that are only named."""
+        module.data_layout = self._codegen._data_layout
+        manager, builder = self._codegen._function_pass_manager()
+        for function in module.functions:
+            if not function.is_declaration:
+                manager.run(function, builder)
+
+
+class _Part(_Own):
+    """A function that only compiled ones call: neither optimised as a whole nor made into machine code."""
+
+    @property
+    def codegen(self) -> Any:
+        return _Quiet(self._codegen)
+
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    def alone(self) -> Any:
+        """Its module, without those that it calls."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """With them, for a caller that is compiled in numba's own way."""
+        module = self.alone().clone()
+        for library in _all_of(self._linking_libraries):
+            module.link_in(_module(library), preserve=True)
+        return module
+
+
+class _Whole(_Own):
+    """A function that Python calls, with all that it calls."""
+
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        module = self._final_module
+        own = {function.name for function in module.functions if not function.is_declaration}
+        for library in _all_of(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            module.link_in(_module(library), preserve=True)
+        for function in module.functions:
+            if not function.is_declaration and function.name not in own:
+                function.linkage = "internal"
+        self._optimize_final_module()
+        module.verify()
+        self._finalize_final_module()
+
+
+def _module(library: Any) -> Any:
+    return library.alone() if isinstance(library, _Part) else library._get_module_for_linking()
+
+
+def _all_of(libraries: Iterable[Any]) -> Iterable[Any]:
+    """Libraries and, where they are parts, theirs, each once."""
+    found: dict[int, Any] = {}
+    waiting = list(libraries)
+    while waiting:
+        library = waiting.pop()
+        if id(library) not in found:
+            found[id(library)] = library
+            waiting += library._linking_libraries if isinstance(library, _Part) else ()
+    return found.values()
+
+
+class _Pipeline(_Compiler):  # type: ignore[misc]
+    """numba's way from Python to machine code, with a library of ours."""
+
+    library: ClassVar[type[_Own]]
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        if self.state.library is None:
+            self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
+            self.state.library.enable_object_caching()
+        return super().compile_extra(func)
+
+
+class _PartPipeline(_Pipeline):
+    library = _Part
+
+
+class _WholePipeline(_Pipeline):
+    library = _Whole
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        with _seldom_collected():
+            return super().compile_extra(func)
+
+
+@contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Python's search for cycles among its objects, of which a compilation makes many, seldom."""
+    before = gc.get_threshold()
+    gc.set_threshold(100_000, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+def pipelines() -> tuple[dict[str, Any], dict[str, Any]]:
+    """Options of numba's decorators for parts and for wholes; none where numba has not what they need."""
+    if not all(hasattr(_Library, name) for name in _KNOWN):
+        return {}, {}
+    return {"pipeline_class": _PartPipeline}, {"pipeline_class": _WholePipeline}
+
+
+# ---- How functions are compiled, and what their cache on disk is valid for
 
 _compile: Callable[..., Any] = njit  # with options that its types do not know
 _PART, _WHOLE = pipelines()
@@ -81,14 +231,14 @@ def sources_digest(own: Path) -> str:
     """SHA-256 of the sources that a compiled function may consist of.
 
     Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` beside it, and the
-    room of the simulation. And this file and `machine_code`, for all.
+    room of the simulation. And this file, for all.
     """
     here = Path(__file__)
     if own.parent.name == _ROOM:
         sources = [*own.parent.glob("*.py")]
     else:
         sources = [own, *own.parent.glob("*_kernels.py"), *(here.parent / "simulate" / _ROOM).glob("*.py")]
-    files = {path.resolve() for path in (here, here.with_name("machine_code.py"), *sources)}
+    files = {path.resolve() for path in (here, *sources)}
     found = hashlib.sha256()
     for path in sorted(files):
         found.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")

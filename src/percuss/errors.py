@@ -20,6 +20,8 @@ orbit exists) is not an error: it is a value.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 __all__ = [
     "ArchiveError",
     "CaseError",
@@ -32,6 +34,7 @@ __all__ = [
     "PercussError",
     "ResonanceError",
     "UnitError",
+    "did_you_mean",
 ]
 
 
@@ -184,3 +187,18 @@ def _short(value: object, limit: int = 80) -> str:
     except ValueError:  # a whole number of thousands of digits
         text = "a huge number"
     return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """``did you mean 'kappa'?``, or nothing when no known word comes near.
+
+    Examples
+    --------
+    >>> did_you_mean("kapa", ["amplitude", "kappa"])
+    "did you mean 'kappa'?"
+    """
+    import difflib  # not needed before something is wrong
+
+    names = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(str(word).lower(), names, n=1, cutoff=0.6)
+    return f"did you mean '{names[close[0]]}'?" if close else ""

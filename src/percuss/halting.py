@@ -6,13 +6,17 @@ from call to call but holds for a block, and only for the thread that the block 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeVar
 
 from percuss.errors import Interrupted
 
-__all__ = ["halting", "look"]
+__all__ = ["halting", "interruptible", "look"]
+
+Answer = TypeVar("Answer")
 
 _asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
 
@@ -55,3 +59,30 @@ def look() -> None:
     halt = _asked.get()
     if halt is not None and halt():
         raise Interrupted(0, 1, None)
+
+
+def interruptible(work: Callable[[], Answer]) -> Answer:
+    """What a long call into a library answers, which itself hears no signal: left to itself once nobody waits for it.
+
+    Raises
+    ------
+    Interrupted
+        When the computation was told to stop; by Ctrl-C also KeyboardInterrupt.
+    """
+    found: list[Answer] = []
+    failed: list[BaseException] = []
+
+    def called() -> None:
+        try:
+            found.append(work())
+        except BaseException as error:  # whatever it is, it belongs to who asked
+            failed.append(error)
+
+    thread = threading.Thread(target=called, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.05)
+        look()
+    if failed:
+        raise failed[0]
+    return found[0]

@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.answers.first_lines import name_of, summary_of
-from percuss.case.answers.motion_orbit_in_words import orbit_in_words
 from percuss.case.answers.reach_in_words import reach_in_words
-from percuss.case.answers.timed_in_words import ENDED, law_in_words, timed_in_words
+from percuss.case.answers.sentences import ENDED, law_in_words, name_of, orbit_in_words, summary_of, timed_in_words
 from percuss.neutral import neutral
-from percuss.steady.si import CARDS, REPORTED
+from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
     from percuss.case import Case, OrbitAnswer, SimulationAnswer, SteadyAnswer

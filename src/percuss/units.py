@@ -33,10 +33,10 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
         "kN/mm^2": 1e9, "kgf/cm^2": 98066.5,
     }),
     "force": ("N", "kN", '"2.5 kN" or "2500 N"', {
-        "N": 1.0, "daN": 10.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605, "kgf": 9.80665,
+        "N": 1.0, "mN": 1e-3, "daN": 10.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605, "kgf": 9.80665,
     }),
     "frequency": ("Hz", "1/min", '"40 Hz" or "2400 1/min"', {
-        "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "1/s": 1.0, "s^-1": 1.0, "1/min": 1 / 60, "min^-1": 1 / 60,
+        "Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6, "1/s": 1.0, "s^-1": 1.0, "1/min": 1 / 60, "min^-1": 1 / 60,
         "bpm": 1 / 60, "rpm": 1 / 60, "blows/min": 1 / 60, "rad/s": 0.5 / math.pi,
     }),
     "density": ("kg/m^3", "g/cm^3", '"7850 kg/m^3" or "7.85 g/cm^3"', {
@@ -55,7 +55,8 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
     }),
     "mass": ("kg", "g", '"5 kg" or "5000 g"', {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}),
     "stiffness": ("N/m", "kN/mm", '"400 kN/mm" or "0.4 GN/m"', {
-        "N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "kN/mm": 1e6, "MN/mm": 1e9, "N/um": 1e6,
+        "N/m": 1.0, "mN/m": 1e-3, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "mN/mm": 1.0, "kN/mm": 1e6,
+        "MN/mm": 1e9, "N/um": 1e6, "mN/um": 1e3,
         "lbf/in": 4.4482216152605 / 0.0254,
     }),
     "flow": ("m^3/s", "l/min", '"133 l/min" or "2.2e-3 m^3/s"', {
@@ -307,6 +308,9 @@ def _near(tidy: str, unit: str, dimension: str) -> str:
         alike = alike or [units[u] for u in difflib.get_close_matches(tidy.lower(), units, n=1, cutoff=0.7)]
         if alike:
             other = "" if d == dimension else f", a unit of {d}"
+            meant = _pint_scale(tidy, _TABLE[d][0]) if alike[0].lower() == tidy.lower() else None
+            if isinstance(meant, float):  # what SI means by it, and hardly who writes it
+                other += f'; what SI calls so is written "{meant:g} {_TABLE[d][0]}"'
             return f'unknown unit "{unit}": did you mean "{alike[0]}"{other}?'
     return f'unknown unit "{unit}"'
 

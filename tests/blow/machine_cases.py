@@ -8,9 +8,9 @@ import numpy as np
 
 from percuss.blow import Rod, Wall
 from percuss.blow.machine import Impacts, Limits, Release, machine_motion
-from percuss.blow.machine.following import Course
-from percuss.blow.machine.impacts import impacts_of
-from percuss.blow.machine.tables import machine_record
+from percuss.blow.machine.lattice import machine_record
+from percuss.blow.machine.wave_motion import impacts_of
+from percuss.blow.machine.wave_running import Course
 from percuss.model import Kept, Load, System
 from percuss.model.body import SteppedBar, UniformBar
 

@@ -11,8 +11,9 @@ from scipy.interpolate import BarycentricInterpolator
 
 from blow_strategies import collisions, struck
 from collisions import Collision
-from percuss.blow import Wall, strike, string_state
-from percuss.blow.kernels.layout import MOST_DEGREE
+from percuss.blow import Wall, strike
+from percuss.blow import stresses as string_state
+from percuss.blow.kernels.wave_records import MOST_DEGREE
 from percuss.blow.over_time import cells_over_time, energy_over_time
 from percuss.model import Bar
 from percuss.model.checks import Array

@@ -9,8 +9,7 @@ from hypothesis import example, given, settings
 from blow_strategies import collisions, exact_collisions, struck
 from collisions import Collision
 from percuss.blow import Rod, Wall, strike
-from percuss.blow.envelope import force_envelope
-from percuss.blow.over_time import cells_over_time
+from percuss.blow.over_time import cells_over_time, force_envelope
 from percuss.errors import ParameterError
 from percuss.model import Bar, Section
 

@@ -12,8 +12,8 @@ from numba import njit
 from numpy.polynomial import chebyshev
 
 from percuss.blow import Outcome, Rock, Rod, strike
-from percuss.blow.kernels.joining import joined
-from percuss.blow.kernels.layout import APART, MOST_JOINED, WIDTH
+from percuss.blow.kernels.rows import joined
+from percuss.blow.kernels.wave_records import APART, MOST_JOINED, WIDTH
 from percuss.model import Section, SectionedBar
 
 _joined: Any = njit(joined.py_func)  # by itself it can be called by compiled functions only

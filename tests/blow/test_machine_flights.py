@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from machine_cases import TURN, bar, followed
 from percuss.blow import Wall
 from percuss.blow.machine import Release
-from percuss.blow.machine.lattice import MOST_STEPS, lattice_of
-from percuss.blow.machine.tables import load_means
+from percuss.blow.machine.lattice import MOST_STEPS, lattice_of, load_means
 from percuss.errors import ParameterError
 from percuss.model import Load
 from percuss.model.body import External, KelvinVoigt, Ratio

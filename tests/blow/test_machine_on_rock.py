@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from percuss import Load, System, Timed, timed_states
 from percuss.blow import Rock, Rod, effective_blow, strike
-from percuss.blow.kernels.machine_motion import follow
+from percuss.blow.kernels.lattice_motion import follow
 from percuss.blow.machine import Limits, Release, machine_motion
-from percuss.blow.machine.following import Course
-from percuss.blow.machine.tables import machine_record
+from percuss.blow.machine.lattice import machine_record
+from percuss.blow.machine.wave_running import Course
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Section, SectionedBar
 

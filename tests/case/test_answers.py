@@ -14,13 +14,12 @@ from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
 from percuss.case.answers.clock_note import CLOCKED, clock_in_short, clock_note, clocked_because
 from percuss.case.answers.ends import Ends, ends_of
-from percuss.case.answers.ends_in_words import ends_sentence
+from percuss.case.answers.sentences import ends_sentence
 from percuss.cli import main
-from percuss.cli.ends_section import ends_section
-from percuss.cli.steady_report import steady_report
-from percuss.model.switching import switching_of
+from percuss.cli.steady_report import ends_section, steady_report
+from percuss.model.machine import switching_of
 from percuss.steady import drag_of, greatest_drag
-from percuss.steady.level import level
+from percuss.steady.phases import level
 
 PLAIN = """
 [system]
@@ -193,7 +192,7 @@ def test_json_follows_only_when_asked(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_the_command_that_follows_more_can_be_typed() -> None:
-    from percuss.cli.ends_section import ends_section
+    from percuss.cli.steady_report import ends_section
 
     ends, system = Ends(1, 0, 100, ()), plain(0.3, 0.5).system()
     for name, typed in (("<stdin>", "-"), ("my case.toml", "'my case.toml'"), ("mini-breaker", "mini-breaker")):

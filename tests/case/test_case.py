@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from case_texts import PLAIN, SI
 from percuss.case import Case, CaseErrors, steady_answer
-from percuss.case.file_format.writing import toml_text
+from percuss.case.file_format.reading import toml_text
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import CaseError, LoadError, ResonanceError
 from percuss.model import Ratio, Reversed

@@ -11,10 +11,8 @@ from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
-from percuss.case.parameters.description import plain_tables
-from percuss.case.parameters.moved_case import placed
-from percuss.case.parameters.moves import MOVES, RELATIVE
-from percuss.case.parameters.parameter_list import parameters
+from percuss.case.parameters.description import parameters, plain_tables
+from percuss.case.parameters.moves import MOVES, RELATIVE, placed
 from percuss.errors import CaseError, ParameterError
 from percuss.explore import PARAMETERS
 from percuss.model import Damping, External, KelvinVoigt, Ratio, SteppedBar

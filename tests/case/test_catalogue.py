@@ -7,14 +7,25 @@ from pathlib import Path
 
 import pytest
 
-from percuss.case import MACHINES, Case, load_case, machine_answer, steady_answer, structure_answer
+from percuss.case import (
+    MACHINES,
+    Case,
+    load_case,
+    machine_answer,
+    machine_motion,
+    simulation_answer,
+    steady_answer,
+    structure_answer,
+)
 from percuss.case.answers.machine_figures import machine_figures
 from percuss.case.catalogue.sample_cases import (
     HISTORY_FILE,
+    STRUCTURES,
     SampleMachine,
     file_beside,
     is_sample,
     machine_text,
+    sample_names,
     uses_history,
     write_beside,
     write_history,
@@ -144,3 +155,19 @@ def test_history_is_the_same_every_time(tmp_path: Path) -> None:
 def test_unknown_machine() -> None:
     with pytest.raises(CaseError, match=r"did you mean 'mini-breaker'\?"):
         machine_text("mini-braker")
+
+
+@pytest.mark.parametrize("name", sample_names())
+def test_a_simulation_from_its_own_start_ends_in_the_motion_of_its_line(name: str) -> None:
+    case = load_case(name)
+    sample = next(one for one in (*MACHINES, *STRUCTURES) if one.name == name)
+    if case.is_machine:
+        told = machine_motion(case)
+        assert told.motion.label == "runs 1/1"
+        return
+    told, apart = simulation_answer(case), getattr(sample, "from_rest", "")
+    assert told.motion.label == (apart or "z=1/1") and told.motion.outcome == "periodic"
+    if isinstance(sample, SampleMachine) and not apart:
+        assert told.summary.si is not None
+        assert told.summary.si.main_blow_rate_Hz == pytest.approx(sample.blow_rate, rel=0.01)
+        assert told.summary.si.blow_energy_J == pytest.approx(sample.blow_energy, rel=0.01)

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from percuss.blow import Rod, effective, strike
+from percuss.blow import Rod, strike
+from percuss.blow import striking as effective
 from percuss.case import Case, load_case
-from percuss.case.file_format.contact_from_blow import blow_of
+from percuss.case.file_format.building import blow_of
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.description import plain_tables
-from percuss.case.parameters.parameter_list import parameters
+from percuss.case.parameters.description import parameters, plain_tables
 from percuss.errors import CaseError
 from percuss.model import Kept, Reversed
 from percuss.model.contact import Timed

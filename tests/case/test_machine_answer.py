@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from percuss.case import Case, MachineAnswer, load_case, machine_answer
-from percuss.case.answers.machine_course import course_of, cycle_table
-from percuss.case.answers.machine_figures import machine_figures
-from percuss.case.answers.machine_in_words import headline
+from percuss.case.answers.machine_answer import headline
+from percuss.case.answers.machine_figures import course_of, cycle_table, machine_figures
 from percuss.errors import CaseError
 
 PORTS = load_case("valve-breaker").to_dict()["load"]["ports"]
@@ -106,6 +105,24 @@ def test_the_blank_blow_goes_into_the_cushion_of_the_case() -> None:
     leaving = machine_answer(soft, modes=0).blank
     assert "nothing holds the piston back" in dict(leaving.rows)["then"]
     assert leaving.to_json_dict()["si"]["reach_m"] is None
+
+
+def test_the_blank_blow_of_a_pump_has_its_pressure_and_tells_the_worst_pass() -> None:
+    """The pressure for which the areas are told of changes nothing: what the pump gives decides."""
+    cushion = {"beyond": "5 mm", "force": "150 kN", "stiffness": "5 MN/m"}
+    supply = {"flow": "133 l/min", "accumulator": "20 cm^3/bar"}
+    found = []
+    for pressure in ("120 bar", "160 bar", "230 bar"):
+        answer = machine_answer(changed({"cushion": cushion, "supply": supply, "pressure": pressure}), modes=0)
+        found.append(answer.to_json_dict()["blank_blow"])
+        rows = dict(answer.blank.rows)
+        assert "bar, the mean of the cycle" in rows["pressure"]
+        assert f"number {found[-1]['worst_pass']}: " in rows["worst pass"] and "kN" in rows["worst pass"]
+    first, *others = (one["si"] for one in found)
+    assert all(one["again_m_s"] == pytest.approx(first["again_m_s"], rel=1e-5) for one in others)
+    assert all(one["worst_depth_m"] == pytest.approx(first["worst_depth_m"], rel=1e-5) for one in others)
+    assert first["worst_depth_m"] > first["depth_m"] and found[0]["worst_pass"] > 1
+    assert first["worst_force_N"] == pytest.approx(150e3 + 5e6 * first["worst_depth_m"])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from percuss.blow.record_fit import fitted_record
+from percuss.blow.gauges import fitted_record
 from percuss.case import BlowAnswer, Case, blow_answer, measured_gauge
 from percuss.errors import HistoryError, ParameterError
 

@@ -11,8 +11,8 @@ import pytest
 from machine_records import MASS, breaker, recorded_machine
 from percuss.case import Case, recorded_answer, steady_answer
 from percuss.case.answers.clock_note import CLOCKED
-from percuss.case.answers.first_lines import summary_of
-from percuss.case.answers.recorded_in_words import recorded_headline
+from percuss.case.answers.recorded_answer import recorded_headline
+from percuss.case.answers.sentences import summary_of
 from percuss.cli import main
 from percuss.model import Kept, Valve
 
@@ -114,3 +114,46 @@ def test_what_is_mistyped_of_a_record(tmp_path, capsys, options, says) -> None:
 def test_a_valve_takes_no_options_of_a_record(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["machine", "valve-breaker", "--blow", "3 ms"]) == 2
     assert "only for a recorded load" in capsys.readouterr().err
+
+
+def _damaged(tmp_path: Path, how: str) -> Path:
+    """A case of a record that drifts, or is cut off: as one force, or in one of two channels."""
+    file = saved(tmp_path, BEFORE)
+    time, force = np.loadtxt(tmp_path / "force.csv", delimiter=",", skiprows=1).T
+    span, rear, front = np.ptp(force), force, np.zeros_like(force)
+    if how == "drift":
+        rear = force + 0.8 * span * (time - time[0]) / np.ptp(time)
+    elif how == "clipped":
+        rear = np.clip(force, None, force.max() - 0.15 * span)
+    else:  # the difference of the channels hides it
+        front = 0.05 * span * (2.0 + np.sin(900.0 * time))
+        rear = np.clip(force, None, force.max() - 0.15 * span) if how == "rear" else force + front
+        front = np.clip(front, None, 0.12 * span) if how == "front" else front
+    rows = (f"{t:.6f},{r:.2f},{f:.2f}\n" for t, r, f in zip(time, rear, front, strict=True))
+    (tmp_path / "force.csv").write_text("time [s],rear [N],front [N]\n" + "".join(rows), encoding="utf-8")
+    two = 'opposing_column = "front [N]"\n' if how in ("rear", "front") else ""
+    file.write_text(
+        f'{PISTON}[load]\nkind = "history"\nfile = "force.csv"\ncolumn = "rear [N]"\n{two}', encoding="utf-8"
+    )
+    return file
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("drift", "the mean drifts by"),
+        ("clipped", "of the samples lie exactly at the highest value"),
+        ("rear", "of the samples of column rear [N] lie exactly at the highest value"),
+        ("front", "of the samples of column front [N] lie exactly at the highest value"),
+    ],
+)
+def test_the_machine_is_told_with_every_warning_about_its_record(tmp_path, capsys, how: str, said: str) -> None:
+    file = _damaged(tmp_path, how)
+    history = steady_answer(Case.read(file)).history
+    assert history is not None and any(said in warning for warning in history.warnings)
+    main(["machine", str(file), "--modes", "0", "--json"])
+    told = json.loads(capsys.readouterr().out)["warnings"]
+    assert set(history.warnings) <= set(told)
+    main(["machine", str(file), "--modes", "0"])
+    report = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert all(" ".join(warning.split()) in report for warning in history.warnings)

@@ -10,9 +10,9 @@ import pytest
 
 from case_texts import HEAD, SHAFT, plain_case, refusal, si_case
 from percuss.case import Case, CaseErrors
+from percuss.case.file_format.body_tables import MATERIALS
 from percuss.case.file_format.plain_tables import case_of, json_tables
-from percuss.case.file_format.section_tables import MATERIALS
-from percuss.case.file_format.writing import toml_text
+from percuss.case.file_format.reading import toml_text
 from percuss.case.parameters.description import plain_tables
 from percuss.model import External, Ratio, SectionedBar, SteppedBar, UniformBar
 

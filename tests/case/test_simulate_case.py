@@ -14,9 +14,12 @@ import pytest
 from case_texts import FOURIER, plain_case, si_case
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
+from percuss.case.answers.simulation_answer import held_down_in_words
+from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
+from percuss.cli.motion_report import motion_report
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate import DISTRIBUTIONS
+from percuss.simulate.stop import MAX_MODES
 from percuss.stability import floquet_multipliers
 
 SI = si_case("damping_ratio = 1e-3", sizes='length = "300 mm"\ndiameter = "49 mm"')
@@ -46,7 +49,7 @@ def test_without_tables_the_defaults_of_run(text: str) -> None:
 
 
 def test_the_most_modes_are_those_of_the_engine() -> None:
-    from percuss.simulate.running import MAX_MODES as most
+    from percuss.simulate.stop import MAX_MODES as most
 
     assert most == MAX_MODES
 
@@ -447,3 +450,17 @@ def test_a_title_cannot_break_the_text() -> None:
     found = json.loads(simulation_answer(case).to_json_text())
     assert found["title"] == '"events": []'
     assert len(found["events"]) == 2
+
+
+def test_that_the_load_holds_the_bar_down_is_told() -> None:
+    """Of a bar whose impacts turn the strain over; one that keeps it is never held so."""
+    case = plain(simulation="impacts = 60\nmodes = 4")
+    kept = simulation_answer(case)
+    answer = simulation_answer(case.varied({"system.strain": "reversed"}))
+    told = answer.to_json_dict()["held_down"]
+    assert kept.to_json_dict()["held_down"] is None
+    shares = answer.motion.events.held_down
+    assert told == {"rests": shares.size, "greatest_share": shares.max()} and 0.0 < shares.max() < 1.0
+    (row,) = held_down_in_words(shares)
+    assert row[0] == "held down" and f"{100.0 * shares.max():.2g} % of the energy" in row[1]
+    assert row in motion_report(answer, 0).sections[1].rows

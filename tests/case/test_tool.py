@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,13 +13,12 @@ from hypothesis import strategies as st
 
 from percuss.blow import Rock, Rod, Wall
 from percuss.case import MACHINES, Case, load_case
+from percuss.case.file_format.body_tables import MATERIALS
 from percuss.case.file_format.plain_tables import case_of, json_tables
-from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import varied_keys
-from percuss.case.parameters.description import plain_tables
-from percuss.case.parameters.moved_case import placed
-from percuss.case.parameters.parameter_list import parameters
+from percuss.case.parameters.description import parameters, plain_tables
+from percuss.case.parameters.moves import placed
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Section, SteppedBar, UniformBar
 from percuss.model.contact import Timed
@@ -439,3 +439,23 @@ def test_the_tools_of_the_catalogue() -> None:
         speed = math.sqrt(2.0 * machine.blow_energy / machine.mass)
         if name != "laboratory-striker":  # that one has the speed of its experiment
             assert question.velocity == pytest.approx(speed, rel=0.02)
+
+
+def test_masses_at_the_steps_of_a_rod():
+    """Each with the section before its step: in the rod, on the way back, varied, and refused behind the last."""
+    text = BAR + TOOL.replace('diameter = "38 mm"}', 'diameter = "38 mm", joint_mass = "2.5 kg"}') + BLOW
+    case = Case.from_text(text)
+    rod = case.blow_question().target
+    assert rod.joint_masses == ((1, 2.5),)
+    plain = Case.from_text(BAR + TOOL + BLOW).blow_question().target
+    assert rod == replace(plain, joint_masses=[(1, 2.5)])
+    assert case_of(json_tables(case), "<text>") == case
+    keys = [key for key in varied_keys(case) if "joint_mass" in key]
+    assert keys == ["tool.sections[0].joint_mass"]
+    family = CaseFamily(case, {keys[0]: "g"})
+    assert family.varied({keys[0]: 700.0}).blow_question().target.joint_masses == ((1, 0.7),)
+    assert family.blow({keys[0]: 700.0}).bit_force is not None
+    with pytest.raises(CaseError, match=r"sections\[1\].joint_mass.* a mass at the end of the rod is bit_mass"):
+        Case.from_text(text.replace('diameter = "60 mm"}', 'diameter = "60 mm", joint_mass = "1 g"}'))
+    with pytest.raises(CaseError, match=r"sections\[0\].joint_mass.*0 or greater"):
+        Case.from_text(text.replace("2.5 kg", "-1 kg"))

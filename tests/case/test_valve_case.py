@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from percuss.case import Case, CaseErrors, load_case
 from percuss.case.file_format.plain_tables import case_of, json_tables
-from percuss.case.file_format.start_and_simulation import Start
 from percuss.errors import CaseError
 from percuss.model import Chamber, Machine, Port, Valve
+from percuss.simulate import Start
 
 PLAIN = """
 [system]
@@ -126,7 +126,7 @@ def test_any_valve_survives_writing(states, behind, delay, place, stiffness, roo
         ('pressure = "160 bar"', 'pressure = "160 bar"\nroom = "0 m"', "load.room = '0 m': expected a length greater"),
         ('pressure = "160 bar"', 'pressure = "160 bar"\nroom = "13 cm"', "load.ports[0].behind = .*the room, 13"),
         ('kind = "valve"', 'kind = "vavle"', "load.kind = 'vavle': .*did you mean 'valve'?"),
-        ('pressure = "160 bar"', 'pressure = "1e300 bar"', "load.states: .*check the units"),
+        ('pressure = "160 bar"', 'pressure = "1e300 bar"', "load.states.return = .*check the scales"),
         ('behind = "130 mm"', 'behind = "1e-30 mm"', "load.ports[0].behind: .*check the units"),
         ('pressure = "160 bar"', 'pressure = "160 bar"\nat = 3', "load.at = 3: "),
     ],

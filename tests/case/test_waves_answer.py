@@ -7,7 +7,7 @@ import pytest
 from percuss.blow import Rod, Wall
 from percuss.blow.machine import Limits
 from percuss.case import Case, load_case, waves_answer
-from percuss.case.answers.waves_question import limits_of, release_of, struck_by
+from percuss.case.answers.waves_answer import limits_of, release_of, struck_by
 
 PLAIN = """
 [system]

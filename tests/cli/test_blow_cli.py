@@ -147,7 +147,7 @@ def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion() -> None:
     case = load_case("stepped-drifter")
     tables = case.to_dict()
     del tables["blow"]
-    from percuss.case.file_format.writing import toml_text
+    from percuss.case.file_format.reading import toml_text
 
     bare = Case.from_text(toml_text(tables))
     by_speed, whole = blow_answer(bare, until=3e-4), blow_answer(bare, until=3e-4, whole_field=True)

@@ -18,7 +18,7 @@ import pytest
 from case_texts import PLAIN
 from percuss.case import MACHINES, Case
 from percuss.cli import main
-from percuss.cli.parser import periods
+from percuss.cli.arguments import periods
 
 PERCUSS = [sys.executable, "-m", "percuss"]
 
@@ -277,7 +277,7 @@ def test_plot(process: Run, tmp_path: Path) -> None:
         ),
         *(
             (["sweep", "case.toml", "--x", "restitution=0:0.5:3", "--csv", wrong], ["--csv", f"'{wrong}'", "in .csv"])
-            for wrong in ("-", "", "x.txt", "csv")
+            for wrong in ("", "x.txt", "csv")
         ),
         (["steady", "case.toml", "--plot", "picture.gif"], ["picture.gif", ".png, .svg or .pdf"]),
         (["steady", "case.toml", "--plot", "nowhere/picture.png"], ["there is no folder 'nowhere'"]),
@@ -442,3 +442,25 @@ def test_report_at_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 )
 def test_periods(text: str, found: tuple[int, ...]) -> None:
     assert periods(text) == found
+
+
+MADE = {
+    "machine": "-o --plot", "simulate": "-o --plot", "steady": "--plot --report", "blow": "-o --csv --plot",
+    "follow": "-o --plot", "sweep": "-o --csv --plot", "experiment": "-o --plot", "basins": "-o --plot",
+    "diagram": "-o --csv --netcdf --plot", "export": "-o", "paper": "-o",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", MADE)
+def test_standard_output_is_no_file_to_be_made(run: Run, command: str) -> None:
+    """Alike for all commands: it has the report; nothing is computed before."""
+    needed = {"sweep": ["--x", "restitution=0:1:3"], "follow": ["--along", "mean=0:1"], "paper": []}
+    needed |= {"basins": ["--x", "position=-1:0:3", "--y", "velocity=0:1:3"], "diagram": ["--along", "mean=0:1"]}
+    for option in MADE[command].split():
+        case = [] if command == "paper" else ["mini-breaker"]
+        told = "standard output has the report; give the name of a file"
+        refused(run(command, *case, *needed.get(command, []), option, "-"), told)
+
+
+def test_new_prints_to_standard_output(run: Run) -> None:
+    assert run("new", "mini-breaker", "-o", "-").stdout == run("new", "mini-breaker").stdout != ""

@@ -134,7 +134,7 @@ def test_workers_leave_sigterm_to_the_asking_process(tmp_path):
 
 
 def test_signals_wait_while_something_is_done_to_its_end():
-    from percuss.explore.jobs.deferred_interrupt import undisturbed
+    from percuss.explore.jobs.pool import undisturbed
 
     before = signal.getsignal(signal.SIGINT)
     done = []

@@ -107,7 +107,6 @@ def test_warnings_stand_on_the_standard_error(capsys: pytest.CaptureFixture[str]
         (["simulate", "valve-breaker", "--contact", "waves"], "'percuss machine' answers for a valve"),
         (["experiment", "valve-breaker", "--distribution", "wide"], "expected wall, field, gentle, or a file"),
         (["basins", "valve-breaker", "--x", "time=0:6:2", "--y", "velocity=-6:-1:2"], "no clock drives the machine"),
-        (["serve", "valve-breaker"], "'percuss machine' answers for a valve"),
     ],
 )  # fmt: skip
 def test_what_is_mistyped_or_asked_of_the_wrong_command(

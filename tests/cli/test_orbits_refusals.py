@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, System
-from percuss.case.answers.orbit_phases import orbit_at_phases
+from percuss.case.answers.orbits_answer import orbit_at_phases
 from percuss.cli import main
 from percuss.errors import ParameterError
 from percuss.steady import orbits
@@ -122,7 +122,9 @@ def test_the_largest_labels_are_searched(cases: dict[str, str], capsys: pytest.C
 def test_modes_of_free_amplitude_are_named(cases: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     """ω_1 = 2 swings twice in a load period, ω_2 and ω_3 four and six times: a free amplitude of each."""
     assert main(["orbits", cases["RINGING"]]) == 0
-    assert "of elastic modes 1, 2, 3, which come back" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "3 elastic modes, but for the free amplitude of modes 1, 2, 3." in told
+    assert "of elastic modes 1, 2, 3, which come back" in told
     assert main(["orbits", cases["RINGING"], "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["resonant_modes"] == [1, 2, 3]
 

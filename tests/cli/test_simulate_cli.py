@@ -21,8 +21,8 @@ from percuss import Start, Stop, run
 from percuss.case import Case, load_case
 from percuss.cli import main, simulate
 from percuss.cli import simulation_progress as watch
+from percuss.cli.arguments import events, start_keys, time_or_text, whole
 from percuss.cli.motion_report import label_in_words
-from percuss.cli.simulate_arguments import events, start_keys, time_or_text, whole
 from percuss.simulate import Trajectory
 
 TABLES = """
@@ -375,26 +375,6 @@ def test_no_bar_for_a_short_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = watch.Watch(seen=True)
     seen(SimpleNamespace(impacts=5, time=1.0, fraction=0.25))  # type: ignore[arg-type]
     assert seen._bar is None
-
-
-@pytest.mark.parametrize("seen", [True, False])
-def test_a_note_on_compiling_for_a_person_only(
-    seen: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    class AtOnce:
-        """A timer whose time is up when it starts."""
-
-        daemon = False
-
-        def __init__(self, _seconds: float, tell: Any) -> None:
-            self.start = tell
-            self.cancel = lambda: None
-
-    monkeypatch.setattr(threading, "Timer", AtOnce)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: seen, raising=False)
-    with watch.watched():
-        pass
-    assert ("compiling the kernels" in capsys.readouterr().err) is seen
 
 
 def test_another_thread_may_simulate() -> None:

@@ -20,8 +20,8 @@ from percuss import Load, System
 from percuss.case import load_case
 from percuss.cli import main
 from percuss.explore import REASONS, boundaries, sweep
-from percuss.explore.attractors.basin_job import BasinsJob
-from percuss.explore.attractors.experiment_job import ExperimentJob
+from percuss.explore.attractors.basin import BasinsJob
+from percuss.explore.attractors.experiments import ExperimentJob
 from percuss.explore.quantities import CYCLE_KINDS
 from percuss.simulate import OUTCOMES
 
@@ -273,7 +273,7 @@ def test_what_no_memory_holds_is_refused_after_a_sample(percuss, monkeypatch, as
         monkeypatch.setattr(job, "compute", compute)
     done = percuss(*ask, "--modes", 0)
     assert (done.code, done.out) == (2, "") and "--yes" in done.err and re.search(r"\d [GT]B", done.err)
-    monkeypatch.setattr("percuss.explore.jobs.result_columns._memory", lambda: 64e9)
+    monkeypatch.setattr("percuss.explore.jobs.carrying_out._memory", lambda: 64e9)
     done = percuss(*ask, "--modes", 0, "--yes")
     assert (done.code, done.out) == (2, "") and "of memory" in done.err
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+import sys
+import threading
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from case_texts import plain_case
-from percuss.cli import main
+from percuss.cli import app, main, waiting
 from percuss.cli.report_parts import Grid, Report, Section
 from percuss.cli.report_printing import show as show_report
 from percuss.neutral import neutral, one_line
@@ -85,3 +89,66 @@ def test_neutral():
     assert one_line("a\nb") == "a\\u000ab"
     assert json.loads(f'"{neutral(chr(0x9B))}"') == "\x9b"
     assert neutral("Ωμ é 𝄞") == "Ωμ é 𝄞"
+
+
+@pytest.mark.parametrize("seen", [True, False])
+@pytest.mark.parametrize("command", [name for name in app.COMMANDS if name != "serve"])
+def test_no_command_is_silent_for_long(monkeypatch, capsys, command, seen):
+    """Whatever it does: a person is told once; a file of messages is not."""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: seen, raising=False)
+    monkeypatch.setattr(waiting, "PATIENCE", 0.05)
+    monkeypatch.setattr(waiting, "_SHARE", 0.0)
+    slow = dict.fromkeys(("run", "show", "export"), lambda arguments: time.sleep(0.5) or 0)
+    monkeypatch.setattr(app, "import_module", lambda name: SimpleNamespace(**slow))
+    assert main([command]) == 0
+    assert capsys.readouterr().err == (f"percuss: {command}: computing\n" if seen else "")
+
+
+def test_what_is_shown_breaks_the_silence(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(waiting, "PATIENCE", 0.4)
+
+    def talks(arguments):
+        for _ in range(12):
+            print("on")
+            time.sleep(0.1)
+        return 0
+
+    monkeypatch.setattr(app, "import_module", lambda name: SimpleNamespace(run=talks))
+    assert main(["machine"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_what_a_command_is_at():
+    """By where it is: while kernels are compiled, in a room, and elsewhere."""
+    from percuss import Load, System, steady_states
+    from percuss.compiled import _WHOLE, _compile
+    from percuss.simulate import Stop, run
+
+    def seen_in(work) -> set[str]:
+        found, ended, thread = set(), threading.Event(), threading.get_ident()
+
+        def look():
+            while not ended.wait(0.002):
+                found.add(waiting.doing(thread))
+
+        looking = threading.Thread(target=look)
+        looking.start()
+        try:
+            work()
+        finally:
+            ended.set()
+            looking.join()
+        return found
+
+    def compile_() -> None:
+        function = eval("lambda x: 2.0 * x")  # of no file, so that nothing is kept
+        _compile(**_WHOLE)(function)(1.0)
+
+    assert any("compiling the kernels once" in what for what in seen_in(compile_))
+    system = System(20.0, 0.0048, 0.6, Load.harmonic(0.9, 1.0))
+    assert "simulating" in seen_in(lambda: run(system, modes=32, stop=Stop(impacts=100_000, periodic=False)))
+    assert "solving for steady motions" in seen_in(
+        lambda: [steady_states(System(20.0, 1e-4 * k, 0.6, Load.harmonic(0.9, 1.0))).orbits for k in range(1, 30)]
+    )
+    assert seen_in(lambda: time.sleep(0.05)) == {"computing"}

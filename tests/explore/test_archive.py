@@ -25,12 +25,11 @@ from jobs import COLUMNS, Grid, Sines, same, whole
 from percuss.cli import main
 from percuss.errors import ArchiveError, PercussError
 from percuss.explore.jobs import archive as module
-from percuss.explore.jobs.archive import FORMAT, RESULTS, Archive, check_free
+from percuss.explore.jobs.archive import LOCK, RESULTS, Archive, Lock, check_free, is_locked
 from percuss.explore.jobs.archive_export import dataset_of, plain_dataset, write_csv
-from percuss.explore.jobs.archive_lock import LOCK, Lock, is_locked
+from percuss.explore.jobs.archive_layout import FORMAT, command, differences
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.explore.jobs.job import Column
-from percuss.explore.jobs.request_text import differences
 
 HERE = Path(__file__).resolve().parent
 
@@ -268,7 +267,7 @@ def test_locks_where_the_system_has_none(tmp_path, monkeypatch):
     """Then the file says who writes; other hosts cannot be asked."""
     import socket
 
-    monkeypatch.setattr("percuss.explore.jobs.archive_lock.fcntl", None)
+    monkeypatch.setattr("percuss.explore.jobs.archive.fcntl", None)
     lock = Lock(tmp_path)
     assert is_locked(tmp_path)
     with pytest.raises(ArchiveError, match="is writing it"):
@@ -556,3 +555,28 @@ def test_times_tell_when(tmp_path):
 
     created = datetime.fromisoformat(Archive.open(tmp_path / "a.zarr").created)
     assert abs(created.timestamp() - begin) < 60
+
+
+@pytest.mark.parametrize("until", ["it is laid out", "it is renamed"])
+def test_who_was_quicker_is_writing(tmp_path, monkeypatch, until):
+    """Two resume what is not there yet: the later is not told to resume, but who writes it, also in the last moment."""
+    job, place, exists, seen = Sines(20), tmp_path / "a.zarr", Path.exists, []
+
+    def late(path):
+        if path == place and until == "it is renamed" and not seen:
+            return bool(seen.append(path))
+        return exists(path)
+
+    with Archive.create(place, job, 4):
+        monkeypatch.setattr(module, "check_free", lambda path: None)
+        monkeypatch.setattr(Path, "exists", late)
+        with pytest.raises(ArchiveError, match=f"process {os.getpid()} on .* is writing it — wait"):
+            Archive.create(place, job, 4)
+    assert not list(tmp_path.glob(".*.new"))
+
+
+def test_names_that_are_no_text():
+    """Bytes of a file name that are no UTF-8 are told as a shell takes them."""
+    told = command(["percuss", "sweep", os.fsdecode(b"it's \xff\\.toml"), "a b"])
+    assert told == "percuss sweep $'it\\x27s \\xff\\x5c.toml' 'a b'"
+    told.encode()

@@ -22,12 +22,10 @@ from percuss import whole_file
 from percuss.cli import main
 from percuss.errors import ArchiveError, Interrupted
 from percuss.explore.jobs import archive_layout as layout
-from percuss.explore.jobs.archive import Archive
-from percuss.explore.jobs.archive_lock import LOCK
+from percuss.explore.jobs.archive import FILE, LOCK, Archive
+from percuss.explore.jobs.archive_layout import digest, parsed
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.explore.jobs.job import Columns
-from percuss.explore.jobs.partial_chunks import FILE
-from percuss.explore.jobs.request_text import digest, parsed
 
 pytest.importorskip("zarr")
 HERE = Path(__file__).resolve().parent
@@ -387,7 +385,7 @@ def test_ended_while_a_large_chunk_is_under_way(tmp_path, how, workers):
 
 def test_compaction_keeps_what_is_needed(tmp_path, monkeypatch):
     """The file of items under way does not grow without end."""
-    from percuss.explore.jobs import job_under_way as task
+    from percuss.explore.jobs import carrying_out as task
 
     monkeypatch.setattr(task, "_MOST_UNDERWAY", 2000)
     monkeypatch.setattr(task, "_EVERY", 0.0)

@@ -7,7 +7,7 @@ from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.basin import Basins, basins, basins_job
 from percuss.explore.attractors.experiments import experiment
-from percuss.explore.axis import Axis
+from percuss.explore.family import Axis
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 

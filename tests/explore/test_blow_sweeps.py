@@ -71,6 +71,36 @@ def test_a_case_of_one_blow_alone_has_lundbergs_curve():
     np.testing.assert_allclose(found["incident_energy"], energy, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("machine", "axis", "speed"),
+    [
+        ("valve-drifter", "load.pressure=120 bar,160 bar,200 bar", "speed"),
+        ("valve-drifter", "bar.density=7000 kg/m^3,7850 kg/m^3", "speed"),
+        ("mini-breaker", "load.frequency=17 Hz,18 Hz", "impact_velocity"),
+    ],
+)
+def test_a_blow_has_the_speed_of_its_own_cell(machine, axis, speed):
+    """Waves are linear in the speed: the energy of the first wave is that of a unit speed times its square."""
+    case = load_case(machine)
+    name = axis.partition("=")[0]
+    job = sweep_job_of(case, [Axis.parsed(axis)], [speed, "incident_energy", "rock_energy"], modes=0)
+    found = Sweep.shaped(job, job.compute(0, job.size, NEVER))
+    texts = axis.partition("=")[2].split(",")
+    assert not found["outcome"].any() and np.ptp(found[speed]) > 0.02 * found[speed].max()
+    for text, own, incident, rock in zip(
+        texts, found[speed], found["incident_energy"], found["rock_energy"], strict=True
+    ):
+        one = blow_answer(case.varied({name: text}), float(own)).blow
+        assert (one.first_pulse.energy, one.rock_work) == pytest.approx((incident, rock), rel=1e-9)
+
+
+def test_a_blow_of_a_cell_that_does_not_run_is_refused():
+    axis = Axis.parsed("load.ports[1].delay=20 ms,0.5 ms")
+    job = sweep_job_of(load_case("valve-drifter"), [axis], ["rock_energy", "runs"])
+    found = Sweep.shaped(job, job.compute(0, job.size, NEVER))
+    assert found["runs"].tolist() == [False, True] and np.isfinite(found["rock_energy"]).tolist() == [False, True]
+
+
 def test_blow_and_motion_stand_beside_each_other():
     found = mapped(load_case("hydraulic-drifter"), "bar.length=300 mm,340 mm", quantities=["exists", "peak_stress"])
     assert found["exists"].all() and (found["peak_stress"] > 0.0).all()

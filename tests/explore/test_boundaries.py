@@ -13,19 +13,16 @@ from mpmath import mp
 import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
-from percuss.explore.axis import Axis
-from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.explore.boundary_curves.branches import folds_and_stretches
+from percuss.explore.boundary_curves.boundary import KINDS, Boundaries, Curve, boundaries
 from percuss.explore.boundary_curves.crossings import exact_crossings
-from percuss.explore.boundary_curves.joined_points import KINDS, Boundaries, Curve
-from percuss.explore.boundary_curves.lines import Line, orbit_on
-from percuss.explore.boundary_curves.roots import bracketed_roots, roots_on
-from percuss.explore.family import SystemFamily
+from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
+from percuss.explore.boundary_curves.plane_lines import Line, bracketed_roots, orbit_on, roots_on
+from percuss.explore.family import Axis, SystemFamily
 from percuss.explore.jobs.progress import JobProgress
 from percuss.explore.parameters import vary
 from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
-from percuss.stability.linear_map import linear_map
+from percuss.stability.multipliers import linear_map
 from percuss.steady import Orbit
 from percuss.steady.admissible import flight_check, stays_off, tops
 from strategies import oracle

@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.explore import Branch, BranchEvent, SystemFamily, follow
-from percuss.explore.continuation.indicators import outside, unstable
-from percuss.explore.continuation.narrow_ends import dying
+from percuss.explore.continuation.branch_events import outside, unstable
+from percuss.explore.continuation.following import _Walker
+from percuss.explore.continuation.missed_events import dying
 from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
-from percuss.explore.continuation.walking import _Walker
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers
-from percuss.stability.outside_number import outside_number
+from percuss.stability.orbit_multipliers import outside_number
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from random_hammers import random_hammer
 

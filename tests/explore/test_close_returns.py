@@ -10,8 +10,7 @@ import pytest
 from percuss import Load, System
 from percuss.errors import ParameterError
 from percuss.explore import orbit_seeds, switched_seeds
-from percuss.explore.branch_starts import SWITCHED
-from percuss.explore.close_returns import SIMULATED
+from percuss.explore.orbit_starts import SIMULATED, SWITCHED
 from percuss.stability import orbit_multipliers
 from percuss.steady import orbits
 from random_hammers import random_hammer

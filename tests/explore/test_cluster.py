@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from jobs import Kills, Raises, Sines, same, whole
+from percuss.cli.arguments import Parser
 from percuss.cli.long_commands import add_carrying, carried
-from percuss.cli.parser import Parser
 from percuss.errors import Interrupted, MissingExtraError, PercussError
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from percuss import Load, System
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore import Archive, Axis, Diagram, diagram, follow
-from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.diagrams.diagram_job import diagram_job
-from percuss.explore.diagrams.found_twice import with_new
-from percuss.explore.diagrams.lines import DiagramBranch, line_of, lines_from, packed
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, lines_from, packed, with_new
 from percuss.explore.diagrams.tracing import labels_up_to
 from percuss.model import Kept, ModalBody
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
@@ -242,3 +241,23 @@ def test_one_value_or_an_unknown_parameter_is_refused() -> None:
         diagram_job(RIGID, Axis("mean", np.array([0.5])))
     with pytest.raises(PercussError, match="restitution"):
         diagram_job(RIGID, Axis.linear("nothing", 0.0, 1.0, 3))
+
+
+@pytest.mark.parametrize(("up_to", "modes"), [((1, 1), 0), ((2, 2), 0), ((1, 1), 1)])
+def test_what_is_settled_on_is_drawn(up_to: tuple[int, int], modes: int) -> None:
+    """Every cycle without rest that simulations settle on is on a branch, however narrow its window is."""
+    system = System(s=5.0, d=0.05, restitution=0.6, load=Load.harmonic(0.5, 1.0))
+    found = diagram(
+        system, "mean=0.36:0.52:33", up_to=up_to, searched=1, switch=0, tries=4, starts=4, runs=3, modes=modes
+    )
+    cycles = [one for one in found.settled if one.label.startswith("z=")]
+    assert len({one.label for one in cycles}) >= 3
+    for one in cycles:
+        periods = int(one.label.split("/")[1])
+        on = [
+            np.abs(np.exp(1j * np.sort(np.mod(times, 2.0 * np.pi))) - np.exp(1j * np.sort(one.phases))).max()
+            for line in found.branches
+            if (line.impacts, line.periods) == (one.phases.size, periods)
+            for times in line.times_at(one.value)
+        ]
+        assert min(on, default=np.inf) < 0.02, one

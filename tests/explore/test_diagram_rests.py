@@ -12,9 +12,8 @@ import pytest
 
 from percuss import Load, System, plot
 from percuss.explore import Diagram, RestEvent, diagram, follow_rest_cycle
-from percuss.explore.diagrams.lines import lines_from, packed
-from percuss.explore.diagrams.rest_lines import KEPT_IMPACTS, DiagramRestBranch, rest_line_of
-from percuss.explore.diagrams.rest_tracing import rests_traced
+from percuss.explore.diagrams.diagram_lines import KEPT_IMPACTS, DiagramRestBranch, lines_from, packed, rest_line_of
+from percuss.explore.diagrams.tracing import rests_traced
 from percuss.explore.family import family_of
 from percuss.model import Kept, ModalBody
 from percuss.steady import rest_cycles

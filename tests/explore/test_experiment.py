@@ -8,12 +8,10 @@ from scipy import stats
 
 from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError, PercussError, ResonanceError
-from percuss.explore.attractors.cycles import COLUMNS, invariants_of
-from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job
-from percuss.explore.attractors.grouping import matched
-from percuss.explore.attractors.own_starts import own
-from percuss.explore.attractors.shares import wilson
-from percuss.explore.attractors.start_distributions import BLOCK, DISTRIBUTIONS, drawn, named
+from percuss.explore import Axis, sweep
+from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own
+from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job, wilson
+from percuss.explore.attractors.grouping import COLUMNS, invariants_of, matched
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model.described import describe_system, system_from
@@ -479,3 +477,11 @@ def test_shares_beside_single_motions():
     found = experiment(PNEUMATIC, 40, "wall", 9, workers=1)
     alone = [run(PNEUMATIC, Start.rigid(0.0, s.velocity[0], s.time), modes=0).label for s in starts]
     assert found.label.tolist() == alone
+
+
+def test_a_cycle_with_rest_of_open_length_has_one_name_in_shares_and_maps():
+    """p = 0.34688 + cos t, R = 0.6: released again at the same phase, but rounding decides after how many periods."""
+    system = System(20.0, 1e-9, 0.6, Load.harmonic(0.34688, 1.0))
+    assert [share.label for share in experiment(system, 3, modes=0).shares] == ["chatter/?"]
+    found = sweep(system, Axis("restitution", np.array([0.6, 0.6 + 1e-15])), quantities=["label"], modes=0)
+    assert found["label"].tolist() == ["chatter/?", "chatter/?"]

@@ -65,8 +65,8 @@ def test_points_of_the_figures(name: str) -> None:
 
 def check_point(found: BranchPoint, expected: dict[str, Any]) -> None:
     assert found.value == pytest.approx(float(expected["value"]), rel=0, abs=1e-12)
-    assert found.orbit.phases == pytest.approx(numbers(expected, "phase"), rel=0, abs=1e-11)
-    assert found.orbit.speeds == pytest.approx(numbers(expected, "speed"), rel=0, abs=1e-11)
+    assert found.orbit.from_first.phases == pytest.approx(numbers(expected, "phase"), rel=0, abs=1e-11)
+    assert found.orbit.from_first.speeds == pytest.approx(numbers(expected, "speed"), rel=0, abs=1e-11)
     if "touch_phase" in expected:
         assert found.touch_phase == pytest.approx(float(expected["touch_phase"]), rel=0, abs=1e-10)
     if "multipliers" in expected:

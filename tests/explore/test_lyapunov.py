@@ -68,6 +68,20 @@ def test_the_cascade_ends_in_chaos():
     assert np.all(many.exponent[3:] < -0.05)
 
 
+@pytest.mark.parametrize("impacts", [50, 200, 500, 2000])
+@pytest.mark.parametrize("mean", [1.2, 2.0, 3.0])
+def test_a_regular_motion_without_damping_is_not_chaotic(mean, impacts):
+    """Around stable motions of a bar that loses nothing differences grow as the number of impacts: by ln n in all."""
+    system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(mean, 1.0))
+    orbits = [orbit for m in (1, 2, 3) for orbit in steady_states(system, m, modes=0).orbits]
+    stable = [orbit for orbit in orbits if floquet_multipliers(orbit, 0).largest < 1.0 + 1e-6]
+    starts = [Start.orbit(orbit, velocity=[off]) for orbit in stable for off in (0.0, 1e-4, 0.001)]
+    for discard in (2, 500):
+        many = lyapunov_many(system, starts, impacts=impacts, discard=discard)
+        for one in many:
+            assert not one.chaotic and abs(one.exponent) < math.log(impacts) / impacts
+
+
 def test_chaos_parts_neighbours_at_its_exponent():
     """Pairs of motions 1e-9 apart, over 20 impacts, from many states of a long one."""
     whole = run(CHAOTIC, beside(CHAOTIC), modes=0, stop=Stop(impacts=2600, periodic=False))

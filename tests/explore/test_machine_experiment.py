@@ -7,11 +7,9 @@ import pytest
 
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Archive, Basins, Experiment, basins, experiment
-from percuss.explore.attractors.experiments import experiment_job
-from percuss.explore.attractors.machine_cycles import MACHINE_COLUMNS
-from percuss.explore.attractors.machine_draws import drawn_machines, own_machines, speed_scale
-from percuss.explore.attractors.shares import wilson
-from percuss.explore.attractors.start_distributions import BLOCK, DISTRIBUTIONS
+from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn_machines, own_machines, speed_scale
+from percuss.explore.attractors.experiments import experiment_job, wilson
+from percuss.explore.attractors.grouping import MACHINE_COLUMNS
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.model.described import describe_machine, machine_from

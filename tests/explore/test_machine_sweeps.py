@@ -17,8 +17,7 @@ from percuss.explore import (
     sweep,
     vary_machine,
 )
-from percuss.explore.ranges import true_ranges
-from percuss.explore.sweep_question import sweep_job
+from percuss.explore.sweeps import sweep_job, true_ranges
 from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.steady import self_excited_motion
 

@@ -9,14 +9,12 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
-from percuss.explore.continuation.next_point import Strayed
-from percuss.explore.continuation.parameter_rows import ParameterRows
-from percuss.explore.continuation.solution_curve import SolutionCurve, turning
+from percuss.explore.continuation.solution_curve import ParameterRows, SolutionCurve, Strayed, turning
 from percuss.explore.family import SystemFamily
 from percuss.model import KelvinVoigt, Kept, Mounted, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array
 from percuss.steady import orbit_near, orbits, parameter_column
-from percuss.steady.periodic.system_numbers import numbers_of
+from percuss.steady.periodic.compiled_orbits import numbers_of
 
 HAMMER = System(s=5.0, d=0.0048, restitution=0.5, load=Load.harmonic(0.62, 1.0))
 SQUARE = System(s=5.0, d=0.0048, restitution=0.5, load=Load.square(1.0, 1.55, harmonics=15))

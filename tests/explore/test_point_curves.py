@@ -64,8 +64,8 @@ def test_curves_of_the_figures(branch: Branch, kind: str) -> None:
         restitution, mean = end.values
         figure = rows[restitution]
         assert mean == pytest.approx(float(figure["value"]), rel=0, abs=1e-11)
-        assert end.orbit.phases == pytest.approx(numbers(figure, "phase"), rel=0, abs=1e-10)
-        assert end.orbit.speeds == pytest.approx(numbers(figure, "speed"), rel=0, abs=1e-10)
+        assert end.orbit.from_first.phases == pytest.approx(numbers(figure, "phase"), rel=0, abs=1e-10)
+        assert end.orbit.from_first.speeds == pytest.approx(numbers(figure, "speed"), rel=0, abs=1e-10)
 
 
 def test_a_pair_stays_on_the_unit_circle() -> None:
@@ -220,6 +220,19 @@ def test_what_cannot_be_followed_is_refused(branch: Branch, change: dict[str, An
         follow_point(**given)
 
 
+def test_points_are_asked_for_by_their_words(branch: Branch) -> None:
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.49, 0.51), (0.2, 1.2)))
+    assert branch.at("flip") == branch.at(BranchEvent.FLIP) != ()
+    assert curve.at("limit") == curve.at(CurveEvent.LIMIT) != ()
+    assert branch.at("flip") and not branch.at("corner")
+    for ask in (branch.at, curve.at):
+        for unknown in ("nonsense", "FLIP", None, 3, BranchEvent):
+            with pytest.raises(ParameterError, match="'impacts_coalesce'"):
+                ask(unknown)  # type: ignore[operator]
+    with pytest.raises(ParameterError, match="'flip'"):
+        branch.at(CurveEvent.LOST)  # type: ignore[arg-type]
+
+
 def test_an_end_of_the_range_has_no_curve() -> None:
     branch = follow(two_impacts(0.5, 0.62, (0.39, 2.32)), "mean", (0.61, 0.63))
     with pytest.raises(ParameterError, match="one of the kinds"):
@@ -258,9 +271,38 @@ def test_the_dying_impact_is_told_of_orbits_that_begin_in_any_load_period() -> N
     for first in (0, 1):
         times = np.array([*known.times[first:], *(time + known.period for time in known.times[:first])])
         told = PeriodicOrbit(system, 2, tuple((times + 2.0 * math.pi).tolist()), 0)
-        point = the(follow(told, "mean", (0.39, 0.41)), "grazing_impact_dies")
+        branch = follow(told, "mean", (0.39, 0.41))
+        point = the(branch, "grazing_impact_dies")
         assert point.impact == 1 + np.argmin(np.abs(point.orbit.speeds))
-        assert len(follow_point(point, PLANE, most=2).values) == 3
+        curve = follow_point(point, PLANE, most=2)
+        assert len(curve.values) == 3
+        assert_numbered_once(told, branch)
+        for one in curve.points:
+            assert one.orbit.times in [tuple(times) for times in curve.times.tolist()]
+            assert abs(one.orbit.speeds[point.impact - 1]) < 1e-9
+
+
+def assert_numbered_once(start: PeriodicOrbit, branch: Branch) -> None:
+    """The impacts of a branch and of the orbits at its points are those of the orbit it was followed from."""
+    assert np.abs(branch.times - start.times).max(axis=1).min() < 1e-9
+    for point in branch.points:
+        row = branch.times.tolist().index(list(point.orbit.times))
+        assert branch.values[row] == point.value
+        assert branch.speeds[row] == pytest.approx(point.orbit.speeds, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_impacts_keep_their_number_where_the_first_of_a_load_period_changes(first: int) -> None:
+    """An impact comes to phase 0 on the way, so that the one with the least phase is another one beyond."""
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.fourier([0.62, np.exp(0.36j)]))
+    known = orbits(system, 2, 1, modes=0).orbits[0]
+    times = np.array([*known.times[first:], *(time + known.period for time in known.times[:first])])
+    start = PeriodicOrbit(system, 1, tuple(times.tolist()), 0)
+    branch = follow(start, "mean", (0.3, 1.2))
+    assert np.ptp(np.argmin(branch.phases, axis=1)) == 1
+    assert_numbered_once(start, branch)
+    (death,) = branch.at("grazing_impact_dies")
+    assert death.impact == 1 + np.argmin(np.abs(branch.speeds[branch.values == death.value][0]))
 
 
 def test_it_goes_to_the_end_of_the_parameter_under_a_load_with_steps() -> None:

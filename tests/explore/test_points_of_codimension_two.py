@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,10 @@ import pytest
 
 from orbit_cases import ENTRIES, system_of
 from percuss import Load, System
-from percuss.explore import BranchEvent, BranchPoint, CurveEvent, PointCurve, SystemFamily, follow, follow_point
+from percuss.explore import BranchEvent, BranchPoint, CurveEvent, Family, PointCurve, SystemFamily, follow, follow_point
+from percuss.explore.continuation.branch_events import Partner, doubled
+from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.model import Kept, ModalBody
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
@@ -48,6 +52,96 @@ class TwoWaves:
 
     def describe(self) -> dict[str, str]:
         return {}
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """x″ + 0.04 x′ + x = A cos ωt with a stop at 1, R = 0.9: z=1/2 grazes resonantly near ω = 4/5 and 1."""
+
+    held: dict[str, float] = field(default_factory=dict)
+
+    def system(self, values: dict[str, float]) -> System:
+        both = self.held | values
+        omega = both["omega"]
+        body = ModalBody((1.0 / omega,), (0.04 / omega,), (1.0,), (1.0 / omega**2,), 1.0)
+        return System(body, Load.harmonic(0.0, both["A"]), Kept(0.9))
+
+    def check(self, names: dict[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, str]:
+        return {}
+
+    def flip(self) -> BranchPoint:
+        """The flip of z=1/2 over A."""
+        omega = self.held["omega"]
+        amplitude = 1.05 * math.hypot(1.0 - omega**2, 0.04 * omega)
+        orbit = orbits(self.system({"A": amplitude}), 1, 2).orbits[0]
+        (found,) = follow(orbit, "A", (0.1, 2.0), family=self, value=amplitude).at(BranchEvent.FLIP)
+        return found
+
+
+def doubled_from(orbit: PeriodicOrbit, family: Family, name: str, value: float) -> Partner:
+    curve = SolutionCurve(family, name, orbit.impacts, orbit.periods, orbit.modes, 1.0)
+    x = curve.unknowns(orbit, value)
+    partner = doubled(curve, CurvePoint(x, x, 0))
+    assert partner is not None
+    return partner
+
+
+def away(partner: Partner, size: float) -> float:
+    """How far the parameter is from that of the flip where the doubled orbit is so far from its parent."""
+    curve, start = partner
+    return float(curve.corrected(start.x + size * start.tangent, start.tangent).x[-1] - start.x[-1])
+
+
+def a_fold_and_a_flip() -> tuple[PointCurve, str]:
+    load = Load.fourier([1.15, 1.0, -0.2296 - 0.1027j])
+    start = near(System(s=2.15, d=0.0277, restitution=0.8236, load=load), [0.851, 2.3926, 5.5998], 1, 2)
+    return follow_point(the(start, "flip", (1.0, 1.3)), ("d", "mean"), ((0.02, 0.2), (0.9, 1.4))), "d"
+
+
+def resonant_grazings() -> tuple[PointCurve, str]:
+    first = Stopped({"omega": 0.81}).flip()
+    plane = (0.79, 1.01), (0.001, 2.0)
+    return follow_point(first, ("omega", "A"), plane, family=Stopped(), values=(0.81, first.value)), "omega"
+
+
+@pytest.mark.parametrize(
+    ("followed", "beside", "count"),
+    [(a_fold_and_a_flip, CurveEvent.WITH_FOLD, (1, 1)), (resonant_grazings, CurveEvent.RESONANT_GRAZING, (2, 2))],
+)
+def test_at_a_generalized_flip_twice_the_amplitude_is_sixteen_times_as_far(
+    followed: Callable[[], tuple[PointCurve, str]], beside: CurveEvent, count: tuple[int, int]
+) -> None:
+    """Its coefficient has poles at folds and at resonant grazings, whose change of sign is none."""
+    curve, name = followed()
+
+    def ratio(orbit: PeriodicOrbit, values: tuple[float, float]) -> float:
+        first, second = curve.parameters
+        family = Stopped({first: values[0]}) if name == "omega" else SystemFamily(orbit.system)
+        partner = doubled_from(orbit, family, second, values[1])
+        return away(partner, 0.01) / away(partner, 0.005)
+
+    found = curve.at(CurveEvent.GENERALIZED_FLIP)
+    assert (len(found), len(curve.at(beside))) == count
+    for point in found:
+        assert ratio(point.orbit, point.values) == pytest.approx(16.0, rel=0.05)
+
+
+@pytest.mark.parametrize("omega", [0.8005, 0.8002, 0.8, 0.7999, 0.81])
+def test_the_doubled_orbit_beside_a_resonant_grazing_is_told_as_it_is(omega: float) -> None:
+    """Its multipliers where its speeds differ by a hundredth; further away, by 0.01 rad, one of them is up to -1300."""
+    family = Stopped({"omega": omega})
+    flip = family.flip()
+    partner = doubled_from(flip.orbit, family, "A", flip.value)
+    size = 0.01 * float(flip.orbit.speeds[0])
+    curve, start = partner
+    orbit = curve.motion(curve.corrected(start.x + size * start.tangent, start.tangent).x)
+    values = orbit_multipliers(orbit).values
+    assert np.all(np.abs(values) < 1.0)
+    assert away(partner, size) < 0.0
+    assert away(partner, 2.0 * size) / away(partner, size) == pytest.approx(4.0, rel=0.01)  # no generalized flip
+    assert flip.beyond == "z=2/4 begins towards smaller A, stable"
 
 
 def test_a_cusp_is_where_three_steady_motions_are_one() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from percuss import Load, Start, System, run
 from percuss.errors import ParameterError
 from percuss.explore import reach
-from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, steady_states
 

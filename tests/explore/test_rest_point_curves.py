@@ -10,7 +10,7 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
-from percuss.case.answers.orbits_json import rest_curve_dict
+from percuss.case.answers.orbits_answer import rest_curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import (
     CurveEvent,
@@ -21,11 +21,9 @@ from percuss.explore import (
     follow_point,
     follow_rest_cycle,
 )
-from percuss.explore.point_curves.onsets import Vanishing
-from percuss.explore.point_curves.rest_start import rest_condition
-from percuss.explore.point_curves.rest_way import RestWay
+from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
 from percuss.model import Kept, ModalBody, Reversed, UniformBar
-from percuss.model.set_at_wall import set_at_wall
+from percuss.model.system import set_at_wall
 from percuss.steady import RestCycle, rest_cycles
 
 PLANE = ("restitution", "mean")

@@ -25,20 +25,17 @@ from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
 from percuss import Load, System
 from percuss.cli import long_commands as carrying
 from percuss.cli import main
+from percuss.cli.arguments import Parser, UsageError
 from percuss.cli.long_commands import Watch, add_carrying, carried
-from percuss.cli.parser import Parser, UsageError
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
-from percuss.explore.attractors.experiment_job import experiment_job
+from percuss.explore.attractors.experiments import experiment_job
 from percuss.explore.jobs.archive import Archive
-from percuss.explore.jobs.carrying_out import carry_out
-from percuss.explore.jobs.item_time import chunk_of, estimate, measured
+from percuss.explore.jobs.carrying_out import Sheet, carry_out, chunk_of, estimate, measured
 from percuss.explore.jobs.job import Column
-from percuss.explore.jobs.pool import Chunk, Processes
-from percuss.explore.jobs.process_count import SMALL
+from percuss.explore.jobs.pool import SMALL, Chunk, Processes
 from percuss.explore.jobs.progress import JobProgress, Meter
-from percuss.explore.jobs.result_columns import Sheet
-from percuss.explore.sweep_question import sweep_job
-from percuss.notebook import duration
+from percuss.explore.sweeps import sweep_job
+from percuss.shown import duration
 
 HERE = Path(__file__).resolve().parent
 PATHS = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
@@ -104,7 +101,7 @@ def test_processes_of_its_own(tmp_path):
 
 
 def test_small_jobs_start_no_processes(monkeypatch):
-    monkeypatch.setattr("percuss.explore.jobs.job_under_way.Processes", None)
+    monkeypatch.setattr("percuss.explore.jobs.carrying_out.Processes", None)
     assert same(carry_out(Sines(100, sleep=0.005), workers=8), whole(Sines(100)))
 
 
@@ -123,11 +120,11 @@ def test_what_turns_out_longer_goes_to_processes(monkeypatch):
             began.append(job)
             super().begin(Sines(400))
 
-    monkeypatch.setattr("percuss.explore.jobs.job_under_way.Processes", Recorded)
-    monkeypatch.setattr("percuss.explore.jobs.item_time._ENOUGH", 0.001)
+    monkeypatch.setattr("percuss.explore.jobs.carrying_out.Processes", Recorded)
+    monkeypatch.setattr("percuss.explore.jobs.carrying_out._ENOUGH", 0.001)
     job = Slow(400)
     monkeypatch.setattr(
-        "percuss.explore.jobs.job_under_way.measured",
+        "percuss.explore.jobs.carrying_out.measured",
         lambda job, stopped: SimpleNamespace(item_seconds=1e-4, portions=()),
     )
     assert same(carry_out(job, workers=2), whole(job))
@@ -328,7 +325,7 @@ def test_a_script_without_a_guard(tmp_path):
 
 SMALL_CALLS = """
     import dataclasses
-    import percuss.explore.jobs.job_under_way as task
+    import percuss.explore.jobs.carrying_out as task
     from percuss import Load, System
     from percuss.explore import basins, experiment, sweep
     from percuss.explore.jobs.pool import Processes
@@ -354,8 +351,8 @@ def test_small_jobs_start_no_processes_however_busy_the_machine(tmp_path):
 OWN = """
     from percuss import Load, System
     from percuss.errors import PercussError
-    from percuss.explore.jobs.process_count import helpers
-    from percuss.explore.sweep_question import sweep_job
+    from percuss.explore.jobs.pool import helpers
+    from percuss.explore.sweeps import sweep_job
     def own(system): return system.s
     def answer(asked):
         system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
@@ -642,7 +639,6 @@ def test_a_quick_job_writes_no_line_however_long_it_was_prepared(capsys, monkeyp
 def test_a_bar_for_a_person(in_folder, capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(carrying, "PATIENCE", 0.0)
-    monkeypatch.setattr(carrying, "PREPARING", 0.0)
     shown: list[Any] = []
 
     class Bar:

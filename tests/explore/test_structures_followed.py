@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from percuss.explore import BranchEvent, CurveEvent, follow, follow_point
-from percuss.explore.diagrams.passes import running_pass
+from percuss.explore.diagrams.diagram_job import running_pass
 from percuss.model import Kept, Load, ModalBody, System
 from percuss.simulate import Stop
 from percuss.steady import orbits

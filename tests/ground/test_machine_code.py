@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from percuss import machine_code
-from percuss.machine_code import pipelines
+from percuss import compiled as machine_code
+from percuss.compiled import pipelines
 
 PART, WHOLE = pipelines()
 UNSEEN: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

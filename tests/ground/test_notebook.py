@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from percuss import Load, Starts, System, notebook
+from percuss import Load, Starts, System
+from percuss import shown as notebook
 from percuss.explore.jobs.progress import JobProgress
 from percuss.simulate import simulate_many
 
 CODE = """
 import time
-from percuss import notebook
+from percuss import shown
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.explore.jobs.job import Column
 import numpy as np

@@ -106,8 +106,8 @@ def test_377_radians_a_second_are_60_hertz():
         (2, "pressure", ['did you mean "2 Pa"']),
         ("0,3 m", "length", ["decimal point", '"0.3 m"']),
         ("12 Mpa", "pressure", ['did you mean "MPa"?']),
-        ("12 mPa", "pressure", ['did you mean "MPa"?']),  # millipascal to pint
-        ("3 Mm", "length", ['did you mean "mm"?']),  # megametre to pint
+        ("12 mPa", "pressure", ['did you mean "MPa"', 'is written "0.001 Pa"']),  # millipascal to pint
+        ("3 Mm", "length", ['did you mean "mm"', 'is written "1e+06 m"']),  # megametre to pint
         ("60 hz", "frequency", ['did you mean "Hz"?']),
         ("12 Mpa", "force", ['did you mean "MPa", a unit of pressure?']),
         ("3 kN", "length", ['"kN" is a unit of force']),
@@ -242,3 +242,17 @@ def test_known_dimension_does_not_import_pint():
 )
 def test_headings(heading, parts):
     assert split_header(heading) == parts
+
+
+@pytest.mark.parametrize("dimension", ["length", "force", "frequency", "stiffness", "time", "energy", "mass"])
+def test_every_prefix_of_si_is_read_or_told(dimension):
+    """A prefix that only its case tells from another is read as SI has it, or refused with both that could be meant."""
+    base = {"length": "m", "force": "N", "frequency": "Hz", "stiffness": "N/m", "time": "s", "energy": "J", "mass": "g"}
+    unit = base[dimension]
+    one = si(f"1 {unit}", dimension, dimension)
+    for prefix, factor in {"n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9}.items():
+        try:
+            assert si(f"7 {prefix}{unit}", dimension, dimension) == pytest.approx(7.0 * factor * one, rel=1e-12)
+        except UnitError as error:
+            assert (prefix, unit) in {("M", "m"), ("M", "s")}
+            assert f'did you mean "m{unit}"; what SI calls so is written "{factor * one:g} {unit}"' in str(error)

@@ -182,8 +182,7 @@ def test_new_does_not_follow_a_link_to_nothing(tmp_path, capsys):
 
 ALLOWED = {
     "whole_file.py",
-    "explore/jobs/partial_chunks.py",  # records are added to it; its own check sums tell what is whole
-    "explore/jobs/archive_lock.py",
+    "explore/jobs/archive.py",  # records are added to it; its own check sums tell what is whole
     "case/uploads/upload.py",  # in a folder of its own that goes away
     "web/serving.py",  # so too: the page that leads the browser to the address
 }

@@ -15,14 +15,13 @@ SOURCE = Path(percuss.__file__).parent
 PUBLISHED = {"paper/claim_common.py"}
 """The curves that B77 prints, with his R: what the floors below compute is compared with them."""
 
-RESOLVED = {"blow/closed_forms.py", "case/answers/blow_formulas.py"}
+RESOLVED = {"blow/closed_forms.py", "case/answers/blow_answer.py"}
 """Blows by waves in closed form: R is what comes out of them, and no law."""
 
 COMPILED = {
-    "simulate/kernels/impact.py",
-    "simulate/kernels/rest.py",
-    "simulate/kernels/many.py",
-    "simulate/kernels/valve_wall.py",
+    "simulate/kernels/wall.py",
+    "simulate/kernels/motion.py",
+    "simulate/kernels/valve_motion.py",
 }
 """Compiled functions see no objects: R comes to them as a number of their record."""
 

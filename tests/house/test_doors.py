@@ -558,6 +558,7 @@ def table(folder: Path) -> dict[str, Entry]:
         "model.Load.value": (load.value, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
         "model.Load.derivative": (load.derivative, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
         "model.Load.antiderivative": (load.antiderivative, {"t": 0.1}, {"t": ANY_NUMBERS}),
+        "model.Load.on_steps": (square.on_steps, {"t": 0.1, "error": 0.0}, {"t": ANY_NUMBERS, "error": ANY_NUMBERS}),
         "model.Load.piece": (square.piece, {"t": 0.1} | side, {"t": ANY_NUMBERS}),
         "model.Load.scaled": (load.scaled, {"factor": 2.0, "frequency": 1.0}, {"factor": REAL, "frequency": OPTIONAL}),
         "model.Load.shifted": (load.shifted, {"phi": 1.0}, {"phi": REAL}),

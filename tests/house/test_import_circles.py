@@ -89,6 +89,14 @@ def test_no_longer_circle_of_imports_either(package: dict[str, set[str]]) -> Non
     assert [sorted(short(circle)) for circle in circles(package)] == []
 
 
+def test_kernels_import_nothing_of_ours_but_their_room(package: dict[str, set[str]]) -> None:
+    """Plain functions of numbers, arrays and records, so that they can be compiled for another device."""
+    for name, others in package.items():
+        room, kernels, _ = name.partition(".kernels")
+        if kernels:
+            assert {other for other in others if not other.startswith(room + kernels)} <= {"percuss.compiled"}, name
+
+
 def test_circles_of_every_kind_are_seen(tmp_path: Path) -> None:
     """Two modules that meet for a type and inside a function, and three in a ring by relative imports."""
     root = tmp_path / "box"

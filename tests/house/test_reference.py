@@ -530,3 +530,24 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
 def test_every_command_that_prints_json_is_in_json_md():
     printing = {name for name in COMMANDS if "--json" in help_of(name)}
     assert printing - {"machines"} == {title.partition(" ")[0] for title in documented()}
+
+
+def test_keys_are_printed_as_the_reference_has_them(capsys):
+    """Every table that a page shows has a name, and every key of it is told with its values and its meaning."""
+    from percuss.case.file_format.key_tables import TABLES, rows_of, table_class
+    from percuss.cli import main
+
+    shown = set(re.findall(r"<!-- percuss: keys (\w+) -->", (DOCS / "case-file.md").read_text(encoding="utf-8")))
+    assert shown == set(TABLES.values())
+    assert main(["keys"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in listed] == list(TABLES) and all(len(line.split()) > 2 for line in listed)
+    for name, table in TABLES.items():
+        assert main(["keys", f"[{name}]"]) == 0
+        out = " ".join(capsys.readouterr().out.split())
+        for row in rows_of(table_class(table)):
+            assert f"{row.key} = " in out
+            assert " ".join(re.sub(r"[`*$]", "", row.meaning).split()) in out
+            assert f"| `{row.key}` | {row.value} |" in reference.keys(table)
+    assert main(["keys", "tol"]) == 2
+    assert "one of bar, " in capsys.readouterr().err

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.model.contact.falling_push import FallingPush
-from percuss.steady.resting.leg import Leg, Motion, Swing
+from percuss.steady.resting.flight_chain import Leg, Motion, Swing
 
 
 def next_impact(restitution: float, q: float) -> tuple[float, float]:

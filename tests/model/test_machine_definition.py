@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from percuss.errors import ParameterError
+from percuss import Load, System
+from percuss.errors import Interrupted, ParameterError
+from percuss.halting import halting, interruptible
 from percuss.model import Bar, Chamber, External, Kept, Machine, Port, Ratio, Reversed, SteppedBar, UniformBar, Valve
 
 PORTS = (
@@ -94,3 +96,30 @@ def test_refusals() -> None:
         Machine(body, 3.0, Kept(0.2))  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="length"):
         valve().scaled(1.0, 0.0)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-310, -1e-150])
+def test_forces_that_no_number_can_follow(tiny):
+    """Of a state or of the chamber: refused, where the search divided by 0 or never came to an end."""
+    ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    for make in (lambda: Valve({"return": -1.0, "power": tiny}, ports), lambda: Chamber(tiny)):
+        with pytest.raises(ParameterError, match="0, or a size from 1e-100"):
+            make()
+    if abs(tiny) < 1e-300:
+        for load in (Load.harmonic(tiny, 1.0), Load.harmonic(0.0, tiny)):
+            with pytest.raises(ParameterError, match="check the scales"):
+                System(1.0, 0.0, 0.5, load)
+
+
+def test_many_modes_on_gas_are_given_up_at_once():
+    """Their matrix is one long call into LAPACK; one mode fewer or more than what is waited for by itself agree."""
+    chamber = Chamber(0.1, 2.0)
+    ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports, chamber=chamber), Kept(0.2))
+    few, many = machine.modes(299), machine.modes(300)
+    assert few.omega[:100] == pytest.approx(many.omega[:100], rel=1e-6)
+    with pytest.raises(Interrupted), halting(lambda: True):
+        machine.modes(1500)
+    with pytest.raises(ZeroDivisionError):
+        interruptible(lambda: 1 // 0)
+    assert interruptible(lambda: 5) == 5

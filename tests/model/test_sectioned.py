@@ -13,7 +13,7 @@ from percuss import steady_states
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Load, Ratio, Reversed, Section, SectionedBar, SteppedBar, System
 from percuss.model.described import describe_system, system_from
-from percuss.plot.axes import stress_of
+from percuss.plot.canvas import stress_of
 
 FIGURES = json.loads((Path(__file__).parents[1] / "data" / "blow.json").read_text(encoding="utf-8"))
 MODES = next(case for case in FIGURES if case["kind"] == "modes")

@@ -25,7 +25,7 @@ from percuss.paper.claim_hydraulic import Scatter, verdict_d
 from percuss.paper.claim_periods import Allowed, Reach, Smallest, allowed, verdict_b, verdict_c
 from percuss.paper.claim_ranges import Motions, verdict_e
 from percuss.paper.claim_stiffness import Stiffness, verdict_f
-from percuss.paper.report import report
+from percuss.paper.claims import report
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 

@@ -8,7 +8,7 @@ from percuss.cli import main
 from percuss.errors import Interrupted
 from percuss.paper import claims
 from percuss.paper.claim_common import Size
-from percuss.paper.report import report
+from percuss.paper.claims import report
 
 SMALL = Size(starts=200, impacts=100)
 

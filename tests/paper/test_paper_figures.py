@@ -16,8 +16,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.boundary_curves.boundary import boundaries
 from percuss.explore.parameters import vary
 from percuss.paper import NAMES, figures, write_figures
-from percuss.paper.figure import Figure, segments
-from percuss.paper.limits import DAMPING, RESTITUTIONS, hydraulic, pneumatic
+from percuss.paper.figure import DAMPING, RESTITUTIONS, Figure, hydraulic, pneumatic, segments
 from percuss.stability import stability_plane
 
 COLUMNS = {

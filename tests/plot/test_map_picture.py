@@ -20,7 +20,7 @@ from percuss.explore import Sweep, sweep
 from percuss.plot import steady as steady_picture
 from percuss.plot import sweep as picture
 from percuss.plot import trajectory as trajectory_picture
-from percuss.plot.map_axes import round_ticks
+from percuss.plot.map_picture import round_ticks
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 PLANE = ("restitution=0.2:0.8:4", "load_factor=0.3:0.9:3")

@@ -16,7 +16,7 @@ from case_texts import plain_case
 from percuss import Load, System, plot, steady_states
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.errors import ParameterError, PercussError
-from percuss.plot.axes import units_of
+from percuss.plot.canvas import units_of
 
 SQUARE = """
 title = "Square"
@@ -100,7 +100,7 @@ def test_steady_states_without_a_case(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["margin", "lyapunov"])
 @pytest.mark.parametrize("values", [(-7.0, 0.04), (-0.2, 0.9), (0.1, 0.5), (-3.0, -0.1), (0.0, 0.0)])
 def test_zero_is_the_middle_of_diverging_scales(name: str, values: tuple[float, float]) -> None:
-    from percuss.plot.map_plane import _signed
+    from percuss.plot.map_picture import _signed
 
     options, bar = _signed(np.array(values), name)
     assert options["norm"](0.0) == 0.5 and 0.0 in bar["ticks"]

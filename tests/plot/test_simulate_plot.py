@@ -15,8 +15,7 @@ pytest.importorskip("matplotlib")
 
 from percuss import Load, Start, Stop, System, Trajectory, plot, run
 from percuss.case import load_case, simulation_answer
-from percuss.plot.trajectory_picture import MOST_POINTS
-from percuss.plot.window import window_of
+from percuss.plot.trajectory_picture import MOST_POINTS, window_of
 
 TURN = 2.0 * np.pi
 
@@ -67,7 +66,7 @@ def test_every_kind_of_motion(kind: str, tmp_path: Path) -> None:
 
 
 def test_marks_are_whole_and_do_not_hide_each_other() -> None:
-    figure = plot.trajectory(simulation_answer(load_case("pneumatic-jackleg")).motion)
+    figure = plot.trajectory(simulation_answer(load_case("laboratory-striker")).motion)
     figure.canvas.draw()
     gap, speeds, impacts = figure.axes[:3]
     rows = {}

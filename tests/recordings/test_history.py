@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from percuss.case.catalogue.sample_history import write_sample_history
 from percuss.errors import HistoryError, PercussError
 from percuss.model.load import Load
-from percuss.recordings.history import MAX_CYCLES, analyse
+from percuss.recordings.cycle_fit import MAX_CYCLES
+from percuss.recordings.history import analyse
 from percuss.recordings.recording import read_recording
 
 TURN = 2 * math.pi

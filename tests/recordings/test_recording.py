@@ -5,6 +5,7 @@ from __future__ import annotations
 import builtins
 import os
 import re
+import sys
 import time
 
 import numpy as np
@@ -531,6 +532,7 @@ def test_a_missing_extra_says_how_to_get_it(write, monkeypatch, name, package):
         return real(module, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, package.lower(), None)
     with pytest.raises(MissingExtraError, match=re.escape(f"'{package}'")) as caught:
         read_recording(write(b"x" * 100, name))
     assert "pip install 'percuss[io]'" in str(caught.value)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import textwrap
+import time
 import zlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hostile_recordings import bombs, hdf5, mat, matrix
 
-for needed in ("h5py", "nptdms", "scipy"):
+for needed in ("h5netcdf", "h5py", "nptdms", "scipy", "xarray"):
     pytest.importorskip(needed)
 
 READ = """
@@ -76,10 +79,75 @@ def test_a_line_of_millions_of_columns(tmp_path: Path) -> None:
 
 def test_mat_of_version_4_is_read(tmp_path: Path) -> None:
     """It packs nothing."""
-    import numpy as np
     from scipy.io import savemat
 
     from percuss.recordings.recording import read_recording
 
     savemat(tmp_path / "a.mat", {"force": np.arange(100.0)}, format="4")
     assert read_recording(tmp_path / "a.mat", sample_rate=1e3, unit="kN").values[5] == 5000.0
+
+
+def _endless(folder: Path, name: str) -> Path:
+    """A file whose heap of shared texts has an object of no size: libhdf5 never comes to the next one."""
+    import xarray
+
+    about = {"unit": "kN"}
+    dataset = xarray.Dataset({"position": ("n", -1.0 - np.arange(50.0), about)}, coords={"n": np.arange(50.0)})
+    dataset.to_netcdf(folder / name, engine="h5netcdf")
+    data = bytearray((folder / name).read_bytes())
+    at = data.index(b"GCOL")
+    data[at + 16 : at + 48] = bytes(32)
+    (folder / name).write_bytes(data)
+    return folder / name
+
+
+@pytest.mark.parametrize("door", ["recording", "saved motion", "starts"])
+def test_a_damaged_file_that_keeps_its_reader_busy_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, door: str
+) -> None:
+    """32 bytes of it are zero. Whoever reads it is told so, with what to do."""
+    from percuss.errors import PercussError
+    from percuss.explore.attractors.drawn_starts import table_of
+    from percuss.recordings import separate_process
+    from percuss.recordings.recording import read_recording
+    from percuss.simulate import Trajectory
+
+    read = {
+        "recording": lambda path: read_recording(path, sample_rate=1e3),
+        "saved motion": Trajectory.load,
+        "starts": table_of,
+    }[door]
+    monkeypatch.setattr(separate_process, "_SECONDS", 3.0)
+    path = _endless(tmp_path, "a.h5" if door == "recording" else "a.nc")
+    begun = time.monotonic()
+    with pytest.raises(PercussError, match=r"within 3 s: it is damaged.* — use a copy of it"):
+        read(path)
+    assert time.monotonic() - begun < 20.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_ctrl_c_ends_the_reading_of_such_a_file(tmp_path: Path) -> None:
+    """At once, and the process that reads it goes, too."""
+    path = _endless(tmp_path, "a.nc")
+    program = "from percuss.cli import main; import sys; sys.exit(main())"
+    command = [sys.executable, "-c", program, "simulate", "--resume", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            child = _child_of(process)
+            process.send_signal(signal.SIGINT)
+            assert "interrupted" in process.communicate(timeout=10)[1] and process.returncode == 130
+            assert not Path(f"/proc/{child}").exists()
+        finally:
+            process.kill()
+
+
+def _child_of(process: subprocess.Popen[str]) -> int:
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    if not children.exists():
+        pytest.skip("no /proc with children")
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until and process.poll() is None:
+        if found := children.read_text().split():
+            return int(found[0])
+        time.sleep(0.1)
+    raise AssertionError("nothing was read apart")

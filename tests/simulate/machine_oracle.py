@@ -103,8 +103,9 @@ class Second:
 
     def carry_out(self) -> None:
         while self.queue and self.queue[0][0] <= self.time:
-            self.state = self.queue.pop(0)[1]
-            self.events.append((self.time, "valve", self.state))
+            before, self.state = self.state, self.queue.pop(0)[1]
+            if self.state != before:
+                self.events.append((self.time, "valve", self.state))
 
     def piece(self) -> Piece:
         own = self.own

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from percuss.errors import ParameterError, PercussError
 from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
 from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines
-from percuss.simulate.machine.fed_trajectory import FedTrajectory
+from percuss.simulate.machine.fed_running import FedTrajectory
 from percuss.steady import self_excited_motion
 from supply_oracle import begun, follow
 
@@ -125,6 +126,31 @@ def test_stalls() -> None:
     assert run_machine(machine(pushing), modes=0).label == "stalls (on the tool)"
     leaving = Valve({"return": -1.0}, (Port("return", 0.5, "back"),), supply=Supply(1.0, 2.0))
     assert run_machine(machine(leaving, drag=2.0), modes=0).label == "stalls (leaves)"
+
+
+IMPACT = Port("return", on="impact")
+LASTING = {
+    "stalls (on the tool)": (Valve({"power": 1.0}, (Port("power", on="impact"),), supply=Supply(1.0, 2.0)), 0.0),
+    "stalls (leaves)": (Valve({"power": -1.0}, (Port("power", 0.5, "back"),), supply=Supply(1.0, 2.0)), 2.0),
+    "stalls (in the chamber)": (
+        Valve({"return": 0.0, "power": 0.8}, (PORTS[0], IMPACT), None, Chamber(-0.2, 1.15), supply=Supply(0.5, 5.0)),
+        0.12,
+    ),
+}
+
+
+@pytest.mark.parametrize("label", LASTING)
+def test_a_stall_is_told_and_followed_to_the_time_asked_for(label: str) -> None:
+    valve, drag = LASTING[label]
+    made, start = machine(valve, 0.45, drag), MachineStart(Start.rigid(-0.8, 0.3), "power")
+    motion = run_machine(made, start, modes=0, stop=Stop(time=30.0))
+    assert (motion.label, motion.outcome, motion.end_time) == (label, "stalls", 30.0)
+    assert motion.position(1.0, np.linspace(0.0, 30.0, 3000)).max() < 1e-12
+    now = begun(replace(valve, start="power"), -0.8, 0.3, 1.0)
+    follow(now, valve, 0.45, drag, 8, 30.0)
+    theirs = [time for time, kind, _ in now.events if kind == "impact"]
+    assert motion.blow_times[: len(theirs)] == pytest.approx(theirs, abs=1e-6)
+    assert len(theirs) == min(motion.impacts, 8) and run_machine(made, start, modes=0).impacts == motion.impacts
 
 
 def test_a_great_accumulator_is_a_constant_pressure() -> None:

@@ -13,7 +13,7 @@ from damped_flights import REGIONS, Sums, damped_flight
 from interval_oracle import Flight, first_contact, gap
 from percuss.model import Load, System
 from percuss.simulate import Start, Stop, run
-from percuss.simulate.kernels.creeping import creep, free_motion
+from percuss.simulate.kernels.modes import creep, free_motion
 from test_first_contact import simulated
 
 ERROR = 8e-15  # of a gap or its rate, times the sums of the absolute values of what makes it up

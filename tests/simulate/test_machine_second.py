@@ -7,7 +7,8 @@ import pytest
 
 from machine_oracle import Second
 from machine_strategies import random_machine, random_start
-from percuss.simulate import Stop, run_machine
+from percuss.model import Chamber, External, Kept, Machine, Port, UniformBar, Valve
+from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines
 from percuss.simulate.machine.machine_start import placed
 
 CAP = 12.0
@@ -42,6 +43,45 @@ def test_first_events_of_random_starts() -> None:
 def test_many_events_of_random_machines() -> None:
     for seed in range(1000, 1200):
         agrees(seed, 14)
+
+
+def stalling(rng: np.random.Generator) -> tuple[Machine, MachineStart]:
+    """A machine on its gas that a blow leaves without the way to its port, in most cases."""
+    gas = Chamber(float(rng.uniform(-0.1, 0.1)), float(rng.uniform(0.9, 1.6)))
+    valve = Valve({"return": -0.3, "power": 0.8}, (Port("power", 1.0, "back"), Port("return", on="impact")), None, gas)
+    damping = External(float(rng.choice([0.0, rng.uniform(0.0, 0.2)])))
+    machine = Machine(UniformBar(5.0, damping), valve, Kept(float(rng.uniform(0.3, 0.7))))
+    return machine, MachineStart(Start.rigid(-float(rng.uniform(0.3, 1.2)), float(rng.uniform(-0.3, 0.5))), "power")
+
+
+@pytest.mark.parametrize("modes", [0, 3])
+def test_the_blows_after_a_stall_is_proved(modes: int) -> None:
+    """They are followed to the time asked for, and without one till none comes; ensembles count them as well."""
+    rng, stalled, later, cap = np.random.default_rng(5), 0, 0, 40.0
+    while stalled < 10:
+        machine, start = stalling(rng)
+        motion = run_machine(machine, start, modes=modes, stop=Stop(time=cap))
+        if motion.label != "stalls (in the chamber)":
+            continue
+        stalled += 1
+        assert (motion.outcome, motion.end_time) == ("stalls", cap)
+        u, v, _ = placed(start, machine, modes)
+        mechanism = motion.mechanism
+        other = Second(machine, modes, mechanism.ends(u) / mechanism.end, mechanism.ends(v) / mechanism.end, "power")
+        other.run(cap, 1000)
+        theirs = [time for time, kind, _ in other.events if kind == "impact"]
+        ours = motion.blow_times[: len(theirs)] if other.ending else motion.blow_times
+        assert ours == pytest.approx(theirs, abs=1e-8)
+        later += int(np.count_nonzero(ours > motion.events.of("valve").time[-1]))
+        times = np.linspace(0.0, cap, 4000)
+        since = times[:, None] - motion.events.of("release").time  # when the ripple of few modes may lap over the wall
+        assert motion.gap(times[~((since > 0.0) & (since < 0.35)).any(axis=1)]).max() < 1e-9
+        many = simulate_machines(machine, start, modes=modes, stop=Stop(time=cap))
+        assert (many.impacts[0], many.outcome[0], many.label[0]) == (motion.impacts, "stalls", motion.label)
+        free = run_machine(machine, start, modes=modes)
+        assert (free.label, free.outcome) == (motion.label, "stalls")
+        assert free.blow_times[: len(ours)].tolist() == ours.tolist()
+    assert later > 10
 
 
 @pytest.mark.slow

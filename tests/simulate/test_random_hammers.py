@@ -12,7 +12,7 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbits
-from percuss.steady.periodic.sameness import differences, load_turn
+from percuss.steady.periodic.periodic_orbit import differences, load_turn
 from random_hammers import RandomHammer, random_hammer
 
 TURN = 2.0 * math.pi

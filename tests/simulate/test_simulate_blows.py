@@ -13,7 +13,7 @@ TURN = 2.0 * np.pi
 
 @pytest.fixture(scope="module")
 def jackleg():
-    case = load_case("pneumatic-jackleg")
+    case = load_case("pneumatic-jackleg").varied({"load.amplitude": "5.23 bar"})  # nearer to the fold: it rests
     bar = case.system().bar
     drag = 2e-5 * np.pi * bar.wave_speed * bar.pieces[0].mass / bar.length**2
     b77 = {"bar.damping_ratio": None, "bar.drag": f"{drag!r} N*s/m^2", "contact.strain": "kept"}

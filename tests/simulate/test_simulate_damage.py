@@ -14,8 +14,7 @@ import pytest
 from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.simulate import Start, Stop, Trajectory, motion_files, run
-from percuss.simulate.kernels.codes import GRAZED
-from percuss.simulate.kernels.layout import COUNT
+from percuss.simulate.kernels.motion_records import COUNT, GRAZED
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -90,7 +89,9 @@ def damaged(motion: Trajectory, folder: Path, only: tuple[str, ...] = ()) -> lis
 CONTINUE = """
     import sys
     from percuss.errors import PercussError
+    from percuss.recordings import separate_process
     from percuss.simulate import Stop, Trajectory
+    separate_process.inside = True  # hundreds of files, each of which a process would take longer over
     for name in sys.argv[1:]:
         print(name, flush=True)
         try:

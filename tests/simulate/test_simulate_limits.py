@@ -2,6 +2,7 @@
 parameter space, that it ends in time with a sound record."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,23 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.errors import ResonanceError
-from percuss.simulate import OUTCOMES, Start, Stop, run
+from percuss.model import (
+    Chamber,
+    External,
+    HeldBody,
+    KelvinVoigt,
+    Kept,
+    Machine,
+    ModalBody,
+    Mounted,
+    Port,
+    Reversed,
+    SteppedBar,
+    Supply,
+    UniformBar,
+    Valve,
+)
+from percuss.simulate import OUTCOMES, MachineStart, Start, Stop, run, run_machine
 from strategies import decades
 
 TURN = 2.0 * np.pi
@@ -205,3 +222,81 @@ def _never_beyond_the_wall(motion, scale):
     at = motion.modal(t)
     size = scale + np.abs(at.displacement).sum(axis=0).max() + np.abs(at.velocity).sum(axis=0).max()
     assert motion.gap(t)[~rippling].max(initial=0.0) <= 1e-9 * size
+
+
+# -- no size of its own ------------------------------------------------------------------------------------------------
+
+
+def under_a_clock(body, load, restitution, modes, law=Kept):
+    """The motion of a hammer of which all forces and lengths are multiplied by a number."""
+
+    def followed(size, periodic):
+        own = replace(body, gap=body.gap * size) if isinstance(body, HeldBody) else body
+        system = System(own, load.scaled(size), law(restitution))
+        start = Start.rigid(-0.5 * size, 0.25 * size, 1.0)
+        return run(system, start, modes=modes, stop=Stop(impacts=150, time=300.0, periodic=periodic))
+
+    return followed
+
+
+def switched(valve, restitution, modes, damping=0.05):
+    """The same of a machine that switches its own valve."""
+
+    def followed(size, periodic):
+        machine = Machine(UniformBar(5.0, External(damping)), valve.scaled(size, size), Kept(restitution))
+        start = MachineStart(Start.rigid(-0.5 * size, 0.25 * size))
+        return run_machine(machine, start, modes=modes, stop=Stop(impacts=60, time=300.0, periodic=periodic))
+
+    return followed
+
+
+WAVES, PULSES = Load.fourier([0.3, 1.0, 0.2j]), Load.steps([0.4, 2.5, 4.1], [1.2, 0.1, -1.0])
+STEPPED = SteppedBar(4.0, (1.0, 0.5, 0.8), (0.4, 0.3, 0.3), KelvinVoigt(1e-3))
+MODAL = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, -0.5), 0.3)
+ONE = ModalBody((1.3,), (0.2,), (0.7,), (1.0,), -0.2)
+PORTS = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
+LATE = Port("return", on="impact", delay=9.0)
+STATES = {"return": -0.4, "power": 1.8}
+HAMMERS = {
+    "rigid": under_a_clock(UniformBar(5.0, External(0.1)), WAVES, 0.5, 0),
+    "rigid under steps": under_a_clock(UniformBar(5.0, External(0.1)), PULSES, 0.5, 0),
+    "bar": under_a_clock(UniformBar(5.0, External(0.1)), WAVES, 0.4, 6),
+    "bar under steps": under_a_clock(UniformBar(5.0, External(0.1)), PULSES, 0.6, 6),
+    "bar whose waves turn over": under_a_clock(UniformBar(2.0), WAVES, 0.6, 4, Reversed),
+    "dead bar": under_a_clock(UniformBar(5.0, External(0.1)), PULSES, 0.0, 4),
+    "overdamped bar": under_a_clock(UniformBar(1.0, External(30.0)), WAVES, 0.8, 4),
+    "stepped": under_a_clock(STEPPED, WAVES, 0.5, 6),
+    "stepped under steps": under_a_clock(STEPPED, PULSES, 0.5, 6),
+    "one mode": under_a_clock(ONE, WAVES, 0.4, 1),
+    "one mode under steps": under_a_clock(ONE, PULSES, 0.4, 1),
+    "one dead mode under steps": under_a_clock(ONE, PULSES, 0.0, 1),
+    "structure": under_a_clock(MODAL, WAVES, 0.7, 2),
+    "structure under steps": under_a_clock(MODAL, PULSES, 0.7, 2),
+    "dead structure under steps": under_a_clock(replace(MODAL, gap=-0.3), PULSES, 0.0, 2),
+    "structure under nothing": under_a_clock(replace(MODAL, gap=0.0), Load.steps([0.0, 1.0], [0.0, 0.0]), 0.7, 2),
+    "mounted": under_a_clock(Mounted(0.8, 0.05, 4.0, gap=0.2), WAVES, 0.5, 6),
+    "mounted under steps": under_a_clock(Mounted(0.8, 0.05, 4.0, gap=-0.1), PULSES, 0.5, 6),
+    "rigid valve": switched(Valve(STATES, PORTS), 0.2, 0),
+    "valve": switched(Valve(STATES, PORTS), 0.2, 4),
+    "valve on gas": switched(Valve(STATES, PORTS, chamber=Chamber(0.1, 0.1)), 0.3, 4),
+    "valve that stalls on gas": switched(Valve(STATES, (LATE,), "power", Chamber(0.2, 0.9)), 0.3, 4),
+    "valve that rests": switched(Valve(STATES, (PORTS[0], LATE)), 0.2, 4),
+    "pump": switched(Valve(STATES, PORTS, supply=Supply(1.0, 5.0)), 0.3, 0),
+    "pump with gas": switched(Valve(STATES, PORTS, chamber=Chamber(0.1, 0.1), supply=Supply(1.0, 5.0)), 0.3, 0),
+    "pump from no pressure": switched(Valve(STATES, PORTS, supply=Supply(0.8, 3.0, 0.0)), 0.4, 0),
+}
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("name", HAMMERS)
+def test_forces_and_lengths_times_a_power_of_two_give_the_same_bits(name, periodic):
+    usual = HAMMERS[name](1.0, periodic)
+    assert len(usual.events) > 1
+    for exponent in (-200, -60, -20, -3, 1, 35):
+        size = 2.0**exponent
+        motion = HAMMERS[name](size, periodic)
+        for column, power in (("code", 0), ("time", 0), ("kinetic_energy", 2), ("energy_lost", 2)):
+            found = getattr(motion.events, column) / size**power
+            assert found.tolist() == getattr(usual.events, column).tolist(), (exponent, column)
+        for what in ("outcome", "label", "end_time"):
+            assert getattr(motion, what) == getattr(usual, what), exponent

@@ -6,6 +6,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from percuss import Load, System
+from percuss.blow import Rod
+from percuss.blow.machine import Limits, Release, machine_motion
+from percuss.model import External, Reversed, UniformBar
 from percuss.simulate import Start, Stop, run
 
 TURN = 2.0 * np.pi
@@ -204,3 +207,52 @@ def test_restitution_one_and_zero(modes):
     after = [kinds[i + 1] for i in range(len(kinds) - 1) if kinds[i] == "impact"]
     assert all(kind == "rest" for kind, pushes in zip(after, pushed, strict=False) if pushes)
     assert np.all(dead.events.rebound_velocity == 0.0)
+
+
+# -- a bar that the load holds down ----------------------------------------------------------------------------------
+
+
+def pressed(seed):
+    """A bar whose impacts turn the strain over, under a harmonic load, and the gap and the phase of its start."""
+    rng = np.random.default_rng(seed)
+    s, R, mean = float(np.exp(rng.uniform(0.0, 3.0))), float(rng.uniform(0.02, 0.8)), float(rng.uniform(0.2, 1.3))
+    body = UniformBar(s, External(float(rng.uniform(0.0, 0.05))))
+    system = System(body, Load.harmonic(mean, 1.0), Reversed(R))
+    return system, float(rng.uniform(0.3, 3.0)), float(rng.uniform(0.0, 6.0))
+
+
+def test_a_load_holds_a_bar_down_within_the_time_of_a_contact_and_takes_no_more_than_is_said():
+    told = 0
+    for seed in range(60):
+        system, gap, phase = pressed(seed)
+        motion = run(system, Start.rigid(-gap, time=phase), modes=4, stop=Stop(impacts=300, periodic=False))
+        events, s = motion.events, system.body.s
+        struck, fastest = events.of("impact").time, system.load.value(events.phase) / s
+        given_up = []
+        for i in np.flatnonzero((events.kind == "rest") | (events.kind == "chatter")):
+            before = i - 1 if events.kind[i - 1] == "impact" else None
+            if before is None or events.time[before] != events.time[i] or events.rebound_velocity[before] > -1e-9:
+                continue
+            given_up.append(events.energy_lost[i] / events.kinetic_energy.max())
+            assert np.diff(struck[struck <= events.time[i]])[-1] < 2.0 / s
+            assert events.energy_lost[i] <= fastest[i] ** 2 * (1.0 + 1e-9), seed
+        assert motion.events.held_down == pytest.approx(given_up)
+        told += len(given_up)
+    assert told > 60
+
+
+def test_a_bar_that_waves_bring_to_rest_comes_to_rest():
+    """Under a load that always pushes; without its hold the law that turns the strain over feeds the bounces."""
+    seen = 0
+    for seed in range(100, 160):
+        system, gap, phase = pressed(seed)
+        if system.load.mean < 1.02 or system.body.s < 2.0 or seen == 6:
+            continue
+        R, s, seen = system.contact.restitution, system.body.s, seen + 1
+        rod, limits = Rod.of_impedance(s * (1.0 + R) / (1.0 - R)), Limits(periods=60, impacts=10**5, settled=False)
+        waves = machine_motion(system, rod, Release(gap=gap, time=phase), limits, cells=40, estimate=False)
+        quiet = waves.impacts.given[waves.impacts.start > 30 * TURN].sum() < 1e-3
+        by_law = run(system, Start.rigid(-gap, time=phase), modes=8, stop=Stop(time=60 * TURN, periodic=False))
+        assert (by_law.outcome == "rest") == quiet, seed
+        assert quiet and by_law.events.held_down.size
+    assert seen == 6

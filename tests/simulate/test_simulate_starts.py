@@ -1,11 +1,13 @@
 """Starts: rigid, modal, along the bar, from an orbit, and drawn at random."""
 
+import mpmath
 import numpy as np
 import pytest
 
-from percuss import Load, System, steady_states
+from percuss import Kept, Load, System, steady_states
 from percuss.errors import ParameterError
-from percuss.simulate import DISTRIBUTIONS, Start, Starts, Stop, run
+from percuss.model import Mounted
+from percuss.simulate import DISTRIBUTIONS, Start, Starts, Stop, run, simulate_many
 
 SYSTEM = System(s=5.0, d=0.1, restitution=0.5, load=Load.harmonic(0.8, 1.0))
 
@@ -160,3 +162,100 @@ def test_a_start_at_a_time_or_a_period_later():
 def test_nonsense_is_refused(make):
     with pytest.raises(ParameterError):
         make()
+
+
+TURN = 2.0 * np.pi
+STEPPED = {
+    "a step at phase 0": ([0.0, 3.3], [1.0, -0.8]),
+    "steps elsewhere": ([0.7, 2.0, 5.9], [1.0, 0.3, -0.9]),
+    "a step an ulp before a turn": ([0.4, 3.0, float(np.nextafter(TURN, 0.0))], [0.2, -0.8, 1.0]),
+    "a step an ulp after 0": ([5e-324, 2.5], [-0.6, 1.0]),
+}
+LIMIT = 60.0
+
+
+def parabolas(breaks, values, time, position, velocity):
+    """Time until a rigid undamped bar strikes, parabola by parabola in 40 digits; `LIMIT` if not before."""
+    mp = mpmath.MPContext()
+    mp.dps = 40
+    place, rate, gone, piece = mp.mpf(position), mp.mpf(velocity), mp.mpf(0), len(breaks) - 1
+    phase = mp.fmod(mp.mpf(time), 2 * mp.pi) % (2 * mp.pi)
+    for i, b in enumerate(breaks):
+        piece = i if phase >= b else piece
+    while gone < LIMIT:
+        force, following = mp.mpf(values[piece]), (piece + 1) % len(breaks)
+        length = (mp.mpf(breaks[following]) - phase) % (2 * mp.pi)
+        disc = rate * rate - 2 * force * place
+        roots = [(-rate + sign * mp.sqrt(disc)) / force for sign in (-1, 1)] if disc >= 0 else []
+        struck = [t for t in roots if 0 < t <= length and rate + force * t > 0]
+        if struck:
+            return float(min(gone + min(struck), LIMIT))
+        place, rate = place + rate * length + force * length**2 / 2, rate + force * length
+        gone, phase, piece = gone + length, mp.mpf(breaks[following]), following
+    return LIMIT
+
+
+def around_breaks(breaks):
+    """Doubles some ulps before, at and after each break, in turns before and after 0, up to very many of them."""
+    for turn in (-(10**6), -40, -3, -1, 0, 1, 2, 17, 1000, 10**7):
+        for b in breaks:
+            time = b + turn * 2.0 * np.pi
+            ulps = np.array([-40, -13, -12, -9, -5, -2, -1, 0, 1, 2, 7, 13, 40])
+            yield from (time + ulps * np.spacing(max(abs(time), 2.0 * np.pi))).tolist()
+
+
+def near_steps(breaks, ulps):
+    """Doubles so many ulps beside each break, in turns before and after 0 up to very many; and the break."""
+    for turn in (-(10**6), -40, -3, -1, 0, 1, 2, 17, 1000, 10**7):
+        for b in breaks:
+            time = b + turn * TURN
+            for n in ulps:
+                yield time + n * float(np.spacing(max(abs(time), TURN))), b
+
+
+@pytest.mark.parametrize("form", STEPPED)
+def test_a_rigid_bar_started_within_rounding_of_a_step(form):
+    """It is under the force of that step: against parabolas in 40 digits."""
+    breaks, values = STEPPED[form]
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.steps(breaks, values))
+    stop = Stop(impacts=1, time=LIMIT, periodic=False)
+    times = [time for time, _ in near_steps(breaks, (-40, -13, -12, -9, -5, -2, -1, 0, 1, 2, 7, 13, 40))]
+    many = simulate_many(system, Starts.rigid(-0.5, 0.1, times), modes=0, stop=stop, keep=1)
+    for time, struck in zip(times, many.last_time[:, 0], strict=True):
+        exact, error = parabolas(breaks, values, time, -0.5, 0.1), 1e-9 + 1e3 * np.spacing(abs(time))
+        alone = run(system, Start.rigid(-0.5, 0.1, time), modes=0, stop=stop).events.time
+        assert float(alone[0] - time if len(alone) else LIMIT) == pytest.approx(exact, abs=error), time
+        assert np.nan_to_num(struck - time, nan=LIMIT) == pytest.approx(exact, abs=error), time
+
+
+@pytest.mark.parametrize("form", STEPPED)
+@pytest.mark.parametrize("name", ["bar", "resting bar", "structure of one mode", "structure", "resting structure"])
+def test_a_start_within_rounding_of_a_step_is_one_at_that_step(form, name):
+    breaks, values = STEPPED[form]
+    load, resting = Load.steps(breaks, values), name.startswith("resting")
+    bar = System(s=5.0, d=0.1, restitution=0.4, load=load)
+    held = System(Mounted(0.3, 0.05, 4.0, gap=-0.1), load, Kept(0.4))
+    system, modes = (bar, 3) if "bar" in name else (held, 4 if name == "structure" else 1)
+    place, speed = (0.0, 0.0) if resting else (-0.5, 0.1)
+    stop = Stop(impacts=3, time=LIMIT, periodic=False)
+    for time, b in near_steps(breaks, (-4, -2, -1, 0, 1, 2, 4)):
+        error = 1e-8 + 1e4 * np.spacing(abs(time))
+        at, near = (run(system, Start.rigid(place, speed, t), modes=modes, stop=stop) for t in (b, time))
+        assert near.events.kind.tolist() == at.events.kind.tolist(), time
+        assert near.events.time - time == pytest.approx(at.events.time - b, abs=error), time
+
+
+@pytest.mark.parametrize("modes", [0, 4])
+def test_an_orbit_that_strikes_where_a_step_begins_comes_back_from_within_rounding_of_it(modes):
+    breaks, values = [0.4, 3.0, 4.0], [0.9, -0.4, -0.1]
+    orbit = steady_states(System(s=5.0, d=0.1, restitution=0.5, load=Load.steps(breaks, values)), modes=modes).orbits[0]
+    moved = np.sort([0.0, *((np.array(breaks) - orbit.phase) % TURN)])  # its impact at phase 0, where a step begins
+    middles = moved + 0.5 * np.diff(moved, append=TURN)
+    load = Load.steps(moved, orbit.system.load.value(middles + orbit.phase))
+    same = System(s=5.0, d=0.1, restitution=0.5, load=load)
+    (here,) = (o for o in steady_states(same, modes=modes).orbits if min(o.phase, TURN - o.phase) < 1e-9)
+    for time, _ in near_steps([0.0], range(-12, 13)):
+        motion = run(same, Start.orbit(here).at(time), modes=modes, stop=Stop(impacts=3, periodic=False))
+        error = 1e-8 + 1e4 * np.spacing(abs(time))
+        assert motion.events.time - time == pytest.approx(TURN * np.arange(1, 4), abs=error), time
+        assert motion.events.impact_velocity == pytest.approx(orbit.impact_velocity, rel=100.0 * error), time

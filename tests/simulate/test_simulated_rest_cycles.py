@@ -11,9 +11,7 @@ from percuss import Load, System
 from percuss.errors import ResonanceError
 from percuss.simulate import Start, Stop, Trajectory, run
 from percuss.steady import rest_cycles
-from percuss.steady.resting.chain import Chain, chain_from
-from percuss.steady.resting.leg import Swing
-from percuss.steady.resting.releases import release_phases
+from percuss.steady.resting.flight_chain import Chain, Swing, chain_from, release_phases
 
 TURN = 2.0 * math.pi
 LONG = 3  # load periods followed

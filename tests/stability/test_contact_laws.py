@@ -30,10 +30,9 @@ from percuss.stability import (
     stability_plane,
     waveform_criterion,
 )
-from percuss.stability.exact_plane import OUTCOMES
-from percuss.stability.linear_map import map_at_impact
-from percuss.stability.reduced import elastic_feedback, quadratic_coefficients
-from percuss.stability.secular import cauchy_sums, secular_roots
+from percuss.stability.multipliers import cauchy_sums, map_at_impact, secular_roots
+from percuss.stability.plane import OUTCOMES
+from percuss.stability.verdict import elastic_feedback, quadratic_coefficients
 from percuss.steady import Orbit
 
 Array = NDArray[np.float64]

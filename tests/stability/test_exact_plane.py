@@ -13,10 +13,9 @@ import strategies
 from percuss import Load, System
 from percuss.errors import ConvergenceError, ParameterError, ResonanceError
 from percuss.stability import exact_plane, floquet_multipliers, linear_map, stability_of, stability_plane
-from percuss.stability.exact_plane import KINDS, OUTCOMES
+from percuss.stability.plane import KINDS, OUTCOMES
 from percuss.steady import Orbit, steady_states
-from percuss.steady.level import level
-from percuss.steady.phases import forced_response
+from percuss.steady.phases import forced_response, level
 
 PNEUMATIC = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 
@@ -207,12 +206,12 @@ def test_no_motion_and_none_that_lasts():
 
 
 def test_a_cell_that_cannot_be_solved_is_a_value(monkeypatch):
-    module = sys.modules["percuss.stability.exact_plane"]
+    module = sys.modules["percuss.stability.plane"]
 
     def fails(*arguments, **more):
         raise ConvergenceError("crowded")
 
-    from percuss.stability import exact_kernels
+    from percuss.stability import secular_kernels as exact_kernels
 
     solved = exact_plane(PNEUMATIC, 0.6, 0.9)
     monkeypatch.setattr(exact_kernels, "largest_multipliers", lambda *a: a[-1].fill(-1))

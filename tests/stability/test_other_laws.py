@@ -14,7 +14,7 @@ from percuss.model import External, Kept, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array
 from percuss.model.contact import Contact, Result
 from percuss.stability import linear_map, reduced_criterion, stability_of, stability_plane, waveform_criterion
-from percuss.stability.secular import secular_roots
+from percuss.stability.multipliers import secular_roots
 from percuss.steady import grows
 
 LOAD = Load.fourier([0.2, 1.0, 0.3j])

@@ -22,8 +22,8 @@ from percuss.stability import (
     reduced_criterion,
     waveform_criterion,
 )
-from percuss.stability.reduced import quadratic_coefficients, schur_quotients
-from percuss.stability.secular import cauchy_sums, secular_roots
+from percuss.stability.multipliers import cauchy_sums, secular_roots
+from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
 from strategies import Drawn, fourier_systems, oracle, square_systems
 

@@ -9,11 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from percuss.model.checks import Array
-from percuss.steady.periodic.impact_chain import ImpactChain
-from percuss.steady.periodic.linearised import bordered
-from percuss.steady.periodic.newton import COALESCED, Ended, Outcome
-from percuss.steady.periodic.passage import Passage
-from percuss.steady.periodic.sameness import differences
+from percuss.steady.periodic.compiled_orbits import COALESCED, Ended, Outcome
+from percuss.steady.periodic.impact_chain import ImpactChain, Passage, bordered
+from percuss.steady.periodic.periodic_orbit import differences
 
 __all__ = ["newton"]
 

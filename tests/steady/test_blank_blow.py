@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from percuss.errors import ParameterError
-from percuss.model import Chamber, Cushion, External, Kept, Machine, Port, UniformBar, Valve
+from percuss.model import Chamber, Cushion, External, Kept, Machine, Port, Supply, UniformBar, Valve
 from percuss.steady import self_excited_motion
 from percuss.steady.self_excited import BlankBlow, blank_blow
 
@@ -52,6 +53,32 @@ def test_a_machine_that_goes_on_without_blows(back, power, front, held) -> None:
     assert 0.5 * found.again**2 == pytest.approx(fed * (1.0 + back / force), rel=1e-7)
     away = math.sqrt(2.0 * back * (1.0 + fed / force))  # at the rear port, from rest in the cushion
     assert found.period > away / back
+    lying = fed / force
+    assert found.worst_depth == pytest.approx(max(found.depth, lying), rel=1e-7)
+    assert found.worst_pass == 1 or found.depth < lying
+    assert found.worst_force == force and 1 <= found.worst_pass <= found.passes
+
+
+@given(st.floats(0.2, 5.0), st.floats(0.5, 1.5), st.floats(5.0, 100.0), st.floats(0.0, 0.3))
+@settings(max_examples=25)
+def test_with_a_pump_the_pressure_is_that_of_the_cycle(nominal, flow, compliance, kappa) -> None:
+    """However the forces are written: for another pressure π they are π p_k, the flow π q and the compliance π² c."""
+    cushion = Cushion(0.1, 3.0, 50.0)
+    made = machine(cushion, front=0.3, kappa=kappa)
+
+    def written(for_pressure: float) -> Machine:
+        supply = Supply(flow * for_pressure, compliance * for_pressure**2)
+        return made.with_valve(replace(made.valve.at_pressure(for_pressure), supply=supply))
+
+    motions = [self_excited_motion(written(one), modes=0) for one in (1.0, nominal)]
+    assume(all(one.cycle is not None for one in motions))
+    one, other = (blank_blow(motion) for motion in motions)
+    assert other.pressure * nominal == pytest.approx(one.pressure, rel=1e-6)
+    assert (other.speed, other.reach, other.taken) == pytest.approx((one.speed, one.reach, one.taken), rel=1e-6)
+    assert (other.ending, other.worst_pass) == (one.ending, one.worst_pass)
+    assert other.worst_depth == pytest.approx(one.worst_depth, rel=1e-6)
+    if one.again is not None:
+        assert (other.again, other.period) == pytest.approx((one.again, one.period), rel=1e-6)
 
 
 def test_what_becomes_of_the_machine() -> None:

@@ -62,9 +62,10 @@ dampings = st.one_of(
     st.builds(External, st.floats(0.0, 5.0)), st.builds(Ratio, st.floats(0.0, 1.0)),
     st.builds(KelvinVoigt, st.floats(0.0, 0.1)),
 )  # fmt: skip
+forces = st.floats(-0.2, 0.3).map(lambda force: force if abs(force) >= 1e-100 else 0.0)  # smaller ones are refused
 machines = st.builds(
     late, st.sampled_from([Kept, Reversed]), st.one_of(st.just(0.0), st.floats(0.0, 0.5)), dampings,
-    st.floats(0.0, 3.0), st.sampled_from([0.0, 1e-9, 0.2]), st.floats(-0.2, 0.3), st.floats(2.0, 12.0),
+    st.floats(0.0, 3.0), st.sampled_from([0.0, 1e-9, 0.2]), forces, st.floats(2.0, 12.0),
     st.sampled_from(["centre", 0.0, 0.4, 1.0]),
 )  # fmt: skip
 

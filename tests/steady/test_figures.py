@@ -13,8 +13,7 @@ from percuss.case.answers.quick_answer import quick_dict
 from percuss.explore import QUANTITIES, sweep
 from percuss.model import External
 from percuss.steady import SIReport
-from percuss.steady.figures import FIGURES
-from percuss.steady.si import CARDS, REPORTED, figures_in_si
+from percuss.steady.figures import CARDS, FIGURES, REPORTED, figures_in_si
 
 PREFIX = {"k": 1e-3, "m": 1e3, "M": 1e-6, "µ": 1e6, "": 1.0}
 IN_NAMES = {"m/s": "m_s", "blows/min": "per_min", "µs": "us", "N·s": "N_s", "N·s/m": "N_s_m"}

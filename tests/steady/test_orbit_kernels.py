@@ -14,16 +14,11 @@ from percuss.model import Body, External, KelvinVoigt, Kept, Mounted, Ratio, Rev
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import flight_check
-from percuss.steady.periodic.compiled_passage import compiled_passage
-from percuss.steady.periodic.impact_chain import ImpactChain
-from percuss.steady.periodic.kernels import layout
-from percuss.steady.periodic.kernels.looking import singularity
-from percuss.steady.periodic.linearised import bordered
-from percuss.steady.periodic.newton import Outcome, newton
-from percuss.steady.periodic.passage import Passage
-from percuss.steady.periodic.sameness import load_turn
-from percuss.steady.periodic.sampled_flights import sampled_flights
-from percuss.steady.periodic.system_numbers import numbers_of
+from percuss.steady.periodic.compiled_orbits import Outcome, compiled_passage, newton, numbers_of
+from percuss.steady.periodic.impact_chain import ImpactChain, Passage, bordered
+from percuss.steady.periodic.kernels import orbit_records as layout
+from percuss.steady.periodic.kernels.searching import singularity
+from percuss.steady.periodic.periodic_orbit import load_turn, sampled_flights
 
 DAMPINGS = (
     lambda size: External(size),

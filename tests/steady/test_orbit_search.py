@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from orbit_cases import ENTRIES, numbers, system_of, times_of
 from percuss import Load, System, steady_states
 from percuss.errors import Interrupted, LoadError, ParameterError, ResonanceError
 from percuss.halting import halting
-from percuss.steady import Drop, Reason, orbits
-from percuss.steady.periodic.sameness import canonical, differences, load_turn, repeats
+from percuss.steady import Drop, FoundOrbits, Reason, orbits
+from percuss.steady.periodic.impact_chain import ImpactChain
+from percuss.steady.periodic.periodic_orbit import canonical, differences, load_turn, repeats
+from percuss.steady.truncation import PI
 
 TURN = 2.0 * math.pi
 HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
@@ -95,6 +98,22 @@ def test_what_passes_the_wall_or_strikes_backwards_is_told_of() -> None:
     assert str(found).startswith("z=2/1: 0 orbits in 100 tries")
 
 
+def test_a_share_that_few_tries_did_not_see_has_its_exact_bound() -> None:
+    """Where 0 of n were met once, (1 − bound)ⁿ is 5 %; else as many or fewer have (Clopper and Pearson 1934)."""
+    for ended, once in ((1, 0), (2, 0), (7, 0), (400, 0), (2, 1), (9, 4), (400, 37), (30, 30)):
+        bound = FoundOrbits(HAMMER, 2, 1, 0, (), (), ended, {}, once / ended, False, ended=ended).unseen_bound
+        assert bound is not None
+        if once == ended:
+            assert bound == 1.0
+            continue
+        share = Fraction(bound)
+        below = sum(math.comb(ended, j) * share**j * (1 - share) ** (ended - j) for j in range(once + 1))
+        assert float(below) == pytest.approx(0.05, rel=1e-9)
+    told = str(FoundOrbits(HAMMER, 2, 1, 0, (), (), 2, {}, 0.0, False, ended=2))
+    assert "unseen share 0, at most 0.78 (with 95 %, by 2 tries that ended at an orbit)" in told
+    assert FoundOrbits(HAMMER, 1, 1, 0, (), (), 0, {}, 0.0, True).unseen_bound == 0.0
+
+
 def test_an_odd_number_of_full_rebounds_leaves_every_mode_in_resonance() -> None:
     """R = 1, d = 0: a mode's cycle is a reflection then, which keeps one of its states."""
     system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.3, 1.0))
@@ -102,6 +121,48 @@ def test_an_odd_number_of_full_rebounds_leaves_every_mode_in_resonance() -> None
     assert not found.orbits
     assert found.dropped[Drop.RESONANT] > 0
     assert all(orbit.resonant_modes == (1, 2) for orbit in found.rejected)
+
+
+@pytest.mark.parametrize("load", [Load.harmonic(0.62, 1.0), Load.fourier([0.5, 1.0, 0.3j])])
+@pytest.mark.parametrize("off", [1e-3, -1e-5, 1e-7, 1e-8, -1e-9, 1e-10, -1e-12, 1e-13])
+@pytest.mark.parametrize(("m", "r"), [(1, 0.5), (2, 0.9), (3, 0.99)])
+def test_near_resonance_the_orbits_with_one_impact_are_the_steady_motions(load: Load, off: float, m: int, r: float):
+    """Speeds by hand: an undamped mode strikes with 2f'/(1 − R), f' = Re Σ ik p_k e^{ikφ}/(ω² − k²)."""
+    system = System(s=(1.0 + off) / math.pi, d=0.0, restitution=r, load=load)
+    found, modes = orbits(system, 1, m, modes=6), np.arange(1, 7)
+    assert not found.resonant_modes and "free amplitude" not in str(found)
+    assert found.dropped.get(Drop.RESONANT) is None
+    steady = {orbit.phase: orbit for orbit in steady_states(system, m, modes=6).orbits}
+    assert steady
+    for orbit in (*found.orbits, *found.rejected):
+        beside = steady.pop(orbit.phase)
+        forced = [
+            sum(
+                (1j * k * load.coefficients[k] * np.exp(1j * k * orbit.phase)).real
+                / float((Fraction(system.s) * PI * int(n)) ** 2 - int(k) ** 2)
+                for k in load.harmonics
+            )
+            for n in modes
+        ]
+        by_hand = orbit.rigid_velocity + 2.0 / (1.0 - r) * float(2.0 * (-1.0) ** modes @ np.array(forced))
+        assert orbit.speeds[0] == pytest.approx(by_hand, rel=1e-12 + 2e-15 / abs(off) * m / (1.0 - r))
+        assert orbit.speeds[0] == pytest.approx(beside.impact_velocity, rel=1e-12 + 2e-15 / abs(off) * m / (1.0 - r))
+        assert orbit.admissible == beside.admissible
+    assert not steady
+
+
+@pytest.mark.parametrize("r", [0.5, 1.0 - 1e-8])
+def test_impacts_half_turns_apart_but_for_little_come_back_as_the_exact_map_says(r: float) -> None:
+    """det(I − M) = ½(1 − R)²(1 − cos(θ_1 + θ_2)) + ½(1 + R)²(1 − cos(θ_1 − θ_2)) of two impacts without damping."""
+    for off in (1e-4, 1e-7, 1e-9, 1e-11):
+        system = System(s=(1.0 + off) / math.pi, d=0.0, restitution=r, load=Load.fourier([0.5, 0.0, 0.0, 1.0]))
+        for late in (0.0, 1.3e-7, 0.4):
+            chain = ImpactChain(system, 2, 1, 3)
+            divisor = chain.passage(np.array([0.0, math.pi + late]), np.array(-1.0)).divisor
+            angles = chain.known.omega[:, None] * np.array([math.pi + late, math.pi - late])
+            turned = np.sin(0.5 * np.stack([angles.sum(axis=1), angles[:, 0] - angles[:, 1]])) ** 2
+            exact = (1.0 - r) ** 2 * turned[0] + (1.0 + r) ** 2 * turned[1]
+            assert divisor == pytest.approx(exact, rel=0, abs=3e-14 * float(np.abs(np.sin(angles)).max()) + 1e-27)
 
 
 def test_a_load_that_repeats_sooner_has_fewer_orbits() -> None:

@@ -15,8 +15,7 @@ from orbit_cases import ENTRIES, system_of
 from percuss import Load, System
 from percuss.steady import orbits
 from percuss.steady.periodic import search as search_module
-from percuss.steady.periodic.ball import Ball, exactly
-from percuss.steady.periodic.pair_equations import PairEquations
+from percuss.steady.periodic.pair_proof import Ball, PairEquations, exactly
 from random_hammers import random_hammer
 
 TURN = 2.0 * math.pi

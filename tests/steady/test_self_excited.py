@@ -14,8 +14,8 @@ from percuss.errors import ParameterError
 from percuss.model import Chamber, Contact, External, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.steady import Obstacle, SelfExcited, self_excited_motion, valve_margins
 from percuss.steady.self_excited.piston_flight import Flight, response
-from percuss.steady.self_excited.piston_records import Piston
-from percuss.steady.self_excited.settled_cycle import followed_legs
+from percuss.steady.self_excited.piston_legs import Piston
+from percuss.steady.self_excited.rigid_cycle import followed_legs
 from valve_oracle import simulated
 
 

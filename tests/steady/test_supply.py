@@ -20,10 +20,9 @@ from percuss.steady import (
     slow_pressure,
     valve_margins,
 )
-from percuss.steady.self_excited.fed_cycle import under_pressure
-from percuss.steady.self_excited.piston_records import Piston
-from percuss.steady.self_excited.pressed_flight import PressedFlight
-from percuss.steady.self_excited.settled_cycle import continued
+from percuss.steady.self_excited.piston_flight import PressedFlight
+from percuss.steady.self_excited.piston_legs import Piston
+from percuss.steady.self_excited.rigid_cycle import continued, under_pressure
 from supply_oracle import after_cycle
 
 MASS = 88.8

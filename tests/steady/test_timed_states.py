@@ -14,7 +14,7 @@ from percuss import Kept, Load, Reversed, System, steady_states
 from percuss.errors import LoadError, ParameterError
 from percuss.model import External, Ratio, SteppedBar, Timed, UniformBar
 from percuss.steady import TimedOrbit, TimedStates, timed_states
-from percuss.steady.phase_condition import phase_condition
+from percuss.steady.phases import phase_condition
 from timed_oracle import flight
 
 # a drifter's piston of three sections on a thick rod, every blow resolved by waves (two programs that agree)

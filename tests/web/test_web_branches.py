@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 from branches_desk import RIGID, STILL, at, followed, readout
 from percuss.cli import main
 from percuss.explore import BranchEvent
-from web_desk import Desk, knows, slide, until
+from web_desk import Desk, knows, settled, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -78,15 +78,17 @@ def test_the_slider_of_the_parameter_moves_the_design_and_the_branches_stay(desk
     slide(page, "load_factor", 0.8)
     until(page, "document.querySelector('#branches').dataset.design === '0.8'")
     expect(page.locator("#branches-readout")).to_contain_text("= 0.8:")  # no place was chosen: it follows the design
-    page.wait_for_timeout(600)
+    settled(page)
     assert asked() == 1
     page.click("tr[data-event=flip] button")
+    settled(page)  # what the button carries is the motion that is shown
     expect(page.locator("#branches-readout")).to_contain_text("0.65495")
     page.click("#branches-carry")
     until(page, "Math.abs(document.querySelector('#branches').dataset.design - 0.654954) < 1e-5")
     expect(page.locator("#slide-load_factor")).to_have_value(re.compile(r"0\.65"))
     slide(page, "restitution", 0.6)
-    until(page, "!document.querySelector('#branches-events').textContent.includes('0.6549')")
+    settled(page)
+    assert "0.6549" not in page.locator("#branches-events").inner_text()
     assert asked() == 2
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -14,10 +14,17 @@ from playwright.sync_api import Browser, expect
 
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.cli import main
+from percuss.units import si
 from web_desk import (
     Desk,
+    blown,
+    came,
     figure,
+    held,
+    knows,
+    let_go,
     served,
+    settled,
     slide,
     steady_json,
     until,
@@ -49,7 +56,7 @@ def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: P
         preparing = page.locator("#preparing")
         expect(preparing).to_contain_text("being compiled")
         assert not httpx.get(f"{address}api/about").json()["ready"]
-        page.route("**/api/about", lambda route: route.fulfill(json={"ready": True}))
+        page.route("**/api/about", lambda route: route.fulfill(json={"ready": True, "preparing": []}))
         expect(preparing).to_be_hidden()
         desk.context.close()
 
@@ -90,7 +97,7 @@ def test_a_case_goes_out_as_toml_and_comes_back(desk: Desk, tmp_path: Path) -> N
     slide(page, "restitution", 0.25)
     until(page, "location.hash.includes('contact.restitution=0.25')")
     moved = page.locator("#field-contact-restitution").input_value()
-    page.wait_for_timeout(400)
+    settled(page)
     with page.expect_download() as waiting:
         page.click("#case-download")
     path = tmp_path / "case.toml"
@@ -178,16 +185,78 @@ def test_a_case_and_its_recording_are_taken_together(
 
 def test_of_two_machines_picked_in_a_row_the_later_holds(desk: Desk) -> None:
     page = desk.open("machine=mini-breaker")
-    held: list[Any] = []
-    page.route("**/api/machines/heavy-breaker", lambda route: held.append(route))
+    late = held(page, "machines/heavy-breaker")
     page.select_option("#machine", "heavy-breaker")
-    page.wait_for_timeout(100)
+    came(page, late)
     page.select_option("#machine", "laboratory-striker")
     expect(page.locator("#field-bar-length")).to_have_value("200 mm")
-    held[0].continue_()
-    page.wait_for_timeout(500)  # the late answer has come
+    late[0].continue_()
+    settled(page)  # the late answer has come
     expect(page.locator("#field-bar-length")).to_have_value("200 mm")
     expect(page.locator("#machine")).to_have_value("laboratory-striker")
+
+
+TYPED = [
+    ("mini-breaker", "bar.length", "32 cm", "length"),
+    ("mini-breaker", "bar.length", "0.32 m", "length"),
+    ("mini-breaker", "load.frequency", "1050 1/min", "frequency"),
+    ("valve-breaker", "load.ports[0].behind", "13 cm", "length"),
+    ("valve-breaker", "load.ports[1].delay", "4000 us", "time"),
+]
+
+
+@pytest.mark.parametrize(
+    ("machine", "key", "text", "kind", "how"),
+    [*((*row, "typed") for row in TYPED), *((*row, "linked") for row in TYPED if "ports" not in row[1])],
+)
+def test_a_slider_goes_on_from_a_value_in_another_unit(
+    desk: Desk, machine: str, key: str, text: str, kind: str, how: str
+) -> None:
+    """One step of it is a small one, whatever the unit."""
+    field = re.sub(r"[.\[\]]+", "-", key)
+    page = desk.open(f"machine={machine}" + (f"&{key}={text}" if how == "linked" else ""))
+    if how == "typed":
+        page.fill(f"#field-{field}", text)
+        page.keyboard.press("Tab")
+    settled(page)
+    page.focus(f"#slide-{field}")
+    page.keyboard.press("ArrowRight")
+    settled(page)
+    written = str(knows(page, f"state.js:data.tables.{key}"))
+    assert written != text and si(written, kind, key) == pytest.approx(si(text, kind, key), rel=0.01)
+
+
+def test_a_slider_moved_before_the_unit_is_known_keeps_its_own(desk: Desk) -> None:
+    page = desk.open("machine=mini-breaker")
+    settled(page)
+    late = held(page, "case")
+    page.fill("#field-bar-length", "32 cm")
+    page.keyboard.press("Tab")
+    came(page, late)
+    slide(page, "bar-length", 330)
+    let_go(page, "case", late)
+    settled(page)
+    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.33, rel=1e-3)
+    expect(page.locator("#slide-bar-length")).to_have_attribute("aria-valuetext", re.compile("^329"))
+
+
+def test_a_slider_of_the_blow_goes_on_from_another_unit(desk: Desk) -> None:
+    page = desk.open("panel=blow&machine=mini-breaker")
+    blown(page)
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
+    settled(page)
+    page.focus("#blow-slide-bar-length")
+    page.keyboard.press("ArrowRight")
+    settled(page)
+    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.32, rel=0.01)
+
+
+def test_a_range_in_another_unit_is_not_taken_for_one_in_this(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=300:340 mm")
+    expect(page.locator("#map-x-from")).to_have_value("300")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
+    settled(page, "map", "boundaries")
+    assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
 
 
 def test_a_number_beyond_all_bounds_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:

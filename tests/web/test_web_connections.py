@@ -22,7 +22,8 @@ pytest.importorskip("fastapi")
 import httpx
 import uvicorn
 
-from percuss.case import steady_answer
+from percuss.case import Case, load_case, steady_answer
+from percuss.case.catalogue.sample_cases import sample_names
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import MAX_KEYS, parsed
 from percuss.cli import main
@@ -35,12 +36,11 @@ from percuss.units import known_dimension, si
 from percuss.web import Limits, Settings
 from percuss.web.access_checks import CONTENT_SECURITY_POLICY
 from percuss.web.application import create_app
-from percuss.web.asked_cases import Memory, _cases
-from percuss.web.client_limits import protocol
-from percuss.web.connected_clients import Crowd, neighbourhood
+from percuss.web.client_limits import Crowd, neighbourhood, protocol
 from percuss.web.lanes import Lane
-from percuss.web.problem_json import Refusal
+from percuss.web.request_bodies import Refusal
 from percuss.web.serving import bound, to_open
+from percuss.web.shared_by_routes import Memory, _cases
 from web_client import Client, answered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -92,7 +92,7 @@ async def serving(**limits: Any) -> AsyncIterator[Served]:
 async def left(connection: Connection) -> bytes:
     """What still comes until the server ends the connection, which it must."""
     try:
-        return await asyncio.wait_for(connection[0].read(), 20.0)
+        return await asyncio.wait_for(connection[0].read(), 60.0)
     except ConnectionError:
         return b""
 
@@ -131,13 +131,13 @@ def test_a_connection_in_use_is_kept() -> None:
     """Longer than the time of silence, as long as a request comes within it."""
 
     async def ask() -> list[int]:
-        async with serving(head_seconds=0.6, idle_seconds=0.6) as served:
+        async with serving(head_seconds=2.0, idle_seconds=2.0) as served:
             reader, writer = await served.connect()
             codes = []
             for _ in range(6):
                 writer.write(ABOUT)
                 codes.append((await answered(reader))[0])
-                await asyncio.sleep(0.2)
+                await asyncio.sleep(0.5)
             return codes
 
     assert asyncio.run(ask()) == [200] * 6
@@ -159,7 +159,7 @@ def test_a_client_that_does_not_read_is_let_go() -> None:
                 deaf.append(connection)
             while len(served.server.server_state.connections) < 3:
                 await asyncio.sleep(0.02)
-            until = time.monotonic() + 20.0
+            until = time.monotonic() + 60.0
             while served.server.server_state.connections and time.monotonic() < until:
                 await asyncio.sleep(0.05)
             for connection in deaf:
@@ -173,14 +173,14 @@ def test_a_client_that_reads_slowly_gets_all() -> None:
     """In a longer time than one that does not read is given."""
 
     async def ask() -> int:
-        async with serving(write_seconds=0.4) as served:
+        async with serving(write_seconds=2.0) as served:
             request = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
             reader, _ = await served.connect(request)
             length = int((await reader.readuntil(b"\r\n\r\n")).lower().partition(b"content-length: ")[2].split()[0])
             found = 0
             while part := await reader.read(200_000):
                 found += len(part)
-                await asyncio.sleep(0.08)
+                await asyncio.sleep(0.15)
             return length - found
 
     assert asyncio.run(ask()) == 0
@@ -298,7 +298,7 @@ def test_bodies_that_come_in_are_bounded_together() -> None:
             slow = await served.connect(UPLOAD % 45_000, b"x" * 40_000)
             await asyncio.sleep(0.2)
             whole = [await served.ask(UPLOAD % 30_000 + b"1\n" * 15_000) for _ in range(3)]
-            return [*whole, (await asyncio.wait_for(answered(slow[0]), 20.0))[0]]
+            return [*whole, (await asyncio.wait_for(answered(slow[0]), 60.0))[0]]
 
     assert asyncio.run(ask()) == [422, 422, 422, 408]
 
@@ -316,7 +316,7 @@ _TABLES: list[Any] = [
 @pytest.mark.parametrize("asked", _TABLES, ids=["tables", "keys", "objects", "numbers", "text", "key"])
 def test_what_has_more_keys_than_a_question_is_not_looked_through(asked: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Refused at the door: no model of ours ever sees it."""
-    monkeypatch.setattr("percuss.web.asked_cases._made", lambda *_: pytest.fail("it was looked through"))
+    monkeypatch.setattr("percuss.web.shared_by_routes._made", lambda *_: pytest.fail("it was looked through"))
     problem = Client().problems("/api/quick", asked)[0]
     assert " more than " in f" {problem['message']}"
 
@@ -467,10 +467,10 @@ def test_many_branches_over_many_cells_do_not_fill_the_memory(monkeypatch: pytes
         sizes.append(found.phase.size)
         return found
 
-    monkeypatch.setattr("percuss.explore.planes.stability_plane", counted)
+    monkeypatch.setattr("percuss.explore.cells.stability_plane", counted)
     _, whole = Client().arrays("/api/map", asked)
     assert len(sizes) == 1
-    monkeypatch.setattr("percuss.explore.planes._MOST", sizes[0] // 5)
+    monkeypatch.setattr("percuss.explore.cells._MOST", sizes[0] // 5)
     _, parts = Client().arrays("/api/map", asked)
     assert len(sizes) > 5 and max(sizes[1:]) <= sizes[0] // 5
     assert all(np.array_equal(parts[name], whole[name], equal_nan=True) for name in whole)
@@ -479,7 +479,7 @@ def test_many_branches_over_many_cells_do_not_fill_the_memory(monkeypatch: pytes
 @pytest.mark.parametrize("threads", [1, 2])
 def test_planes_end_between_two_portions(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the branches of a curve do; a portion takes the same time for few modes and for many."""
-    monkeypatch.setattr(sys.modules["percuss.stability.exact_plane"], "_WORK", 16 * 17)
+    monkeypatch.setattr(sys.modules["percuss.stability.plane"], "_WORK", 16 * 17)
     system, left = case_of(_hard(12)).system(), [4]
     factor = np.linspace(0.2, 1.0, 24) * system.load.load_factor
     plane = stability_plane(system, 0.6, factor)
@@ -527,7 +527,7 @@ def test_the_lane_is_free_when_the_client_has_left(path: str, more: dict[str, An
                 await asyncio.sleep(0.01)
             await asyncio.sleep(0.5)
             writer.close()
-            until = time.monotonic() + 20.0
+            until = time.monotonic() + 60.0
             while lane._taken and time.monotonic() < until:
                 await asyncio.sleep(0.02)
             return lane._taken
@@ -620,6 +620,21 @@ def test_the_token_need_not_be_on_the_command_line(
     kinds = ["of-the-file", "of-the-environment", "of-the-file"]
     assert [one.token for one in found] == [*(f"{TOKEN}-{kind}" for kind in kinds), TOKEN, ""]
     assert TOKEN not in capsys.readouterr().out
+
+
+def test_the_command_serves_every_case_that_the_page_opens(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with told(monkeypatch) as found:
+        for name in sample_names():
+            assert main(["serve", name]) == 0
+        broken = tmp_path / "broken.toml"
+        broken.write_text(load_case("valve-breaker").to_toml().replace('to = "power"', 'to = "nowhere"'))
+        assert main(["serve", str(broken)]) != 0
+    assert [Case.from_text(one.case).is_machine for one in found] == [
+        load_case(name).is_machine for name in sample_names()
+    ]
+    assert "nowhere" in capsys.readouterr().err
 
 
 def test_a_wrong_token_is_told_without_showing_it(

@@ -16,7 +16,7 @@ from percuss.explore import RestEvent
 from percuss.model import Load, System
 from percuss.stability import waveform_criterion
 from percuss.steady import steady_states
-from web_desk import Desk, ink, knows, slide, until
+from web_desk import Desk, ink, knows, settled, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -81,13 +81,13 @@ def test_all_branches_are_drawn_and_each_can_be_looked_at(desk: Desk) -> None:
     until(page, "document.querySelector('#branches-stage').dataset.label === 'z=2/1'")
     page.set_viewport_size({"width": 1280, "height": 1800})  # its first impact is at the top, below the tabs
     page.evaluate("scrollTo(0, 0)")
-    page.wait_for_timeout(200)
+    settled(page)
     other = next(one for one in found if one["label"] == "chatter/1")
     page.mouse.click(*at(page, other["value"], other["time"] % math.tau))
     until(page, "document.querySelector('#branches-stage').dataset.label === 'chatter/1'")
     until(page, "location.hash.includes('spot=')")
     slide(page, "load_factor", 0.71)  # along the diagram: everything stays
-    page.wait_for_timeout(400)
+    settled(page)
     assert sum(url.endswith("/api/diagram") for url in desk.asked) == 1
     page.click("#tab-orbits")
     page.click("#tab-branches")

@@ -80,13 +80,17 @@ def test_the_closed_form_does_not_wait(compiler: Compiler) -> None:
             assert not curves.done() and not motion.done()
             compiler.told["multipliers"].set()
             assert (await curves).status_code == 200
-            assert not motion.done() and not (await client.get("/api/about")).json()["ready"]
+            about = (await client.get("/api/about")).json()
+            assert not motion.done() and not about["ready"]
+            assert about["preparing"] == about["kernels"][1:] == ["motions", "blows", "machines", "orbits"]
             compiler.told["motions"].set()
             assert (await motion).status_code == 200
             compiler.told["blows"].set()
             compiler.told["machines"].set()
             compiler.told["orbits"].set()
             await settled(client)
+            while (await client.get("/api/about")).json()["preparing"]:
+                await asyncio.sleep(0.01)
             return early, (await client.post("/api/quick", json=MACHINE)).json()
 
     early, late = asyncio.run(ask())

@@ -17,9 +17,12 @@ from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, simulation_answer
 from percuss.case.file_format.plain_tables import case_of
-from web_desk import Desk, figure, ink, knows, moved, scene, slide, until
+from web_desk import Desk, came, figure, held, ink, knows, let_go, moved, scene, settled, slide, until
 
 pytestmark = pytest.mark.browser
+
+
+FRAMES = "async count => { while (count--) await new Promise(requestAnimationFrame); }"
 
 
 # --- motion
@@ -33,7 +36,7 @@ def test_the_bar_moves_pauses_scrubs_and_each_blow_is_counted(desk: Desk) -> Non
     page.click("#play")
     expect(page.locator("#play")).to_have_text("Play")
     still = ink(page, "#stage")
-    page.wait_for_timeout(200)
+    page.evaluate(FRAMES, 20)
     assert ink(page, "#stage") == still
     page.locator("#scrub").evaluate("i => { i.value = 500; i.dispatchEvent(new Event('input', { bubbles: true })); }")
     assert ink(page, "#stage") != still
@@ -119,19 +122,14 @@ def test_a_late_motion_does_not_take_back_what_is_wrong_with_its_start(
     request.node.expected_words = ("422",)
     page = desk.open("panel=motion&machine=mini-breaker&source=start")
     moved(page)
-    held: list[Any] = []
-    page.route("**/api/motion", lambda route: held.append(route))
+    late = held(page, "motion")
     page.select_option("#start-kind", "moving")
-    for _ in range(100):
-        if held:
-            break
-        page.wait_for_timeout(50)
+    came(page, late)
     page.fill("#start-velocity", "2 kg")
     page.keyboard.press("Tab")
     expect(page.locator("#start-velocity-problem")).to_contain_text("velocity")
-    with page.expect_response("**/api/motion"):
-        held[0].continue_()
-    page.wait_for_timeout(500)  # the late motion is drawn
+    let_go(page, "motion", late)
+    settled(page)  # the late motion is drawn
     expect(page.locator("#start-velocity-problem")).to_contain_text("velocity")
 
 
@@ -272,9 +270,8 @@ def test_the_page_places_blows_on_the_audio_clock(desk: Desk) -> None:
     even = np.abs(np.diff(moments) - period) < 1e-4
     assert even.mean() > 0.8  # where a busy machine lets the picture stand still the sound begins anew
     page.click("#play")
-    page.wait_for_timeout(600)
     still = page.evaluate("window.asked.length")
-    page.wait_for_timeout(300)
+    page.evaluate(FRAMES, 40)
     assert page.evaluate("window.asked.length") == still
 
 
@@ -327,7 +324,7 @@ def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:
     expect(page.locator("label:has(#slow) output")).to_have_text("real time")
     rate = float(figure(page, "blow rate").removesuffix("Hz"))
     page.click("#sound")
-    page.wait_for_timeout(300)
+    until(page, "import('/static/sound.js').then(({ output }) => output().context.state === 'running')")
     time_, level, counted = np.array(page.evaluate(LISTEN, [3.0, 4])).T
     blows = counted[-1] - counted[0]
     assert blows == pytest.approx(time_[-1] * rate, abs=2.0)
@@ -355,7 +352,7 @@ def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
     page = desk.open("panel=experiment&machine=mini-breaker")
     page.fill("#experiment-starts", "40")
     page.click("#experiment-run")
-    expect(page.locator("#experiment-status")).to_contain_text("all followed", timeout=60_000)
+    expect(page.locator("#experiment-status")).to_contain_text("all followed")
     shares = page.locator("#experiment-shares .share")
     expect(shares.first).to_have_attribute("data-label", "z=1/1")
     assert page.locator("#experiment-progress").evaluate("bar => bar.value") == 1
@@ -371,7 +368,7 @@ def test_an_experiment_can_be_cancelled_and_is_bounded(desk: Desk, request: pyte
     page = desk.open("panel=experiment&machine=mini-breaker&emodes=16")
     page.fill("#experiment-starts", "20000")
     page.click("#experiment-run")
-    until(page, "document.querySelector('#experiment-status').textContent.includes(' of ')", timeout=60_000)
+    until(page, "document.querySelector('#experiment-status').textContent.includes(' of ')")
     page.click("#experiment-cancel")
     expect(page.locator("#experiment-status")).to_contain_text("Cancelled")
     expect(page.locator("#experiment-run")).to_be_enabled()

@@ -7,7 +7,6 @@ import re
 import zlib
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,19 +15,25 @@ from starlette.requests import Request
 pytest.importorskip("fastapi")
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
-from percuss.case import Case
+from percuss.case import Case, steady_answer
 from percuss.case.catalogue.sample_cases import machine_text
+from percuss.case.file_format.plain_tables import case_of
 from percuss.web.page_files import Shelf
 from web_desk import (
     PANELS,
     Desk,
     blown,
+    came,
     driven,
+    figure,
+    held,
     ink,
     knows,
+    let_go,
     served,
+    settled,
     slide,
     until,
 )
@@ -80,6 +85,111 @@ def test_a_panel_is_one_object_in_the_list(desk: Desk, request: pytest.FixtureRe
     expect(page.locator("#panel-notes")).to_have_text("page 7")
 
 
+# --- whether what is shown is of the present state
+
+
+def figures_of(page: Page) -> dict[str, float]:
+    """The figures in SI of the steady motion of the headline, by the library, of the case as it is on the page."""
+    case = case_of(knows(page, "state.js:data.tables"), "page")
+    orbits = steady_answer(case).to_json_dict()["periods"][0]["orbits"]
+    found: dict[str, float] = orbits[knows(page, "state.js:chosen().number") - 1]["si"]
+    return found
+
+
+def test_the_page_says_when_its_figures_are_those_of_the_state_shown(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    settled(page)
+    late = held(page, "steady")
+    slide(page, "restitution", 0.15)
+    assert page.locator("#headline").get_attribute("aria-busy") == "true"  # from the move on
+    came(page, late)
+    settled(page, "steady")
+    sign = page.locator("#headline").evaluate("box => getComputedStyle(box, '::after').content")
+    assert page.locator("#headline").get_attribute("aria-busy") == "true" and "computing" in sign
+    assert "…" in figure(page, "peak stress")
+    let_go(page, "steady", late)
+    settled(page)
+    assert page.locator("#headline").get_attribute("aria-busy") == "false"
+    truth = figures_of(page)
+    assert float(figure(page, "peak stress").removesuffix("MPa")) == pytest.approx(truth["peak_stress_MPa"], rel=1e-3)
+    assert float(figure(page, "blow energy").removesuffix("J")) == pytest.approx(truth["blow_energy_J"], rel=1e-3)
+
+
+def test_a_motion_that_plays_leaves_the_page_settled(desk: Desk) -> None:
+    page = desk.open("panel=motion&machine=mini-breaker")
+    page.wait_for_selector("#stage[data-blows]")
+    settled(page)
+    assert page.locator("#play").inner_text() == "Pause"
+
+
+def test_a_question_that_fails_leaves_the_page_settled(desk: Desk, request: pytest.FixtureRequest) -> None:
+    request.node.expected_words = ("500",)
+    page = desk.open("panel=map&machine=mini-breaker")
+    page.route("**/api/map", lambda route: route.fulfill(status=500))
+    page.select_option("#map-q", "power")
+    settled(page)
+    page.route("**/api/quick", lambda route: route.fulfill(status=500))
+    slide(page, "load_factor", 0.3)
+    settled(page)
+    assert page.locator("#verdict").inner_text() == "No answer"
+
+
+def test_a_move_outlives_a_restart_of_the_server(browser: Browser) -> None:
+    with served() as address:
+        desk = Desk(browser, address)
+        page = desk.open("panel=orbits&machine=mini-breaker")
+        settled(page)
+    slide(page, "restitution", 0.15)
+    expect(page.locator("#away")).to_contain_text("The server does not answer")
+    slide(page, "load_factor", 0.3)
+    with served("--port", address.strip("/").rpartition(":")[2]):
+        settled(page)
+        expect(page.locator("#away")).to_be_hidden()
+        case = case_of(knows(page, "state.js:data.tables"), "page")
+        assert case.system().restitution == pytest.approx(0.15, abs=1e-3)
+        assert case.system().load.load_factor == pytest.approx(0.3, abs=1e-3)
+        truth = figures_of(page)
+        stress = float(figure(page, "peak stress").removesuffix("MPa"))
+        assert stress == pytest.approx(truth["peak_stress_MPa"], rel=1e-3)
+    desk.context.close()
+
+
+def test_a_listener_that_throws_does_not_silence_the_others(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    settled(page)
+    before = figure(page, "blow energy")
+    page.evaluate(
+        """async () => {
+          const { on, data } = await import("/static/state.js");
+          on("quick", () => { throw new Error("of the test"); });
+          on("quick", () => { document.title = `heard ${data.changed}`; });
+        }"""
+    )
+    slide(page, "restitution", 0.15)
+    settled(page)
+    assert page.title() == f"heard {knows(page, 'state.js:data.changed')}"
+    assert figure(page, "blow energy") != before
+    assert [line for line in desk.said if "of the test" not in line] == []
+    desk.said.clear()
+
+
+def test_the_page_tells_how_far_the_compiler_is(desk: Desk) -> None:
+    kernels = ["multipliers", "motions", "blows", "machines", "orbits"]
+    preparing = kernels[2:]
+
+    def about(route: Route) -> None:
+        answer = route.fetch().json()
+        route.fulfill(json={**answer, "ready": not preparing, "kernels": kernels, "preparing": preparing})
+
+    desk.page.route("**/api/about", about)
+    page = desk.open("panel=report&machine=mini-breaker")
+    words = page.locator("#preparing")
+    expect(words).to_contain_text("2 of 5 parts are done; now blows resolved by waves.")
+    assert page.locator("#preparing progress").evaluate("bar => bar.position") == pytest.approx(0.4)
+    preparing.clear()
+    expect(words).to_be_hidden()
+
+
 # --- the link
 
 
@@ -87,8 +197,8 @@ def test_a_link_reproduces_the_view(desk: Desk, browser: Browser, server: str) -
     page = desk.open("panel=orbits&machine=mini-breaker")
     slide(page, "load_factor", 0.34)
     page.get_by_role("button", name=re.compile("^Motion 1 of 2")).click()
-    until(page, "location.hash.includes('orbit=1') && location.hash.includes('load.mean')")
-    page.wait_for_timeout(500)
+    settled(page)
+    assert "orbit=1" in page.url and "load.mean" in page.url
     other = Desk(browser, server)
     twin = other.open(page.url.partition("#")[2])
     expect(twin.locator("#tab-orbits")).to_have_attribute("aria-selected", "true")
@@ -133,8 +243,8 @@ def test_a_link_to_the_plain_form_and_a_link_to_nothing(desk: Desk, request: pyt
     expect(page.locator("#verdict")).to_have_text("No answer")
     page.select_option("#machine", "mini-breaker")
     expect(page.locator("#verdict")).to_have_text("Stable")
-    page.route("**/api/machines/heavy-breaker", lambda route: route.abort())
-    request.node.expected_words = ("404", "ERR_FAILED")
+    page.route("**/api/machines/heavy-breaker", lambda route: route.fulfill(status=500))
+    request.node.expected_words = ("404", "500")
     page.select_option("#machine", "heavy-breaker")
     expect(page.locator("#verdict")).to_have_text("No answer")
     expect(page.locator("#machine")).to_have_value("mini-breaker")  # the one that is there
@@ -197,7 +307,7 @@ def test_going_back_shows_the_machine_before(desk: Desk) -> None:
 def test_nonsense_in_a_link_is_told_and_can_be_left(desk: Desk, request: pytest.FixtureRequest, words: str) -> None:
     request.node.expected_words = ("422",)
     page = desk.open(words)
-    page.wait_for_timeout(300)
+    settled(page)
     assert "is not a function" not in page.locator("body").inner_text()
     assert "expected a valid number" not in page.locator("#map-status").inner_text()
     page.select_option("#machine", "heavy-breaker")
@@ -248,7 +358,7 @@ def test_pictures_keep_their_proportions_on_paper(desk: Desk, panel: str, least:
     page = desk.open(f"panel={panel}&machine=mini-breaker")
     page.locator(f"#panel-{panel} figure.chart canvas").first.scroll_into_view_if_needed()
     page.wait_for_selector(f"#panel-{panel} canvas[data-drawn]")
-    page.wait_for_timeout(500)
+    settled(page)
     found = pictures_of(page.pdf())
     assert len(found) >= least
     for pixels, printed in found:
@@ -258,8 +368,8 @@ def test_pictures_keep_their_proportions_on_paper(desk: Desk, panel: str, least:
 @pytest.mark.parametrize("desk", [{"color_scheme": "dark"}], indirect=True)
 def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
-    page.wait_for_timeout(500)
     chart = "#panel-orbits .grid .card:nth-child(1) figure > canvas"
+    settled(page)
     dark = ink(page, chart)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert knows(page, "colours.js:theme().dark") is False
@@ -284,7 +394,7 @@ def show_panel(page: Page, name: str) -> None:
         page.click("#machine-open")
         return driven(page)
     page.click(f"#tab-{name}")
-    page.wait_for_timeout(300)
+    settled(page, "map", "boundaries")
 
 
 @pytest.mark.parametrize(
@@ -316,12 +426,12 @@ def test_dark_and_light(desk: Desk) -> None:
     dark = page.evaluate(background)
     chart = "#panel-orbits .grid .card:nth-child(1) figure > canvas"
     page.wait_for_selector(f"{chart}[data-drawn]")
-    page.wait_for_timeout(500)
+    settled(page)
     before = ink(page, chart)
     page.click("#theme")
     expect(page.locator("#theme")).to_have_text("Theme: light")
     assert page.evaluate(background) != dark
-    page.wait_for_timeout(100)
+    settled(page)
     assert ink(page, chart) != before
     page.reload()
     desk.answered()
@@ -378,16 +488,13 @@ def test_the_keyboard_reaches_everything(desk: Desk) -> None:
 
 
 def test_the_focus_stays_when_what_has_it_is_painted_anew(desk: Desk) -> None:
-    held: list[Any] = []
-    desk.page.route("**/api/steady", lambda route: held.append(route))
-    page = desk.open("panel=motion&machine=mini-breaker")
-    for _ in range(100):
-        if held:
-            break
-        page.wait_for_timeout(50)
+    page = desk.page
+    late = held(page, "steady")
+    page.goto(f"{desk.server}#panel=motion&machine=mini-breaker")
+    came(page, late)
     here = "document.activeElement.textContent || document.activeElement.id"
     page.get_by_role("button", name=re.compile("^Motion 1 of 2")).focus()
-    held[0].continue_()
+    late[0].continue_()
     expect(page.locator("#headline .figures div").nth(4)).not_to_contain_text("…")  # the peak stress has come
     assert page.evaluate(here) == "Motion 1"
     page.get_by_role("button", name="From a start").focus()
@@ -462,12 +569,7 @@ def test_pictures(desk: Desk) -> None:
     }
     for name, words in views.items():
         page = desk.open(words)
-        page.wait_for_timeout(2500)
-        if name == "map":
-            page.wait_for_selector("#map[data-fine][data-curves]", timeout=120_000)
-            page.wait_for_timeout(8000)  # the last points of the curves
-        if name == "branches":
-            expect(page.locator("#branches-settled")).to_contain_text("Found", timeout=120_000)
+        settled(page)  # with the last points of all curves
         if name == "motion":
             page.click("#play")
         if name == "machine":
@@ -478,7 +580,7 @@ def test_pictures(desk: Desk) -> None:
             page.locator("#blow-scrub").evaluate("s => { s.value = 100; s.dispatchEvent(new Event('input')); }")
         if name == "experiment":
             page.click("#experiment-run")
-            expect(page.locator("#experiment-status")).to_contain_text("all followed", timeout=60_000)
+            expect(page.locator("#experiment-status")).to_contain_text("all followed")
         path = folder / f"workbench-{name}.png"
         page.screenshot(path=path)
         with Image.open(path) as picture:  # a palette: half the bytes

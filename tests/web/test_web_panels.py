@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import re
-import time
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("fastapi")
 
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Route, expect
 
 from percuss import palette
 from percuss.case import simulation_answer
 from percuss.case.file_format.plain_tables import case_of
 from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
+from web_client import unpacked
 from web_desk import (
     STATE,
-    WAIT,
     Desk,
+    came,
+    held,
     ink,
     knows,
+    let_go,
     served,
+    settled,
     slide,
     steady_json,
     until,
@@ -67,20 +72,151 @@ def test_arrow_keys_move_the_design_and_other_axes_can_be_chosen(desk: Desk) -> 
 
 
 def test_a_slow_map_comes_in_strips_and_does_not_hold_up_a_move(desk: Desk) -> None:
+    strips = held(desk.page, "map")
     page = desk.open("panel=map&machine=mini-breaker&x=load.frequency&xr=15:20&y=bar.length&yr=300:340&q=power")
+    came(page, strips)
+    strips.pop(0).continue_()
     page.wait_for_selector("#map[data-coarse='8']")
+    came(page, strips)  # the first strip of the finer map: it does not come as long as this test likes
     expect(page.locator("#map-progress")).to_be_visible()
-    expect(page.locator("#map-status")).to_contain_text("% of")
-    strips = len([url for url in desk.asked if url.endswith("/api/map")])
     page.focus("#map")
     page.keyboard.press("ArrowUp")  # along the map's own axis: the map goes on
-    until(page, "Number(document.querySelector('#map').dataset.design.split(',')[1]) > 320")
-    page.wait_for_timeout(1000)
-    assert len([url for url in desk.asked if url.endswith("/api/map")]) > strips
-    assert page.locator("#map").get_attribute("data-fine") is None
+    settled(page, "map")
+    assert float((page.locator("#map").get_attribute("data-design") or "").split(",")[1]) > 320
+    strip = strips.pop()
+    assert strips == []  # nothing but this one strip was asked for
+    strip.continue_()
+    expect(page.locator("#map-status")).to_contain_text("% of")
+    assert len(came(page, strips).request.post_data_json["x"]["values"]) > 8
+    strips.clear()
     slide(page, "restitution", 0.3)  # another hammer: another map from the beginning
-    until(page, "document.querySelector('#map').dataset.coarse === undefined")
-    page.wait_for_selector("#map[data-coarse='8']")
+    assert len(came(page, strips).request.post_data_json["x"]["values"]) == 8
+
+
+def map_of(route: Route) -> dict[str, Any]:
+    """The values of a map that was asked for, which goes on to the page."""
+    response = route.fetch()
+    _, arrays = unpacked(response.body())
+    route.fulfill(response=response)
+    return arrays
+
+
+@pytest.mark.parametrize("quantity", ["power", "margin", "stable"])
+def test_colours_and_legend_are_right_from_the_first_strip_on(desk: Desk, quantity: str) -> None:
+    """The strips and the coarse map around them have one scale, which is that of the legend."""
+    asked = held(desk.page, "map")
+    plane = "x=bar.length&xr=160:480 mm&y=restitution&yr=0:0.9"
+    page = desk.open(f"panel=map&machine=mini-breaker&{plane}&q={quantity}")
+    known = []
+    for _ in range(2):  # the coarse map and the first strip of a finer one, and no more
+        came(page, asked)
+        known.append(map_of(asked.pop(0)))
+    came(page, asked)
+    settled(page, "map")
+    legend = [text.replace("\u202f", " ") for text in page.locator("#panel-map .legend li").all_inner_texts()]
+    if quantity == "stable":
+        motions = np.concatenate([part["orbits"].ravel() > 0 for part in known])
+        stable = np.concatenate([part["stable"].ravel() == 1 for part in known])
+        kinds = ("no steady motion", ~motions), ("steady motion, unstable", motions & ~stable)
+        seen = dict([*kinds, ("stable steady motion", stable)])
+        assert [name for name in legend if name in seen] == [name for name, cells in seen.items() if cells.any()]
+    else:
+        values = np.concatenate([part[quantity].ravel() for part in known])
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        if quantity == "margin":
+            low, high = min(max(low, -1.0), 0.0), max(high, 0.0)
+            assert "the border of stability" in legend[2]
+        ends = [float(legend[i].split()[0].replace("−", "-")) for i in (0, 4)]
+        assert ends == pytest.approx([low, high], abs=0.01 * (high - low))
+    let_go(page, "map", asked)
+
+
+PHONE = [{"viewport": {"width": 390, "height": 844}, "has_touch": True}]
+
+
+@pytest.mark.parametrize("desk", PHONE, indirect=True)
+@pytest.mark.parametrize(("panel", "place"), [("map", "design"), ("branches", "spot")])
+def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, place: str) -> None:
+    page = desk.open(f"panel={panel}&machine=mini-breaker")
+    canvas = page.locator(f"#{panel}")
+    page.wait_for_selector(f"#{panel}[data-{place}]")
+    settled(page)
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"]
+    if panel == "map":
+        before = canvas.get_attribute("data-design")
+        page.touchscreen.tap(x, y + 60)
+        settled(page)
+        assert canvas.get_attribute("data-design") != before
+    before, top = canvas.get_attribute(f"data-{place}"), page.evaluate("scrollY")
+    finger = page.context.new_cdp_session(page)
+    finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+    for down in range(20, 220, 20):
+        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y + down}]})
+    finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(page, f"scrollY < {top} - 100")
+    settled(page)
+    assert canvas.get_attribute(f"data-{place}") == before
+
+
+def test_a_slow_answer_never_stands_at_another_place(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    settled(page)
+    readout = page.locator("#map-readout")
+    expect(readout).to_contain_text(re.compile(r"load factor p₀/p₁ = [\d.]+: stable"))
+    late = held(page, "quick")
+    slide(page, "load_factor", 1.1)
+    came(page, late)
+    settled(page, "quick")
+    expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: …")
+    let_go(page, "quick", late)
+    settled(page)
+    expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: no steady motion")
+
+
+def test_a_late_map_of_another_quantity_is_taken_for_what_it_is(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    settled(page)
+    maps = held(page, "map")
+    page.select_option("#map-q", "power")
+    came(page, maps)
+    page.select_option("#map-q", "margin")
+    late = maps.pop()
+    late.continue_()
+    came(page, maps)
+    settled(page, "map")
+    assert page.locator("#map-status .problem").count() == 0
+    expect(page.locator("#panel-map .legend")).to_contain_text("W")
+    let_go(page, "map", maps)
+    expect(page.locator("#panel-map .legend")).to_contain_text("the border of stability")
+
+
+def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=mini-breaker")
+    settled(page)
+    page.locator("#map").scroll_into_view_if_needed()
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    beside = box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"]
+    page.mouse.move(*beside)
+    expect(page.locator("#map-tip")).to_be_visible()
+    page.mouse.move(box["x"] - 30.0, box["y"])
+    expect(page.locator("#map-tip")).to_be_hidden()
+    maps = held(page, "map")
+    drawn = ink(page, "#map")
+    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.damping_ratio', 0.2))")
+    came(page, maps)
+    settled(page, "map")
+    assert ink(page, "#map") != drawn  # it is pale
+    page.mouse.move(*beside)
+    settled(page, "map")
+    expect(page.locator("#map-tip")).to_be_hidden()
+    let_go(page, "map", maps)
+    settled(page)
+    page.mouse.move(beside[0] + 1.0, beside[1])
+    expect(page.locator("#map-tip")).to_be_visible()
 
 
 def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
@@ -110,7 +246,7 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
         assert box is not None
         x, y = right * box["width"], (1.0 - up) * box["height"]
         page.mouse.click(box["x"] + x, box["y"] + y)
-        page.wait_for_timeout(300)  # the diamond stands there now: look beside it
+        settled(page)  # the diamond stands there now: look beside it
         place = page.locator("#map").evaluate(
             """(canvas, [x, y]) => {
               const ratio = canvas.width / canvas.clientWidth;
@@ -180,7 +316,7 @@ def test_found_motions_have_their_family_s_colour_and_tell_their_label(desk: Des
         x, y = right * box["width"], (1.0 - up) * box["height"]
         page.mouse.move(box["x"] + x, box["y"] + y)
         expect(page.locator("#map-tip")).to_be_visible()
-        page.wait_for_timeout(60)
+        settled(page)
         label = page.locator("#map-tip strong").inner_text()
         place = [float(number) for number in re.findall(r"= ([\d.]+)", page.locator("#map-tip").inner_text())]
         if not seen:  # the label is that of the hammer in the middle of the cell
@@ -273,16 +409,14 @@ def test_a_slider_moves_the_curve_the_table_and_the_circle(desk: Desk) -> None:
     charts = [f"#panel-orbits .grid .card:nth-child({i}) figure > canvas" for i in (1, 2, 3, 4)]
     for chart in charts:
         page.wait_for_selector(f"{chart}[data-drawn]")
-    page.wait_for_timeout(600)
-    before = [ink(page, chart) for chart in charts]
+    settled(page)
+    before = [(ink(page, chart), page.locator(chart).get_attribute("data-drawn")) for chart in charts]
     slide(page, "restitution", 0.45)
+    settled(page)
     expect(page.locator("#verdict")).to_have_text("Unstable")
-    for chart, old in zip(charts, before, strict=True):
+    for chart, (old, drawn) in zip(charts, before, strict=True):
         page.locator(chart).scroll_into_view_if_needed()  # out of sight it would not be painted
-        until(page, f"document.querySelector('{chart}').dataset.drawn > 1")
-        deadline = time.monotonic() + WAIT / 1000
-        while ink(page, chart) == old and time.monotonic() < deadline:
-            page.wait_for_timeout(50)
+        until(page, f"document.querySelector('{chart}').dataset.drawn > {drawn}")
         assert ink(page, chart) != old, chart
     slide(page, "load_factor", 1.1)
     expect(page.locator("#verdict")).to_have_text("No steady motion")
@@ -327,11 +461,25 @@ def test_a_motion_that_does_not_strike_has_no_blow(browser: Browser, tmp_path: P
         page.context.close()
 
 
+def test_a_structure_leaves_nothing_on_the_orbits_of_a_bar(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=stopped-oscillator")
+    expect(page.locator("#panel-orbits .own")).to_contain_text("structure")
+    late = held(page, "quick")
+    page.select_option("#machine", "mini-breaker")
+    came(page, late)
+    page.click("#theme")  # all is drawn anew while there is no answer yet
+    settled(page, "quick")
+    assert desk.said == []
+    let_go(page, "quick", late)
+    settled(page)
+    expect(page.locator("#orbit-table tbody tr")).to_have_count(2)
+
+
 def test_choosing_the_other_motion_changes_the_headline(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
     expect(page.locator("#verdict")).to_have_text("Stable")
     page.locator("#orbit-table tbody button").first.click()
-    expect(page.locator("#verdict")).to_have_text("Unstable")
+    expect(page.locator("#verdict")).to_have_text("Not possible")
     expect(page.locator("#orbit-about")).to_contain_text("Motion 1")
 
 

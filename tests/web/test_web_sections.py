@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +18,9 @@ from playwright.sync_api import Page, expect
 from percuss.case.catalogue.sample_cases import machine_text
 from percuss.case.file_format.plain_tables import case_of
 from web_desk import (
-    WAIT,
     Desk,
     knows,
+    settled,
     steady_json,
     until,
 )
@@ -54,10 +53,8 @@ def shown(page: Page, name: str, value: float) -> None:
 
 def told(page: Page, words: str) -> Any:
     """What the server has told of the case that is on the page now."""
-    end = time.monotonic() + WAIT / 1000
-    while knows(page, "state.js:data.info?.tables") != knows(page, "state.js:data.tables"):
-        assert time.monotonic() < end, page.locator("#headline").inner_text()
-        page.wait_for_timeout(30)
+    settled(page)
+    assert knows(page, "state.js:data.info.tables") == knows(page, "state.js:data.tables")
     return knows(page, f"state.js:data.info.{words}")
 
 

@@ -43,7 +43,7 @@ from percuss.web.access_checks import CONTENT_SECURITY_POLICY
 from percuss.web.application import create_app
 from percuss.web.client_limits import protocol
 from percuss.web.lanes import Gate, Lane
-from percuss.web.problem_json import Refusal
+from percuss.web.request_bodies import Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
 from web_client import BASE, Client, answered, offered, posted
@@ -264,17 +264,16 @@ def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None
 
 def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     """As is what it takes too long over, or is stopped in."""
-    from percuss.case.uploads import separate_process as apart
+    from percuss.recordings.separate_process import Bounds
 
     data = hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
-    (tmp_path / "recording.h5").write_bytes(data)
     with pytest.raises(Interrupted):
-        apart.read_apart(tmp_path / "recording.h5", {}, lambda: True)
-    for setting, value in (("_SECONDS", 0.0), ("_MOST_ANSWER", 5)):
+        uploaded_history(data, "recording.h5", {}, lambda: True)
+    for bounds in (Bounds(seconds=0.0), Bounds(answer=5), Bounds(memory=2**20)):
         with monkeypatch.context() as changed:
-            changed.setattr(apart, setting, value)
+            changed.setattr("percuss.case.uploads.upload.BOUNDS", bounds)
             with pytest.raises(CaseError, match="memory and the time"):
-                apart.read_apart(tmp_path / "recording.h5", {})
+                uploaded_history(data, "recording.h5", {})
 
 
 def test_a_large_text_is_read_apart_and_can_be_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -369,9 +368,9 @@ def test_what_takes_too_much_is_refused_before_it_is_begun(
         if axis in whole:
             name, low, high, count = whole[axis]
             whole[axis] = {"name": name, "from": low, "to": high} | ({} if count is None else {"count": count})
-    begun = time.perf_counter()
+    begun = time.process_time()
     assert client.problems(path, {**MACHINE, **whole})[0]["key"] == key
-    assert time.perf_counter() - begun < 2.0
+    assert time.process_time() - begun < 2.0
 
 
 @pytest.mark.parametrize(
@@ -514,7 +513,8 @@ def test_more_than_the_lane_holds_is_told_to_come_again() -> None:
         lane = client.app.app.state.gate.heavy
         lane.submit(begin.wait)
         asked = [asyncio.create_task(client.arequest("POST", "/api/steady", json=MACHINE)) for _ in range(5)]
-        await asyncio.sleep(0.3)
+        while sum(one.done() for one in asked) < 3:
+            await asyncio.sleep(0.01)
         quick = await client.arequest("POST", "/api/quick", json=MACHINE)
         begin.set()
         return [quick, *await asyncio.gather(*asked)]
@@ -540,8 +540,9 @@ def test_what_takes_too_long_is_given_up_and_keeps_its_place(caplog: pytest.LogC
         with pytest.raises(Refusal) as busy:
             await lane.run(Here(), 0.2, lambda halt: True)  # type: ignore[arg-type]
         begin.set()
-        await asyncio.sleep(0.2)
-        assert await lane.run(Here(), 1.0, lambda halt: True)  # type: ignore[arg-type]
+        while lane._taken:
+            await asyncio.sleep(0.01)
+        assert await lane.run(Here(), 60.0, lambda halt: True)  # type: ignore[arg-type]
         lane.close()
         with pytest.raises(Refusal) as closed:
             await lane.run(Here(), 1.0, lambda halt: True)  # type: ignore[arg-type]
@@ -561,7 +562,7 @@ def test_a_client_that_leaves_before_the_stream_begins_frees_its_place(monkeypat
     scope = {"type": "http", "asgi": {"spec_version": "2.3"}, "http_version": "1.1", "method": "POST"}
     scope |= {"path": "/api/experiment", "query_string": b"", "headers": headers}
 
-    async def ask() -> list[int]:
+    async def ask() -> int:
         left, asked = asyncio.Event(), [{"type": "http.request", "body": body, "more_body": False}]
 
         async def receive() -> dict[str, Any]:
@@ -576,14 +577,15 @@ def test_a_client_that_leaves_before_the_stream_begins_frees_its_place(monkeypat
             await asyncio.sleep(60.0)
 
         await client.app(scope, receive, send)
-        lane, taken = client.app.app.state.gate.experiments, []
-        for _ in range(2):
-            await asyncio.sleep(0.3)
-            taken.append(lane._taken)
-            ended.set()
+        lane = client.app.app.state.gate.experiments
+        await asyncio.sleep(0.3)
+        taken = lane._taken
+        ended.set()
+        while lane._taken:
+            await asyncio.sleep(0.01)
         return taken
 
-    assert asyncio.run(ask()) == [1, 0]
+    assert asyncio.run(asyncio.wait_for(ask(), 60.0)) == 1
 
 
 class Gone:
@@ -630,7 +632,7 @@ def test_boundaries_end_when_their_client_leaves() -> None:
         return found[0]
 
     for y, options in hard:
-        given_up = asyncio.run(asyncio.wait_for(ask(y, options), 20.0))
+        given_up = asyncio.run(asyncio.wait_for(ask(y, options), 60.0))
         assert len(given_up.failed) > 50 and {why for _, why in given_up.failed} == {"given up"}
     whole = boundaries(system, ("restitution", [0.2]), hard[0][0], kinds=("fold",), halt=lambda: False)
     assert not whole.failed and whole.greatest("fold")[0] > 0.0
@@ -862,7 +864,7 @@ def test_clients_that_leave_leave_nothing_behind(server: tuple[subprocess.Popen[
 
     asyncio.run(ask())
     with httpx.Client(base_url=base, trust_env=False, timeout=60.0) as client:
-        until = time.monotonic() + 10.0
+        until = time.monotonic() + 60.0
         while (found := client.post("/api/steady", json=MACHINE)).status_code == 429 and time.monotonic() < until:
             time.sleep(0.1)
     assert found.status_code == 200
@@ -941,7 +943,7 @@ def test_experiments_end_when_their_clients_leave(server: tuple[subprocess.Popen
             with client.stream("POST", "/api/experiment", json=asked) as found:
                 assert found.status_code == 200
                 assert next(line for line in found.iter_lines() if line.startswith("event")) == "event: progress"
-        until = time.monotonic() + 10.0
+        until = time.monotonic() + 60.0
         small = {**MACHINE, "starts": 50, "modes": 0}
         while (found := client.post("/api/experiment", json=small)).status_code == 429 and time.monotonic() < until:
             time.sleep(0.1)
@@ -958,7 +960,7 @@ def test_requests_in_a_row_end_when_their_client_leaves(server: tuple[subprocess
             while b"event: progress" not in found:
                 found += connection.recv(65_536)
     with httpx.Client(base_url=base, trust_env=False, timeout=30.0) as client:
-        until, small = time.monotonic() + 10.0, {**MACHINE, "starts": 50, "modes": 0}
+        until, small = time.monotonic() + 60.0, {**MACHINE, "starts": 50, "modes": 0}
         while (answer := client.post("/api/experiment", json=small)).status_code == 429 and time.monotonic() < until:
             time.sleep(0.1)
     assert answer.status_code == 200 and "event: done" in answer.text

@@ -10,11 +10,10 @@ import pytest
 pytest.importorskip("fastapi")
 
 from percuss.case import load_case, structure_answer
-from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import case_of
-from percuss.case.file_format.reading import parsed
+from percuss.case.file_format.reading import parsed, value_at
 from percuss.web import Limits, Settings
-from percuss.web.asked_cases import MOST_MODES
+from percuss.web.shared_by_routes import MOST_MODES
 from web_client import Client
 
 BUDD_DUX = {

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Page, expect
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Route, expect
 
 from percuss.cli import main
 
@@ -55,7 +55,7 @@ def until(page: Page, true: str, timeout: int = WAIT) -> None:
     end = time.monotonic() + timeout / 1000
     looks = f"""async limit => {{
       for (const end = performance.now() + limit; performance.now() < end; )
-        if ({true}) return true;
+        if (await ({true})) return true;
         else await new Promise(done => setTimeout(done, 20));
       return false;
     }}"""
@@ -69,6 +69,12 @@ def until(page: Page, true: str, timeout: int = WAIT) -> None:
         if found:
             return
         assert time.monotonic() < end, f"never: {true}"
+
+
+def settled(page: Page, *but: str) -> None:
+    """Until nothing is under way on the page but what is named: what it shows is of its present state."""
+    names = "(document.documentElement.dataset.busy ?? '').split(' ')"
+    until(page, f"document.documentElement.dataset.ready && {names}.every(one => {['', *but]}.includes(one))")
 
 
 class Desk:
@@ -98,9 +104,9 @@ class Desk:
         return self.page
 
     def answered(self) -> None:
-        """Until the full answer of the case has come."""
-        until(self.page, "document.documentElement.dataset.ready === '1'")
-        until(self.page, "document.querySelector('#headline .badge') !== null")
+        """Until the headline shows the whole answer of the case."""
+        until(self.page, "document.documentElement.dataset.ready && document.querySelector('#headline .badge')")
+        until(self.page, "document.querySelector('#headline').ariaBusy === 'false'")
 
 
 def figure(page: Page, name: str) -> str:
@@ -128,6 +134,29 @@ def ink(page: Page, selector: str) -> int:
     return found
 
 
+def held(page: Page, path: str) -> list[Route]:
+    """The questions to a path of the server, each held until the test lets it go."""
+    routes: list[Route] = []
+    page.route(f"**/api/{path}", lambda route: routes.append(route))
+    return routes
+
+
+def came(page: Page, routes: list[Route]) -> Route:
+    """The first question that is held, once it has come."""
+    end = time.monotonic() + WAIT / 1000
+    while not routes:
+        assert time.monotonic() < end, "nothing was asked"
+        page.wait_for_timeout(20)
+    return routes[0]
+
+
+def let_go(page: Page, path: str, routes: list[Route]) -> None:
+    """The held questions to a path go on, and later ones are not held any more."""
+    for route in routes:
+        route.continue_()
+    page.unroute(f"**/api/{path}")
+
+
 def knows(page: Page, name: str) -> Any:
     """What a module of the page exports; it is the page's own, not another copy."""
     module, _, export = name.partition(":")
@@ -135,8 +164,9 @@ def knows(page: Page, name: str) -> Any:
 
 
 def moved(page: Page) -> None:
-    """Until the motion of the case as it is now is drawn."""
-    until(page, f"document.querySelector('#stage').dataset.change === {CHANGED}")
+    """Until the motion of the case as it is now is drawn, and told."""
+    settled(page)
+    assert page.locator("#stage").get_attribute("data-change") == page.evaluate(f"(async () => {CHANGED})()")
 
 
 def steady_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
@@ -147,21 +177,22 @@ def steady_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str
 
 def blown(page: Page) -> str:
     """The sentence of the blow, once it has come."""
-    until(page, "document.querySelector('#blow-stage').dataset.key !== undefined")
+    settled(page)
     expect(page.locator("#blow-sentence")).to_contain_text("A blow of")
     return page.locator("#blow-sentence").inner_text()
 
 
 def driven(page: Page, modes: int = 32) -> None:
-    """Until the machine of the case as it is now is drawn, with so many modes."""
-    stage = "document.querySelector('#machine-stage').dataset"
-    until(page, f"{stage}.change === {CHANGED} && {stage}.modes === '{modes}'")
+    """Until the machine of the case as it is now is drawn and told, with so many modes."""
+    settled(page)
+    stage = page.locator("#machine-stage")
+    assert stage.get_attribute("data-change") == page.evaluate(f"(async () => {CHANGED})()")
+    assert stage.get_attribute("data-modes") == str(modes)
 
 
 def scene(page: Page, lesson: int, number: int) -> None:
-    """Open a scene of a lesson, and wait until the headline tells of it."""
+    """Open a scene of a lesson, and wait until the page shows it."""
     page.click("#tab-lessons")
     page.get_by_role("button", name=f"Begin lesson {lesson}").click()
     page.locator("#lesson-strip .try button").nth(number - 1).click()
-    page.wait_for_timeout(100)
-    expect(page.locator("#verdict")).not_to_have_text(re.compile("…"))
+    settled(page, "map", "boundaries")

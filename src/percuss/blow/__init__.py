@@ -9,12 +9,11 @@ from percuss.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
-    from percuss.blow.effective import EffectiveBlow, effective_blow
+    from percuss.blow.bodies import Rock, Rod, Target, Wall
     from percuss.blow.gauges import Waves
     from percuss.blow.parts import Outcome, Peak, Pulse, Spell
-    from percuss.blow.striking import strike
-    from percuss.blow.string_state import AlongBody, StringState
-    from percuss.blow.target import Rock, Rod, Target, Wall
+    from percuss.blow.stresses import AlongBody, StringState
+    from percuss.blow.striking import EffectiveBlow, effective_blow, strike
     from percuss.blow.trace import Trace
 
 ensure_cache()  # before anything here is compiled
@@ -39,21 +38,21 @@ __all__ = [
 ]
 
 _HOME = {
-    "AlongBody": "string_state",
+    "AlongBody": "stresses",
     "Blow": "blow",
-    "EffectiveBlow": "effective",
+    "EffectiveBlow": "striking",
     "Outcome": "parts",
     "Peak": "parts",
     "Pulse": "parts",
-    "Rock": "target",
-    "Rod": "target",
+    "Rock": "bodies",
+    "Rod": "bodies",
     "Spell": "parts",
-    "StringState": "string_state",
-    "Target": "target",
+    "StringState": "stresses",
+    "Target": "bodies",
     "Trace": "trace",
-    "Wall": "target",
+    "Wall": "bodies",
     "Waves": "gauges",
-    "effective_blow": "effective",
+    "effective_blow": "striking",
     "strike": "striking",
 }
 

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.blow.figures import FIGURES
+from percuss.blow.blow_figures import FIGURES
 from percuss.blow.parts import Outcome
 from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, positive
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
-
-__all__ = ["OBJECTIVES", "Best", "best_blow"]
 
 OBJECTIVES = {
     "rock-energy": ("rock_energy", 1.0),

@@ -11,17 +11,6 @@ from dataclasses import dataclass
 from percuss.errors import ParameterError
 from percuss.model.checks import count, positive
 
-__all__ = [
-    "BEST_BETA",
-    "UniformBlow",
-    "best_efficiency",
-    "matched_efficiency",
-    "staircase_force",
-    "staircase_velocity",
-    "two_section_restitution",
-    "uniform_blow",
-]
-
 BEST_BETA = 1.2564312086261697
 """β at which a rectangular wave does most work on rock: e^β = 1 + 2β."""
 

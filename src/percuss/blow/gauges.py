@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.blow.parts import Pulse
 from percuss.blow.trace import Trace
-
-__all__ = ["Waves", "first_pulse"]
+from percuss.errors import ParameterError
+from percuss.model.checks import Array, numbers, positive
 
 _NOTHING = 1e-12
 """Share of the peak that counts as no force."""
@@ -94,3 +95,202 @@ def _falls(trace: Trace, start: float, last: float, least: float) -> float:
             if time >= start and series(min(1.0, x + 1e-6)) <= least:
                 return float(min(last, time))
     return last
+
+
+# ---- A measured force laid over the computed one at a gauge: the shift of the clock, the zero, the sign, what is left
+
+_LEAST = 16
+"""Samples in the window without which nothing can be laid over."""
+_COARSE, _LONGEST = 4096, 1 << 19
+"""Points in the window, and in the whole record, with which the shift is searched for."""
+_ALIKE = 0.1
+"""Share of the record's variance in the window that the computed force must explain."""
+_ROUNDS, _TRIED = 5, 21
+_SEEN = 0.01
+"""Share of the computed force's variance that a record must at least cover."""
+
+
+@dataclass(frozen=True)
+class RecordFit:
+    """How a measured force lies over the computed one, by least squares.
+
+    Parameters
+    ----------
+    shift
+        What is added to the record's time to make it that of the blow.
+    sign
+        1 where compression is positive in the record, −1 where it is negative.
+    zero
+        What the record shows without a force, in its own sign.
+    scale
+        The factor on the computed force that fits the record best.
+    residual, residual_scaled
+        Root mean square of measured less computed force in the window, over the greatest computed force: as computed,
+        and with the factor.
+    overlap
+        Share of the window that the record covers.
+    """
+
+    shift: float
+    sign: int
+    zero: float
+    scale: float
+    residual: float
+    residual_scaled: float
+    overlap: float
+
+
+def fitted_record(
+    waves: Waves, until: float, time: npt.ArrayLike, force: npt.ArrayLike, *, sign: int | None = None
+) -> RecordFit:
+    """Lay a measured force over that at a gauge.
+
+    The shift is the one at which the computed force, a zero and a factor explain most of the record: searched for by
+    cross-correlation at all shifts, then refined by least squares on the samples. Before the blow the rod is at rest,
+    so what the record shows up to one window before the blow is compared with 0. The computed force is averaged over
+    the time between two samples, as a recorder does.
+
+    Parameters
+    ----------
+    waves
+        Those at the gauge.
+    until
+        End of the window, in s.
+    time, force
+        Shape (n,): the record, in s, increasing, and N.
+    sign
+        1 or −1 if known; otherwise the one that fits better is taken.
+
+    Raises
+    ------
+    ParameterError
+        For a record that is too short or constant, of which nothing resembles the computed force, and where no force
+        reaches the gauge in the window.
+
+    Examples
+    --------
+    >>> from percuss.blow import Rod, strike
+    >>> from percuss.model import Bar, Section
+    >>> steel = {"area": 1e-3, "youngs_modulus": 2e11, "density": 8e3}
+    >>> blow = strike(Bar(length=0.5, **steel), Rod([Section(2.0, **steel)], "free"), 10.0, until=4e-4)
+    >>> time = np.arange(0.0, 6e-4, 1e-6)
+    >>> force = np.where((time > 3e-4) & (time <= 5e-4), -1.9e5, 0.0)  # 0.2 ms at 1 m, and the clock 0.1 ms late
+    >>> fit = fitted_record(blow.waves_at(1.0), 4e-4, time, force)
+    >>> fit.sign, round(1e6 * fit.shift), round(fit.scale, 2)
+    (-1, -100, 0.95)
+    """
+    t, y, until = numbers("time", time), numbers("force", force), positive("until", until)
+    if t.ndim != 1 or t.shape != y.shape or t.size < _LEAST or not (np.diff(t) > 0.0).all():
+        raise ParameterError("time", time, f"{_LEAST} or more increasing times, and as many forces")
+    if float(np.ptp(y)) <= 1e-12 * float(abs(y).max(initial=0.0)):
+        raise ParameterError("force", force, "a record that is not constant", "check the column, and that it was on")
+    step = float(np.median(np.diff(t)))
+    computed = _Computed(waves, until, step)
+    if not computed.peak > 0.0:
+        raise ParameterError("until", until, "a window in which a wave reaches the gauge", "a later end of the window")
+    origin = float(t[0])
+    t = t - origin  # clocks of a day have few digits left for microseconds
+    shift, wide = _coarse_shift(computed, until, t, y, step, sign)
+    shift = _fine_shift(computed, until, t, y, shift, wide)
+    return _fit(computed, until, t, y, shift, sign, origin)
+
+
+class _Computed:
+    """The computed force, averaged over the time between samples; 0 before the blow."""
+
+    def __init__(self, waves: Waves, until: float, step: float) -> None:
+        self.step = min(step, until)
+        size = int(np.clip(8.0 * until / step, _COARSE, 1 << 20))
+        grid = np.linspace(0.0, until, size)
+        times = np.unique(np.concatenate([waves.incident.times, waves.reflected.times, grid]))
+        times = times[(times >= 0.0) & (times <= until)]
+        after = waves.incident.at(times) + waves.reflected.at(times)
+        before = waves.incident.before(times) + waves.reflected.before(times)
+        self.peak = float(max(abs(after).max(), abs(before[1:]).max(initial=0.0)))
+        steps = 0.5 * np.diff(times) * (after[:-1] + before[1:])
+        # beyond the window the last value goes on, for the average over its last sample
+        self._times = np.concatenate([times, [until + self.step]])
+        self._impulse = np.concatenate([[0.0], np.cumsum(steps), [float(steps.sum()) + self.step * float(before[-1])]])
+
+    def at(self, times: Array) -> Array:
+        half = 0.5 * self.step
+        late, early = (np.interp(times + s, self._times, self._impulse) for s in (half, -half))
+        return np.asarray((late - early) / self.step)
+
+
+def _coarse_shift(
+    computed: _Computed, until: float, t: Array, y: Array, step: float, sign: int | None
+) -> tuple[float, float]:
+    """The shift at which most of the record is explained, by cross-correlation, and how far it may be off."""
+    h = max(step, until / _COARSE, float(t[-1]) / _LONGEST)
+    inside = max(round(until / h), 2)
+    record = np.interp(h * np.arange(int(t[-1] / h) + 1), t, y)
+    record = record - np.median(record)
+    pattern = computed.at(h * np.arange(-inside, inside + 1, dtype=float))
+    size = 1 << int(np.ceil(np.log2(record.size + pattern.size)))
+
+    def correlated(x: Array, p: Array) -> Array:
+        found = np.fft.irfft(np.fft.rfft(x, size) * np.conj(np.fft.rfft(p, size)), size)
+        return np.asarray(np.concatenate([found[size - pattern.size + 1 :], found[: record.size]]))
+
+    ones, window = np.ones(record.size), np.ones(pattern.size)
+    count = np.maximum(np.round(correlated(ones, window)), 1.0)
+    total = correlated(ones, pattern)
+    spread = correlated(ones, pattern**2) - total**2 / count
+    common = correlated(record, pattern) - correlated(record, window) * total / count
+    explained = common**2 / np.maximum(spread, _SEEN * float(spread.max()))
+    explained[spread < _SEEN * float(spread.max())] = 0.0
+    if sign is not None:
+        explained[np.sign(common) != sign] = 0.0
+    best = int(np.argmax(explained)) - pattern.size + 1  # where in the record the pattern begins
+    return -h * (best + inside), 2.0 * h
+
+
+def _fine_shift(computed: _Computed, until: float, t: Array, y: Array, shift: float, wide: float) -> float:
+    """The shift of least squares near another one, on the samples that are in the window all the time."""
+    used = (t + shift >= wide - until) & (t + shift <= until - wide)
+    if np.count_nonzero(used) < _LEAST:
+        return shift
+    t, y = t[used], y[used] - float(y[used].mean())
+    for _ in range(_ROUNDS):
+        tried: Array = shift + wide * np.linspace(-1.0, 1.0, _TRIED, dtype=np.float64)
+        explained = np.zeros(_TRIED)
+        for i, one in enumerate(tried.tolist()):
+            force = computed.at(t + one)
+            force -= force.mean()
+            square = float(force @ force)
+            explained[i] = float(force @ y) ** 2 / square if square > 0.0 else 0.0
+        shift = float(np.mean(tried[explained >= explained.max() * (1.0 - 1e-12)]))  # the middle of a flat top
+        wide *= 0.2
+    return shift
+
+
+def _fit(
+    computed: _Computed, until: float, t: Array, y: Array, shift: float, sign: int | None, origin: float
+) -> RecordFit:
+    used = (t + shift >= -until) & (t + shift <= until)
+    inside = used & (t + shift >= 0.0)
+    if np.count_nonzero(inside) < _LEAST:
+        raise ParameterError(
+            "time", t, f"a record with {_LEAST} or more samples in the window of the blow", "sample faster"
+        )
+    force, seen = computed.at(t[used] + shift), y[used]
+    centred, deviation = force - force.mean(), seen - seen.mean()
+    squares = float(centred @ centred)
+    factor = float(centred @ deviation) / squares if squares > 0.0 else 0.0
+    alike = factor * float(centred @ deviation) / float(deviation @ deviation) if deviation.any() else 0.0
+    if alike < _ALIKE or (sign is not None and factor * sign <= 0.0):
+        raise ParameterError(
+            "force", y, "a record of the blow: nothing in it resembles the computed force",
+            "check the column, the unit of time and the place of the gauge",
+        )  # fmt: skip
+    zero = float(seen.mean() - factor * force.mean())
+    found = 1 if factor > 0.0 else -1
+    one, measured = computed.at(t[inside] + shift), found * (y[inside] - zero)
+    scale = found * factor
+
+    def left(s: float) -> float:
+        return float(np.sqrt(np.mean((measured - s * one) ** 2))) / computed.peak
+
+    covered = min(float(t[-1]) + shift, until) - max(float(t[0]) + shift, 0.0)
+    return RecordFit(shift - origin, found, zero, scale, left(1.0), left(scale), float(np.clip(covered / until, 0, 1)))

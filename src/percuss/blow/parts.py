@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-__all__ = ["Outcome", "Peak", "Pulse", "Spell"]
-
 
 class Outcome(Enum):
     """How the window of a blow ends; the value is a sentence."""

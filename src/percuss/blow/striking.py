@@ -3,21 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from percuss.blow.blow import Blow
-from percuss.blow.course import Course
-from percuss.blow.ending import is_over, is_spent
-from percuss.blow.following import carried_to
-from percuss.blow.kernels.layout import ENDLESS, FREE
+from percuss.blow.bodies import Rod, Striker, Target, Wall, striker_sections
+from percuss.blow.course import Course, is_over, is_spent
+from percuss.blow.kernels.nodes import go_on
+from percuss.blow.kernels.wave_records import ENDLESS, FREE, FULL, REACHED
 from percuss.blow.parts import Outcome
-from percuss.blow.question import Field, Question
-from percuss.blow.striker import Striker
-from percuss.blow.tables import Tables, tables
-from percuss.blow.target import Target
-from percuss.model.checks import count
+from percuss.blow.question import Field, Question, Tables, enlarged, tables
+from percuss.errors import ConvergenceError, ParameterError
+from percuss.halting import look
+from percuss.model.checks import count, positive
 
-__all__ = ["MOST_PIECES", "strike"]
+# ---- A blow carried on: as far as asked, or until no further contact is possible
+
+_AT_ONCE = 1 << 14  # steps between two looks whether anybody still waits
+
+
+def carried_to(held: Tables, target: int, most_pieces: int) -> tuple[Tables, bool]:
+    """The blow with every node at least at the tick `target`; whether it got there.
+
+    Raises
+    ------
+    Interrupted
+        When the computation was told to stop.
+    """
+    while True:
+        code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
+        if code == REACHED:
+            return held, True
+        if held.waves.pieces.sum() > most_pieces:
+            return held, False
+        if code == FULL:
+            held = enlarged(held)
+        look()
+
+
+# ---- One blow of a striker on a target
 
 MOST_PIECES = 4_000_000
 """Pieces of waves of one blow, unless told otherwise: half a gigabyte."""
@@ -133,3 +158,91 @@ def _ended(course: Course) -> Outcome:
     own = course.momentum(0, striker, course.end) / course.mass
     face = course.node_velocity(striker, course.end) if course.has_rod else 0.0
     return Outcome.GAP_CLOSING if own > face else Outcome.WINDOW_ENDED
+
+
+# ---- What the instantaneous laws need of a blow: restitution, duration, force centroid, advance; computed once, kept
+
+
+@dataclass(frozen=True)
+class EffectiveBlow:
+    """One load-free blow of a striker without stress, by the few numbers that a law of contact needs.
+
+    Parameters
+    ----------
+    restitution
+        R_eff = −V_1/V_0; below 0 where the striker goes on.
+    duration, centroid
+        t_c and t_J from the start of the first contact; None where the contact never ends.
+    advance
+        How far the plane of impact moves in the blow, per speed of the striker, in s: J/Z of an endless rod that stays
+        where it is left, the residual penetration of a rod on rock, 0 of a wall and of any other rod, which is pushed
+        back.
+    ringing
+        Share of the energy before that rings in the striker afterwards.
+    contacts
+        How many there were.
+    outcome
+        How the window ended.
+    """
+
+    restitution: float
+    duration: float | None
+    centroid: float | None
+    advance: float
+    ringing: float
+    contacts: int
+    outcome: Outcome
+
+
+def effective_blow(
+    striker: Striker, target: Target, velocity: float = 1.0, *, until: float | None = None
+) -> EffectiveBlow:
+    """The blow of a striker on a target from rest, with the last 256 questions kept.
+
+    Without gaps no time and no ratio depends on the velocity; the rock's law is homogeneous as well. The window ends as
+    that of `strike` does, or with `until`.
+
+    Raises
+    ------
+    ParameterError
+        For anything that `strike` refuses.
+    ConvergenceError
+        When the blow has too many pieces of waves to be followed.
+
+    Examples
+    --------
+    >>> from percuss.blow import Rod
+    >>> from percuss.model import UniformBar
+    >>> found = effective_blow(UniformBar(20.0), Rod.of_impedance(80.0))
+    >>> round(found.restitution, 12), round(found.duration, 12), round(found.centroid, 12)
+    (0.6, 0.1, 0.05)
+    """
+    striker_sections(striker)
+    if not isinstance(target, Wall | Rod):
+        raise ParameterError("target", target, "a Wall or a Rod")
+    end = None if until is None else positive("until", until)
+    return _known(striker, target, positive("velocity", velocity), end)
+
+
+@lru_cache(maxsize=256)
+def _known(striker: Striker, target: Target, velocity: float, until: float | None) -> EffectiveBlow:
+    blow = strike(striker, target, velocity, until=until)
+    if blow.outcome is Outcome.TOO_MANY_PIECES:
+        raise ConvergenceError("the waves of this blow have too many pieces", "leave the shortest sections out")
+    return EffectiveBlow(
+        restitution=float(blow.effective_restitution or 0.0),
+        duration=blow.contact_duration,
+        centroid=blow.force_centroid,
+        advance=_advance(blow) / velocity,
+        ringing=blow.vibration_energy_after / blow.energy_before,
+        contacts=len(blow.contacts),
+        outcome=blow.outcome,
+    )
+
+
+def _advance(blow: Blow) -> float:
+    if blow.residual_penetration is not None:
+        return blow.residual_penetration
+    if isinstance(blow.target, Rod) and blow.target.end == "infinite":
+        return blow.impulse / blow.target.end_impedance
+    return 0.0

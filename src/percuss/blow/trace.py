@@ -10,8 +10,6 @@ import numpy.typing as npt
 
 from percuss.model.checks import Array, count, numbers
 
-__all__ = ["Trace"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trace:

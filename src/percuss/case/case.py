@@ -9,39 +9,43 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.clock_note import clock_note
-from percuss.case.file_format.building import Parts, check_motion, recording_of, system_of
-from percuss.case.file_format.checked_tables import checked_tables
-from percuss.case.file_format.contact_from_blow import blow_note, blow_of, law_note
-from percuss.case.file_format.dotted_keys import with_value
-from percuss.case.file_format.machine_building import check_clock, machine_of
-from percuss.case.file_format.reading import parsed, text_of
+from percuss.case.file_format.building import (
+    Parts,
+    blow_note,
+    blow_of,
+    check_clock,
+    check_motion,
+    law_note,
+    machine_of,
+    recording_of,
+    system_of,
+)
+from percuss.case.file_format.load_building import room_of
+from percuss.case.file_format.load_tables import ValveForce, ValveLoad
+from percuss.case.file_format.reading import checked_tables, parsed, text_of, toml_text, with_value
 from percuss.case.file_format.schema import (
     ContactTable,
     PhysicalCase,
     PlainCase,
     SystemTable,
 )
-from percuss.case.file_format.start_and_simulation import MAX_MODES, Simulation, simulation_of, start_of
-from percuss.case.file_format.valve_building import room_of
-from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
-from percuss.case.file_format.writing import toml_text
+from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
+from percuss.simulate.stop import MAX_MODES
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
+    from percuss.case.file_format.body_building import BlowQuestion
+    from percuss.case.file_format.load_building import ReadHistory
     from percuss.case.file_format.load_tables import AnyLoad
-    from percuss.case.file_format.recorded_load import ReadHistory
-    from percuss.case.file_format.tool_building import BlowQuestion
     from percuss.model import Load, Machine, System
     from percuss.model.checks import Array
     from percuss.model.contact import Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Start
-
-__all__ = ["Case", "checked_case"]
 
 _KEYS = "keys of [simulation] and their values"
 

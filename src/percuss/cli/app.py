@@ -5,14 +5,61 @@ from __future__ import annotations
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
+from typing import Any
 
-from percuss.cli.neutral_streams import neutral_streams
-from percuss.cli.parser import UsageError
+from percuss.cli.arguments import UsageError
+from percuss.cli.waiting import sign, telling
 from percuss.errors import Interrupted, PercussError
+from percuss.neutral import neutral
 
-__all__ = ["COMMANDS", "run"]
+# ---- What is printed cannot steer the terminal: titles, keys and commands come from files that anybody may have
+# written
+#
+# All that a command prints goes through the streams that `neutral_streams` puts in place (`percuss.neutral`).
+
+
+def raw(stream: Any) -> Any:
+    """The stream behind a neutral one, for what this program draws itself."""
+    return getattr(stream, "rich_proxied_file", stream)
+
+
+@contextmanager
+def neutral_streams() -> Iterator[None]:
+    """For the time of the block standard output and standard error are neutral; rich draws past them."""
+    before = sys.stdout, sys.stderr
+    if sys.stdout is not None:
+        sys.stdout = _Neutral(sys.stdout)
+    if sys.stderr is not None:
+        sys.stderr = _Neutral(sys.stderr)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+class _Neutral:
+    """A stream whose text steers nothing. rich looks for the attribute, and writes its own colours there."""
+
+    def __init__(self, stream: Any) -> None:
+        self.rich_proxied_file = raw(stream)
+
+    def write(self, text: str) -> int:
+        self.rich_proxied_file.write(neutral(text))
+        sign()
+        return len(text)
+
+    def writelines(self, lines: Any) -> None:
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.rich_proxied_file, name)
+
+
+# ---- Finds the command, runs it, and turns whatever stops it into a line on stderr and an exit code
 
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
@@ -28,6 +75,7 @@ COMMANDS = {
     "serve": "the workbench: a page with sliders, to see and hear the hammer",
     "machines": "the catalogue of sample cases",
     "new": "a commented sample case to start from",
+    "keys": "the tables of a case file and their keys",
     "paper": "the figures and claims of the 1977 paper, reproduced",
     "show": "what is in an archive, and how complete it is",
     "export": "an archive as one file, NetCDF or CSV",
@@ -113,12 +161,13 @@ def _dispatch(arguments: list[str]) -> int:
     if first not in COMMANDS:
         raise UsageError(_unknown(first))
     module, _, function = _ELSEWHERE.get(first, f"{first}:run").partition(":")
-    code: int = getattr(import_module(f"percuss.cli.{module}"), function)(arguments[1:])
+    with nullcontext() if first == "serve" else telling(first):  # the page tells of itself
+        code: int = getattr(import_module(f"percuss.cli.{module}"), function)(arguments[1:])
     return code
 
 
 def _unknown(word: str) -> str:
-    from percuss.case.file_format.suggest import did_you_mean
+    from percuss.errors import did_you_mean
 
     if word.startswith("-"):
         hint = did_you_mean(word, ["--help", "--version"]) or "the command comes first: percuss COMMAND …"

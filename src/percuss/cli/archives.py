@@ -6,14 +6,11 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from percuss.cli.files import check_target, need
-from percuss.cli.parser import Parser
+from percuss.cli.arguments import Parser, check_target, need
 
 if TYPE_CHECKING:
     from percuss.cli.report_parts import Grid, Report, Section
     from percuss.explore.jobs.archive import Archive
-
-__all__ = ["archive_report", "export", "show"]
 
 _SHOW = """\
 What is in an archive that 'percuss sweep' or 'percuss experiment' writes: what was asked for, how complete it is,

@@ -7,12 +7,8 @@ import json
 import re
 from collections.abc import Sequence
 
-from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, tell_made, whole
 from percuss.cli.long_commands import add_carrying, carried
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import whole
-
-__all__ = ["run"]
 
 _DESCRIPTION = """\
 A plane of starts, each followed until its motion is found: the basins of attraction as an image. The axes are two of
@@ -81,12 +77,12 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.basins(found, case.title), options.plot)
     if options.json:
-        from percuss.case.answers.exploration_json import basins_dict
+        from percuss.case.answers.exploration import basins_dict
 
         print(json.dumps(basins_dict(case, found), ensure_ascii=False))
     else:
+        from percuss.cli.map_report import basins_report
         from percuss.cli.report_printing import show
-        from percuss.cli.starts_report import basins_report
 
         show(basins_report(case.title, found))
     tell_made(options.json, basins=options.output, picture=options.plot)

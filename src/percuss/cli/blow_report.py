@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.blow_in_words import blow_in_words
+from percuss.case.answers.blow_answer import blow_in_words
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
     from percuss.blow import Peak, Spell
     from percuss.case.answers.blow_answer import BlowAnswer
-
-__all__ = ["blow_report"]
 
 _SHOWN = 12
 """Contacts that are listed one by one."""

@@ -8,18 +8,26 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_picture, check_table, check_target, named_case, need, tell_made
+from percuss.cli.arguments import (
+    MAX_MODES,
+    PICTURES,
+    Parser,
+    check_picture,
+    check_table,
+    check_target,
+    modes,
+    named_case,
+    need,
+    tell_made,
+    whole,
+)
 from percuss.cli.long_commands import add_carrying, carrying
 from percuss.cli.orbits import typed_label
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import whole
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import Diagram
-
-__all__ = ["run"]
 
 _DESCRIPTION = """\
 All motions of a hammer over one parameter: what simulations settle on, from many starts and up and down the parameter,
@@ -123,11 +131,11 @@ def _tell(options: argparse.Namespace, case: Case, found: Diagram) -> None:
 
         plot.save(plot.diagram(found, case.title, options.show), options.plot)
     if options.json:
-        from percuss.case.answers.diagram_json import diagram_dict
+        from percuss.case.answers.diagram_answer import diagram_dict
 
         print(json.dumps(diagram_dict(case, found), allow_nan=False))
     else:
-        from percuss.cli.diagram_report import diagram_report
+        from percuss.cli.branch_report import diagram_report
         from percuss.cli.report_printing import show
 
         show(diagram_report(case.title, found, "elastic mode" if case.tables.body is None else "mode"))

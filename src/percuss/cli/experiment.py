@@ -5,12 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from percuss.cli.files import PICTURES, check_picture, named_case, tell_made
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, tell_made, whole
 from percuss.cli.long_commands import add_carrying, carried
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import whole
-
-__all__ = ["run"]
 
 _DESCRIPTION = """\
 Random starts, each followed until its motion is found: the share that ends in each motion, with 95 % intervals.
@@ -75,12 +71,12 @@ def run(arguments: Sequence[str]) -> int:
 
         plot.save(plot.experiment(found, case.title), options.plot)
     if options.json:
-        from percuss.case.answers.exploration_json import experiment_dict
+        from percuss.case.answers.exploration import experiment_dict
 
         print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
     else:
+        from percuss.cli.map_report import experiment_report
         from percuss.cli.report_printing import show
-        from percuss.cli.starts_report import experiment_report
 
         show(experiment_report(case.title, found))
     tell_made(options.json, experiment=options.output, picture=options.plot)

@@ -7,10 +7,18 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, tell_made
+from percuss.cli.arguments import (
+    MAX_MODES,
+    PICTURES,
+    Parser,
+    check_csv,
+    check_picture,
+    modes,
+    named_case,
+    tell_made,
+    whole,
+)
 from percuss.cli.long_commands import watching
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import whole
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
@@ -19,8 +27,6 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.long_commands import Watch
     from percuss.explore import PointCurve, RestPointCurve
-
-__all__ = ["run"]
 
 _PATIENCE = 5.0
 """Seconds after which Ctrl-C no longer waits: a long proof asks more seldom."""
@@ -94,8 +100,8 @@ def run(arguments: Sequence[str]) -> int:
 
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
     if options.output is not None:
-        from percuss.case.answers.branch_table import branch_table
-        from percuss.case.answers.point_curves_table import point_curves_table
+        from percuss.case.answers.orbits_answer import branch_table
+        from percuss.case.answers.point_curves_answer import point_curves_table
         from percuss.whole_file import write_whole
 
         asked = options.curve is not None  # also where Ctrl-C has left none of them
@@ -106,7 +112,7 @@ def run(arguments: Sequence[str]) -> int:
         figure = plot.curves(curves, case.title) if curves else plot.branch(branch, case.title)
         plot.save(figure, options.plot)
     if options.json:
-        from percuss.case.answers.orbits_json import branch_dict
+        from percuss.case.answers.orbits_answer import branch_dict
 
         print(json.dumps(branch_dict(branch, curves), allow_nan=False))
     else:
@@ -138,8 +144,8 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
 
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
     if options.output is not None:
-        from percuss.case.answers.point_curves_table import point_curves_table
-        from percuss.case.answers.rest_branch_answer import rest_branch_table
+        from percuss.case.answers.orbits_answer import rest_branch_table
+        from percuss.case.answers.point_curves_answer import point_curves_table
         from percuss.whole_file import write_whole
 
         asked = options.curve is not None
@@ -150,12 +156,12 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
         figure = plot.curves(curves, case.title) if curves else plot.rest_branch(branch, case.title)
         plot.save(figure, options.plot)
     if options.json:
-        from percuss.case.answers.rest_branch_answer import rest_branch_dict
+        from percuss.case.answers.orbits_answer import rest_branch_dict
 
         print(json.dumps(rest_branch_dict(branch, curves), allow_nan=False))
     else:
+        from percuss.cli.branch_report import rest_branch_report
         from percuss.cli.report_printing import show
-        from percuss.cli.rest_report import rest_branch_report
 
         show(rest_branch_report(case.title, branch, curves))
     tell_made(options.json, table=options.output, picture=options.plot)

@@ -13,19 +13,17 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.numerals import number
-from percuss.cli.files import need
-from percuss.cli.simulate_arguments import whole
+from percuss.cli.arguments import need, whole
+from percuss.cli.waiting import sign
 from percuss.errors import Interrupted, PercussError
-from percuss.notebook import duration
+from percuss.shown import duration
 
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.cli.parser import Parser
+    from percuss.cli.arguments import Parser
     from percuss.explore.jobs.job import Columns, Job
     from percuss.explore.jobs.progress import JobProgress
-
-__all__ = ["Watch", "add_carrying", "carried", "carrying", "check_carrying", "watching"]
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -39,9 +37,6 @@ MOST_BYTES = 10 * 10**9
 
 UNHEARD = 0.5
 """Seconds without a report of progress after which Ctrl-C no longer waits for the next one."""
-
-PREPARING = 2.0
-"""Seconds after which a person is told why nothing is to be seen yet."""
 
 SCHEDULER_TIMEOUT = 10.0
 """Seconds for a scheduler to answer."""
@@ -146,16 +141,11 @@ class Watch:
         self._bar: Any = None
         self._task: Any = None
         self._damage_told = False
-        self._note = threading.Timer(PREPARING, _tell_of_preparing)
-        self._note.daemon = True
-        if self._seen:
-            self._note.start()
 
     def __call__(self, progress: JobProgress) -> bool:
         self._heard = now = time.monotonic()
         self._tell_of_damage(progress.damaged)
         if progress.rate == progress.rate:  # until it is known, nothing is to be told
-            self._note.cancel()
             self._agree(progress)
             if self._seen and now - self._since > PATIENCE:
                 self._draw(progress)
@@ -169,7 +159,6 @@ class Watch:
     def asked(self) -> bool:
         """Whether to stop, for a computation that knows no share of its work."""
         self._heard = time.monotonic()
-        self._note.cancel()
         return self.interrupted
 
     def interrupt(self, *_: object) -> None:
@@ -180,7 +169,6 @@ class Watch:
 
     def close(self) -> None:
         """Take the bar away."""
-        self._note.cancel()
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
@@ -205,6 +193,7 @@ class Watch:
     def _draw(self, progress: JobProgress) -> None:
         if self._bar is None:
             self._bar, self._task = _new_bar(self._what)
+        sign()
         self._bar.update(self._task, completed=progress.fraction, told=_line(progress))
 
 
@@ -221,7 +210,7 @@ def _listening(watch: Watch) -> Iterator[Watch]:
 
 
 def _to_go_on(stop: Interrupted, archived: bool) -> str:
-    from percuss.explore.jobs.provenance import command
+    from percuss.explore.jobs.archive_layout import command
 
     if stop.archive is None:
         return "nothing has been written yet" if archived else "-o ARCHIVE saves finished work, for --resume"
@@ -242,11 +231,6 @@ def _size(bytes_: int) -> str:
         if bytes_ >= size:
             return f"{number(bytes_ / size, 3)} {name}"
     return f"{bytes_ / 1000:.0f} kB"
-
-
-def _tell_of_preparing() -> None:
-    text = "percuss: preparing; compiling the kernels can take up to a minute, later runs take them from a cache"
-    print(text, file=sys.stderr, flush=True)
 
 
 def _new_bar(what: str) -> tuple[Any, Any]:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, check_csv, check_picture, named_case, tell_made
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.errors import CaseError, PercussError
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_csv, check_picture, modes, named_case, tell_made
+from percuss.errors import CaseError, HistoryError, PercussError
+from percuss.units import si
 
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.case import MachineAnswer, RecordedAnswer
-
-__all__ = ["run"]
+    from percuss.case import Case, MachineAnswer, RecordedAnswer
 
 _DESCRIPTION = """\
 How a hammer runs whose piston switches its own valve ([load] of the kind "valve"): blow energy, rate, stroke, oil flow
@@ -61,7 +60,7 @@ def run(arguments: Sequence[str]) -> int:
     if options.output is not None:
         if answer.cycle is None:
             raise PercussError(f"{answer.name}: there is no cycle to write", "see the report without -o")
-        from percuss.case.answers.machine_course import cycle_table
+        from percuss.case.answers.machine_figures import cycle_table
         from percuss.whole_file import write_whole
 
         write_whole(options.output, cycle_table(answer.machine, answer.cycle))
@@ -78,8 +77,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _show(answer: MachineAnswer, record: RecordedAnswer | None) -> None:
-    from percuss.cli.machine_report import machine_report
-    from percuss.cli.recorded_report import recorded_report
+    from percuss.cli.machine_report import machine_report, recorded_report
     from percuss.cli.report_printing import show
 
     show(machine_report(answer) if record is None else recorded_report(record))
@@ -88,7 +86,8 @@ def _show(answer: MachineAnswer, record: RecordedAnswer | None) -> None:
 def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer, RecordedAnswer | None]:
     """How the machine runs; of a load that is a recording or steps also how it was read."""
     from percuss.case import machine_answer
-    from percuss.cli.recorded import asked_of_record, read_record
+
+    pass
 
     case = named_case(options.case)
     record = None
@@ -113,3 +112,51 @@ def _json(answer: MachineAnswer | RecordedAnswer) -> str:
     import json
 
     return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)
+
+
+# ---- ``percuss machine`` of a recorded load: what is said of its blows, and the answer
+
+_OPTIONS = ("blow", "blows", "longest_delay")
+
+
+def asked_of_record(options: argparse.Namespace) -> list[str]:
+    """The options that were given which only a recorded load has."""
+    return [f"--{name.replace('_', '-')}" for name in _OPTIONS if getattr(options, name) is not None]
+
+
+def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:
+    """The answer for a load that is a recording, or steps.
+
+    Raises
+    ------
+    UnitError
+        For a time without a unit, or with that of another quantity.
+    HistoryError
+        When the file of the blows cannot be read.
+    """
+    from percuss.case import recorded_answer
+
+    longest, unit = options.longest_delay, "time" if case.is_si else "dimensionless"
+    return recorded_answer(
+        case,
+        options.modes,
+        blow=None if options.blow is None else si(options.blow, "time", "--blow"),
+        blows=None if options.blows is None else _times(options.blows),
+        longest_delay=None if longest is None else si(longest, unit, "--longest-delay"),
+    )
+
+
+def _times(path: str) -> list[float]:
+    """The times of the blows, one in a line."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError) as error:
+        raise HistoryError(f"cannot be read ({error})", "give a text file", path) from None
+    found = []
+    for number, line in enumerate(lines, 1):
+        try:
+            if line.strip():
+                found.append(float(line))
+        except ValueError:
+            raise HistoryError(f"line {number} is {line!r:.40}", "give one time in s in a line", path) from None
+    return found

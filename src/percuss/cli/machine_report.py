@@ -5,19 +5,23 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.machine_figures import machine_figures
-from percuss.case.answers.machine_in_words import headline
-from percuss.case.answers.machine_units import in_units
+from percuss.case.answers.machine_answer import headline
+from percuss.case.answers.machine_figures import in_units, machine_figures
+from percuss.case.answers.machine_frames import from_this_start
 from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.recorded_answer import by_clock, by_valve, recorded_headline
+from percuss.case.answers.simulation_answer import held_down_in_words
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.simulate.machine.fed_running import FedTrajectory
 
 if TYPE_CHECKING:
     from percuss.case import MachineAnswer
     from percuss.case.answers.machine_figures import MachineFigures
+    from percuss.case.answers.recorded_answer import RecordedAnswer
+    from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.model import Machine, Supply
+    from percuss.steady import Interval, Reading, RecordedSwitch
     from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
-
-__all__ = ["machine_report", "machine_section"]
 
 _FEW = 8  # multipliers that are told
 _NOTHING = 1e-12  # a multiplier that is rounding
@@ -292,3 +296,149 @@ def _sensitivity_grid(answer: MachineAnswer) -> Grid:
 
 def _signed(change: float) -> str:
     return f"{'+' if change >= 0.0 else '−'}{number(100.0 * abs(change), 3)} %"
+
+
+# ---- A recorded load read as a valve, as the report that a person reads
+
+
+def recorded_report(answer: RecordedAnswer) -> Report:
+    """The report of `percuss machine` for a recorded load: what was read, then the machine's own."""
+    whole = machine_report(answer.answer)
+    own = (_read_section(answer), _switches_grid(answer), _readings_section(answer), _verdicts_section(answer))
+    mark = GOOD if answer.runs else BAD
+    return Report(answer.answer.title, recorded_headline(answer), mark, (*own, *whole.sections))
+
+
+def _read_section(answer: RecordedAnswer) -> Section:
+    read, machine = answer.read, answer.read.machine
+    cycles = "the mean cycle" if not read.cycles else f"{counted(read.cycles, 'cycle')}, one by one"
+    rows = [
+        ("read from", cycles),
+        ("blow", f"at phase {number(read.phase)} rad of the load, {in_units(machine, read.speed, 'speed')}"),
+        ("stroke", in_units(machine, read.stroke, "length")),
+    ]
+    if read.restitution is not None:
+        low, high = number(read.restitution.low, 3), number(read.restitution.high, 3)
+        rows.append(("rebound", f"R = {number(read.restitution.value, 3)} ({low} to {high}) by the measured blows"))
+    gas = read.stiffness
+    if gas.value > 0.0:
+        scale = machine.force_scale / machine.length_scale if machine.is_si else 1.0
+        unit = " N/m" if machine.is_si else ""
+        slope = f"{number(gas.value * scale)}{unit} ({number(gas.low * scale)} to {number(gas.high * scale)})"
+        rows.append(("gas", f"stiffness {slope}, by the slope of the force against the distance"))
+    if read.opposing_share is not None:
+        text = (
+            f"{percent(read.opposing_share)} of the highest force, constant: an estimate, with which the blow comes as "
+            "the force falls. If the front chamber is always under supply, it is the ratio of its area to the rear one"
+        )
+        rows.append(("opposing force", text))
+    rows += [("warning", warning) for warning in answer.warnings]
+    rows += [("note", note) for note in read.notes]
+    return Section("From the record", tuple(rows))
+
+
+def _switches_grid(answer: RecordedAnswer) -> Grid:
+    machine = answer.read.machine
+    rows = []
+    for switch in answer.read.switches:
+        side = "before" if switch.time.value < 0.0 else "after"
+        rows.append(
+            (
+                switch.to,
+                f"{in_units(machine, abs(switch.time.value), 'time')} {side} the blow",
+                _interval(machine, switch.behind, "length"),
+                in_units(machine, -switch.velocity.value, "speed"),
+                _recorded_port_text(machine, switch),
+            )
+        )
+    columns = ("switch to", "time", "behind the wall", "speed toward it", "port and delay")
+    return Grid("Switches of the force", columns, tuple(rows))
+
+
+def _recorded_port_text(machine: Machine, switch: RecordedSwitch) -> str:
+    found = switch.found
+    if not found.told_apart:
+        return f"not told apart: a delay of {in_units(machine, max(found.least, 0.0), 'time')} or more"
+    return f"{_interval(machine, found.port, 'length')}, {_interval(machine, found.delay, 'time')}"
+
+
+def _interval(machine: Machine, interval: Interval, kind: str) -> str:
+    value, low, high = (in_units(machine, one, kind) for one in interval)
+    return value if low == high else f"{value} ({low} to {high})"
+
+
+def _readings_section(answer: RecordedAnswer) -> Section:
+    rows = [("least delays", _reading(answer.read.by_ports)), ("longest", _reading(answer.read.by_delays))]
+    rows.append(("of these", "each gives the recorded motion; with longer delays the machine would not run steadily"))
+    return Section("The two extreme readings (rigid piston)", tuple(rows))
+
+
+def _reading(reading: Reading) -> str:
+    machine = reading.machine
+    ports = []
+    for port in machine.valve.ports:
+        where = "at the blow" if port.behind is None else f"port at {in_units(machine, port.behind, 'length')}"
+        ports.append(f"{port.to}: {where}, delay {in_units(machine, max(port.delay, 0.0), 'time')}")
+    return f"{'; '.join(ports)}; {by_valve(reading.cycle)}"
+
+
+def _verdicts_section(answer: RecordedAnswer) -> Section:
+    rows = (
+        ("under a clock", by_clock(answer)),
+        ("with the valve", by_valve(answer.answer.cycle)),
+        ("both", "have the phase, speed and energy of the recorded motion; a clock does not wait for a late blow"),
+    )
+    return Section("The two verdicts on the recorded motion", rows, GOOD if answer.runs else BAD)
+
+
+# ---- A simulated motion of a machine that switches its own valve, as the report that a person reads
+
+
+def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
+    """The report of `percuss simulate` for a machine, with the `last` events; None shows all of them."""
+    motion, machine = answer.motion, answer.machine
+    sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
+    rows = [
+        ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {_time(answer, motion.end_time)}"),
+        ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
+    ]
+    if isinstance(motion, FedTrajectory):
+        rows.append(("pressure", _pressures(motion)))
+    if motion.cycle is not None:
+        rows.append(("period", in_units(machine, motion.cycle.period, "time")))
+    rows += held_down_in_words(motion.events.held_down)
+    sections.append(Section("Motion", tuple(rows)))
+    if last != 0 and len(motion.events):
+        sections.append(_motion_events_grid(answer, last))
+    tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
+    return Report(answer.title, from_this_start(answer), tone, tuple(sections))
+
+
+def _pressures(motion: FedTrajectory) -> str:
+    """The pressure of a supply at the start, and after the last blow."""
+    unit = motion.machine.pressure
+    last = motion.blow_times[-1:] if motion.impacts else motion.end_time
+    values = [float(motion.states[0, 2]), float(motion.pressure(last)[0])]
+    first, then = (number(value) if unit is None else f"{number(value * unit / 1e5)} bar" for value in values)
+    return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
+
+
+def _time(answer: MachineMotion, time: float) -> str:
+    return in_units(answer.machine, time, "time")
+
+
+def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
+    """The last events, one a line."""
+    events, machine = list(answer.motion.events), answer.machine
+    shown = events if last is None else events[max(len(events) - last, 0) :]
+    rows = []
+    for event in shown:
+        what = event.kind
+        if event.kind == "port":
+            what = f"ports[{event.port}] demands"
+        if event.kind == "valve":
+            what = f"valve: {event.state}"
+        speed = in_units(machine, event.velocity, "speed")
+        rows.append((what, _time(answer, event.time), speed))
+    heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
+    return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from percuss.cli.parser import Parser
-
-__all__ = ["run"]
+from percuss.cli.arguments import Parser
 
 _DESCRIPTION = """\
 The catalogue of sample cases: hammers, with sizes and figures of public data sheets and synthetic force histories, and
@@ -40,7 +38,8 @@ def run(arguments: Sequence[str]) -> int:
     print(f"{'machine':<20}{'mass':>9}{'blow rate':>11}{'blow energy':>13}   what it is")
     for m in MACHINES:
         figures = f"{f'{m.mass:g} kg':>9}{f'{m.blow_rate:g} Hz':>11}{quantity(m.blow_energy, 'J', 3):>13}"
-        print(f"{m.name:<20}{figures}   {m.title}")
+        started = f"; a simulation from rest ends in {m.from_rest}" if m.from_rest else ""
+        print(f"{m.name:<20}{figures}   {m.title}{started}")
     for structure in STRUCTURES:
         print(f"{structure.name:<53}   {structure.title}")
     print("\nRun one with 'percuss steady MACHINE', start from one with 'percuss new MACHINE -o FILE'.")

@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from percuss.cli.parser import Parser
+from percuss.cli.arguments import Parser
 from percuss.errors import PercussError
 from percuss.whole_file import write_whole
-
-__all__ = ["run"]
 
 _DESCRIPTION = """\
 Print the commented case of a machine or a structure of the catalogue, or write it to a file, together with the
@@ -28,7 +26,13 @@ def run(arguments: Sequence[str]) -> int:
     """Print or write a sample case; returns the exit code."""
     parser = Parser("new", _DESCRIPTION, _EXAMPLES)
     parser.add_argument("machine", metavar="MACHINE", help="a name that 'percuss machines' lists")
-    parser.add_argument("-o", "--output", metavar="FILE", help="write the case to FILE, and what it names beside it")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=lambda name: None if name == "-" else name,
+        help="write the case to FILE, and what it names beside it ('-': print it, as without -o)",
+    )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     options = parser.parsed(arguments)
 

@@ -9,10 +9,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import named_case
+from percuss.cli.arguments import MAX_MODES, Parser, modes, named_case, whole
 from percuss.cli.long_commands import watching
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import whole
 from percuss.errors import Interrupted
 from percuss.halting import halting
 
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.cli.report_parts import Report
     from percuss.steady import FoundOrbits, FoundRestCycles
-
-__all__ = ["run", "typed_label"]
 
 _MOST = 8
 """Modes that a line names."""
@@ -71,8 +67,7 @@ def _parser() -> Parser:
 
 def typed_label(text: str) -> str:
     """P/N as it was typed, looked at."""
-    from percuss.case.answers.orbits_answer import parsed_label
-    from percuss.case.answers.rest_cycles_answer import is_rest_label
+    from percuss.case.answers.orbits_answer import is_rest_label, parsed_label
     from percuss.errors import ParameterError
 
     try:
@@ -86,9 +81,13 @@ def typed_label(text: str) -> str:
 def run(arguments: Sequence[str]) -> int:
     """Search for the orbits of a case; returns the exit code."""
     from percuss.case.answers.numerals import counted
-    from percuss.case.answers.orbits_answer import parsed_label
-    from percuss.case.answers.orbits_json import orbits_dict
-    from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_answer, rest_cycles_dict
+    from percuss.case.answers.orbits_answer import (
+        is_rest_label,
+        orbits_dict,
+        parsed_label,
+        rest_cycles_answer,
+        rest_cycles_dict,
+    )
 
     parser = _parser()
     options = parser.parsed(arguments)
@@ -157,14 +156,14 @@ def _searched(case: Case, label: str, options: argparse.Namespace, halt: Callabl
 
 def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
     """The cycles with rest of a label; returns the exit code."""
-    from percuss.case.answers.rest_cycles_answer import rest_cycles_answer, rest_cycles_dict
+    from percuss.case.answers.orbits_answer import rest_cycles_answer, rest_cycles_dict
 
     found = rest_cycles_answer(case, modes=kept)
     if as_json:
         print(json.dumps(rest_cycles_dict(found, label), indent=1, allow_nan=False))
     else:
+        from percuss.cli.branch_report import rest_report
         from percuss.cli.report_printing import show
-        from percuss.cli.rest_report import rest_report
 
         show(rest_report(case.title, found, label))
     return 0
@@ -174,9 +173,9 @@ def _report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
     from percuss.case.answers.numerals import counted
-    from percuss.cli.branch_report import orbit_row
+    from percuss.cli.branch_report import orbit_row, rest_sections
     from percuss.cli.report_parts import PLAIN, Grid, Report, Section
-    from percuss.cli.rest_report import rest_sections
+    from percuss.steady.periodic.search import free_amplitude
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
     sections: list[Section | Grid] = []
@@ -184,8 +183,8 @@ def _report(
         rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
         if rows:
             sections.append(Grid(one.label, columns, rows))
-        share = "none met" if one.unseen is None else f"{one.unseen:.2g}, by {one.ended} tries that ended at an orbit"
-        lines = [("complete", "yes (proved)")] if one.complete else [("tries", str(one.tries)), ("unseen share", share)]
+        lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
+        lines = [("complete", "yes (proved)")] if one.complete else lines
         lines += [
             (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")
             for name, tally in one.sources.items()
@@ -203,4 +202,5 @@ def _report(
     if resting is not None:
         sections += [section for label in rests for section in rest_sections(resting, label)]
         told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
-    return Report(title, f"{told}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))
+    free = free_amplitude({n for one in found for n in one.resonant_modes})
+    return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))

@@ -7,15 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import need
-from percuss.cli.neutral_streams import raw
-from percuss.cli.parser import Parser
+from percuss.cli.app import raw
+from percuss.cli.arguments import Parser, need
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
-    from percuss.paper.claims import ClaimsProgress
-
-__all__ = ["run"]
+    from percuss.paper.claim_common import ClaimsProgress
 
 NAMES = ("fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "elastic", "claims")
 ALL = "all"
@@ -85,7 +82,7 @@ def _named(parser: Parser, given: list[str]) -> list[str]:
     """The names once each, in the order of the paper."""
     for name in given:
         if name not in (*NAMES, ALL):
-            from percuss.case.file_format.suggest import did_you_mean
+            from percuss.errors import did_you_mean
 
             hint = did_you_mean(name, [*NAMES, ALL])
             there_are = f"the names are {', '.join(NAMES)} and {ALL}"

@@ -12,8 +12,6 @@ from percuss.neutral import one_line
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-__all__ = ["plain_text", "show"]
-
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
 

@@ -9,10 +9,7 @@ import secrets
 from collections.abc import Sequence
 from importlib import import_module
 
-from percuss.cli.files import named_case, need
-from percuss.cli.parser import Parser
-
-__all__ = ["run"]
+from percuss.cli.arguments import Parser, named_case, need
 
 _DESCRIPTION = """\
 The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
@@ -124,7 +121,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.case.file_format.plain_tables import without_files
 
         case = named_case(options.case)
-        case.system()
+        _ = case.machine() if case.is_machine else case.system()  # refused here, not first by the page
         text = without_files(case).to_toml()
     settings = settings_room.Settings(
         host=options.host, port=options.port, token=token, names=tuple(options.name), case=text

@@ -7,17 +7,29 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
-from percuss.cli.files import PICTURES, check_not_the_case, check_picture, check_target, named_case, need, tell_made
-from percuss.cli.parser import MAX_MODES, Parser, modes
-from percuss.cli.simulate_arguments import events, start_keys, time_or_text, up_to, whole
+from percuss.cli.arguments import (
+    MAX_MODES,
+    PICTURES,
+    Parser,
+    check_not_the_case,
+    check_picture,
+    check_target,
+    events,
+    modes,
+    named_case,
+    need,
+    start_keys,
+    tell_made,
+    time_or_text,
+    up_to,
+    whole,
+)
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
     import argparse
 
     from percuss.case import Case, MachineMotion, SimulationAnswer
-
-__all__ = ["run"]
 
 _DESCRIPTION = """\
 How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
@@ -122,8 +134,8 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     if options.json:
         print(answer.to_json_text(last))
     else:
+        from percuss.cli.motion_report import waves_report
         from percuss.cli.report_printing import show
-        from percuss.cli.waves_report import waves_report
 
         show(waves_report(answer, LAST if options.events is None else last))
     return 130 if answer.motion.ending.name == "CANCELLED" else 0
@@ -147,7 +159,7 @@ def _told_machine(options: argparse.Namespace, answer: MachineMotion) -> int:
     if options.json:
         print(text)
     else:
-        from percuss.cli.machine_motion_report import machine_motion_report
+        from percuss.cli.machine_report import machine_motion_report
         from percuss.cli.report_printing import show
 
         show(machine_motion_report(answer, LAST if options.events is None else last))

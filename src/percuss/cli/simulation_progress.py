@@ -1,4 +1,4 @@
-"""While a person waits for a simulation: a note on compiling, a progress bar, and a Ctrl-C that keeps what is done."""
+"""While a person waits for a simulation: a progress bar, and a Ctrl-C that keeps what is done."""
 
 from __future__ import annotations
 
@@ -10,17 +10,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from percuss.cli.waiting import sign
+
 if TYPE_CHECKING:
     from percuss.blow.machine import MachineProgress
     from percuss.simulate import Progress
 
-__all__ = ["Watch", "law_ready", "machine_ready", "orbits_ready", "watched", "waves_ready"]
-
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
-
-COMPILING = 2.0
-"""Seconds that loading the kernels from numba's cache does not take."""
 
 
 class Watch:
@@ -28,21 +25,23 @@ class Watch:
 
     def __init__(self, seen: bool) -> None:
         self.interrupted = False
-        self._seen = seen
+        self._seen, self._begun = seen, False
         self._since = time.monotonic()
         self._bar: Any = None
         self._task: Any = None
 
     def __call__(self, progress: Progress | MachineProgress) -> bool:
+        self._begun = True
         if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
             self._bar, self._task = _new_bar()
         if self._bar is not None:
+            sign()
             self._bar.update(self._task, completed=progress.fraction, impacts=f"{progress.impacts} impacts")
         return self.interrupted
 
     def interrupt(self, *_: object) -> None:
-        """The handler of Ctrl-C: the first ends the simulation in order, the second at once."""
-        if self.interrupted:
+        """The handler of Ctrl-C: the first ends a simulation that has begun in order, the second at once."""
+        if self.interrupted or not self._begun:
             raise KeyboardInterrupt
         self.interrupted = True
 
@@ -65,7 +64,7 @@ def law_ready() -> None:
 def watched(ready: Callable[[], object] = law_ready) -> Iterator[Watch]:
     """A `Watch` with the kernels made `ready`, in charge of Ctrl-C until the end of the block."""
     seen = sys.stderr is not None and sys.stderr.isatty()
-    _warm(seen, ready)
+    ready()  # Ctrl-C ends this at once
     watch = Watch(seen)
     # only the main thread may handle signals
     mine = threading.current_thread() is threading.main_thread()
@@ -88,16 +87,13 @@ def machine_ready() -> None:
 
 
 def orbits_ready() -> None:
-    """Load the kernels of orbits with several impacts, and tell a person when that means compiling them."""
+    """Load the kernels of orbits with several impacts."""
     from percuss.model import Load, System
     from percuss.steady import orbit_near
 
-    def ready() -> None:
-        system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
-        orbit = orbit_near(system, [0.39, 2.32], modes=0)
-        assert orbit is not None and orbit.admissible
-
-    _warm(sys.stderr is not None and sys.stderr.isatty(), ready)
+    system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    orbit = orbit_near(system, [0.39, 2.32], modes=0)
+    assert orbit is not None and orbit.admissible
 
 
 def waves_ready() -> None:
@@ -109,23 +105,6 @@ def waves_ready() -> None:
     law_ready()
     system = System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0))
     machine_motion(system, Wall(), limits=Limits(periods=1), cells=16)
-
-
-def _warm(seen: bool, ready: Callable[[], object]) -> None:
-    """Load the kernels, and tell a person when that means compiling them: Ctrl-C ends this at once."""
-    note = threading.Timer(COMPILING, _tell_of_compiling)
-    note.daemon = True
-    if seen:
-        note.start()
-    try:
-        ready()
-    finally:
-        note.cancel()
-
-
-def _tell_of_compiling() -> None:
-    text = "percuss: compiling the kernels, up to a minute; later runs take them from a cache"
-    print(text, file=sys.stderr, flush=True)
 
 
 def _new_bar() -> tuple[Any, Any]:

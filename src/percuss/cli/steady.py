@@ -10,9 +10,20 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.cli.files import PICTURES, as_typed, check_picture, check_target, named_case, need, tell_made
-from percuss.cli.parser import MAX_MODES, Parser, modes, periods
-from percuss.cli.simulate_arguments import up_to
+from percuss.cli.arguments import (
+    MAX_MODES,
+    PICTURES,
+    Parser,
+    as_typed,
+    check_picture,
+    check_target,
+    modes,
+    named_case,
+    need,
+    periods,
+    tell_made,
+    up_to,
+)
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
@@ -20,8 +31,6 @@ if TYPE_CHECKING:
     from percuss.case.answers.ends import Ends
     from percuss.case.answers.reach_in_words import CaseReach
     from percuss.steady import Orbit
-
-__all__ = ["run"]
 
 MAX_STARTS = 1000
 
@@ -185,7 +194,7 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
         parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
     from percuss.case import structure_answer
     from percuss.cli.report_printing import show
-    from percuss.cli.structure_report import structure_report
+    from percuss.cli.steady_report import structure_report
 
     answer, cut = structure_answer(case, options.periods, options.modes), ""
     if options.reach or options.reach_of is not None:

@@ -5,22 +5,281 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.first_lines import every, name_of, summary_of
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.reach_in_words import ends_in_words
-from percuss.case.answers.steady_json import rest_note
-from percuss.cli.ends_section import ends_section
-from percuss.cli.orbit_section import orbit_section
-from percuss.cli.report_parts import BAD, GOOD, Report, Section
-from percuss.cli.system_section import system_section
-from percuss.cli.timed_section import alone_sections, existence_row
-from percuss.steady.reason import Reason
+from percuss.case.answers.sentences import ENDED, does, every, name_of, power, summary_of, timed_in_words
+from percuss.case.answers.steady_answer import rest_note
+from percuss.cli.arguments import as_typed
+from percuss.cli.report_parts import BAD, GOOD, Report, Section, system_section
+from percuss.steady.orbit import Reason
 
 if TYPE_CHECKING:
-    from percuss.case import PeriodAnswer, SteadyAnswer
-    from percuss.model import System
+    from percuss.case import OrbitAnswer, PeriodAnswer, SteadyAnswer
+    from percuss.case.answers.ends import End, Ends
+    from percuss.case.answers.steady_answer import TimedAnswer
+    from percuss.case.answers.structure_answer import StructureAnswer, StructureMotion
+    from percuss.model import System, Timed
+    from percuss.stability import Stability
+    from percuss.steady import Drag, SIReport, SteadyStates
 
-__all__ = ["steady_report"]
+
+# ---- What a law that knows the duration of the blow says, as lines of the report beside those of B77's law
+
+
+def existence_row(period: PeriodAnswer) -> list[tuple[str, str]]:
+    """How many motions there are under the law."""
+    if period.timed is None:
+        return []
+    states = period.timed.states
+    compared = f"level {number(states.level)}, greatest v_f − e p {number(states.level_max)}"
+    return [(states.law.law, f"{counted(len(states.orbits), 'steady motion')}: {compared}")]
+
+
+def timed_heading(answer: OrbitAnswer, law: Timed | None) -> str:
+    """What is added to the heading of a motion of B77's law."""
+    if law is None:
+        return ""
+    return f"; by {law.law} {'no motion' if answer.timed is None else _judged(answer.timed)}"
+
+
+def timed_rows(answer: OrbitAnswer, law: Timed | None) -> list[tuple[str, str]]:
+    """The lines on a motion of B77's law that say what becomes of it when its blows take time."""
+    if law is None:
+        return []
+    return [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, answer.stability)
+
+
+def alone_sections(period: PeriodAnswer) -> list[Section]:
+    """Cards of the motions that continue none of B77's."""
+    if period.timed is None:
+        return []
+    heading = f"Of {period.timed.states.law.law} alone, m = {period.states.periods}"
+    return [
+        Section(f"{heading}: {_judged(found)}", tuple(_rows(found, None)), GOOD if found.runs else BAD, level=2)
+        for found in period.timed.alone
+    ]
+
+
+def _judged(found: TimedAnswer) -> str:
+    verdict = "stable" if found.stability.stable else "unstable"
+    return f"{verdict}, {'possible' if found.orbit.admissible else 'not possible'}"
+
+
+def _rows(found: TimedAnswer, judged: Stability | None) -> list[tuple[str, str]]:
+    first, *more = timed_in_words(found, judged)
+    rows = [(found.orbit.law.law, first), *(("", text) for text in more)]
+    return [*rows, *(("warning", warning) for warning in found.orbit.warnings)]
+
+
+# ---- One orbit as a section of the report: what it is, whether it can be sustained, and what to change if not
+
+MOST_WARNINGS = 3
+"""Warnings that a card shows; the rest is in the JSON."""
+
+
+def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> Section:
+    """The card of an orbit, with what a law of blows that take time makes of it."""
+    orbit, judged, system = answer.orbit, answer.stability, answer.orbit.system
+    verdict = "stable" if judged.stable else "unstable"
+    possible = "possible" if orbit.admissible else "not possible"
+    rows = [
+        ("phase", _phase(orbit.phase, system)),
+        ("possible", _possible(answer)),
+        ("verdict", _verdict(judged)),
+        ("margins", _margins(judged)),
+        ("multipliers", _multipliers(judged)),
+    ]
+    if judged.disagreement:
+        rows.append(("note", judged.disagreement))
+    rows.append(("force at impact", _waveform(judged, system)))
+    if orbit.impact_velocity > 0.0:
+        rows += _si_rows(answer.si, answer.drag) if answer.si is not None else _plain_rows(answer)
+        rows.append(("energy", _energy(answer)))
+    else:
+        rows.append(("blow", _no_blow(answer)))
+    rows += timed_rows(answer, law)
+    rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
+    if len(orbit.warnings) > MOST_WARNINGS:
+        rows.append(("", f"and {len(orbit.warnings) - MOST_WARNINGS} more; --json has them all"))
+    tone = GOOD if answer.runs else BAD
+    heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
+    return Section(heading, tuple(rows), tone, level=2)
+
+
+def _phase(phase: float, system: System) -> str:
+    text = f"{number(phase, 5)} rad = {number(math.degrees(phase))}°"
+    return f"{text} = {quantity(phase * system.time_scale, 's')} into the load period" if system.is_si else text
+
+
+def _possible(answer: OrbitAnswer) -> str:
+    orbit, system = answer.orbit, answer.orbit.system
+    if orbit.admissible and not orbit.proven:
+        return "yes, as far as the sums over modes tell, but not proved: a touch between the blows cannot be ruled out"
+    if orbit.admissible:
+        return "yes: the bar strikes forward and stays clear of the wall between the blows"
+    if orbit.violation is None or orbit.obstacle is Reason.NO_BLOW:
+        return "no: at the moment of impact the striking end would be moving away from the wall"
+    time, depth = number(orbit.violation.time), number(orbit.violation.depth)
+    if system.is_si:
+        time = quantity(orbit.violation.time * system.time_scale, "s")
+        depth = quantity(orbit.violation.depth * system.length_scale, "m")
+    else:
+        time += " rad"
+    return f"no: {time} after the impact the striking end would be inside the wall, {depth} deep"
+
+
+def _verdict(judged: Stability) -> str:
+    verdict = "stable" if judged.stable else "unstable"
+    reason = judged.reason if judged.reason.startswith(verdict) else f"{verdict}: {judged.reason}"
+    return reason
+
+
+def _margins(judged: Stability) -> str:
+    """What becomes of a disturbance of the bar as a whole, and of one that rings."""
+    found, ringing = judged.multipliers, judged.margin_ringing
+    text = f"rhythm {number(judged.margin_rhythm, 3)}: an error in the time or the speed of a blow "
+    text += f"{_becomes(found.rhythm)} with every impact"
+    if ringing is None or found.ringing is None:
+        return text
+    text += f"; ringing {number(ringing, 3)}: the slowest elastic mode ({found.ringing_mode})"
+    return f"{text} {_becomes(found.ringing)}"
+
+
+def _becomes(modulus: float) -> str:
+    return f"shrinks to {percent(modulus)}" if modulus < 1.0 else f"grows by a factor of {number(modulus)}"
+
+
+def _multipliers(judged: Stability) -> str:
+    exact, reduced = judged.multipliers, judged.reduced
+    text = f"largest exact {number(exact.largest, 6)} ({counted(exact.modes, 'mode')})"
+    text += f"; reduced (B77) {number(max(float(x) for x in reduced.moduli), 6)}"
+    if reduced.other_side is not None:
+        text += f", {number(max(float(x) for x in reduced.other_side.moduli), 6)} on the other side of the jump"
+    return text
+
+
+def _waveform(judged: Stability, system: System) -> str:
+    """The waveform criterion (theory §11) in words, and what to change."""
+    criterion = judged.waveform
+    values = (criterion.force, criterion.force_lower, criterion.force_upper)
+    if system.is_si:
+        force, lower, upper = (quantity(value * system.force_scale, "N") for value in values)
+    else:
+        force, lower, upper = (number(value) for value in values)
+    text = f"{force}; a stable blow of a rigid, undamped bar needs a force between {lower} and {upper} (the mean)"
+    if criterion.stable:
+        return text
+    if criterion.ratio >= criterion.upper:
+        return f"{text}. The force is too large: let the blow fall where the load is below its mean"
+    text += f". The force is too low: reduce the return force at the moment of impact to less than {lower.lstrip('-')}"
+    needed = criterion.restitution_needed
+    if needed is None:
+        return text
+    return f"{text}, or, with this force, strike with a restitution below {number(needed, 3)}"
+
+
+def _no_blow(answer: OrbitAnswer) -> str:
+    speed = -answer.orbit.impact_velocity
+    told = number(speed, 6) if answer.si is None else f"{number(-answer.si.impact_velocity_m_s)} m/s"
+    return f"none: the striking end would be leaving the wall at {told}" if speed else "none: the end would stand still"
+
+
+def _si_rows(si: SIReport, drag: Drag) -> list[tuple[str, str]]:
+    end, rigid = f"{number(si.impact_velocity_m_s)} m/s", f"{number(si.rigid_velocity_m_s)} m/s"
+    apart = abs(si.rigid_velocity_m_s - si.impact_velocity_m_s) > 0.01 * abs(si.impact_velocity_m_s)
+    speed = f"{end} at the striking end, {rigid} on average" if apart else end
+    blow, taken = quantity(si.blow_energy_J, "J"), quantity(si.delivered_energy_J, "J")
+    peak = "" if si.peak_stress_MPa is None else f"{number(si.peak_stress_MPa)} MPa peak, "
+    momentum = f"momentum {number(si.momentum_N_s)} N·s per blow"
+    return [
+        ("blow", f"{blow}, of which {taken} taken by the impact (R); {speed}"),
+        ("rate", f"{number(si.blow_rate_Hz)} Hz = {number(si.blow_rate_per_min)} blows/min"),
+        ("power", _power(si)),
+        ("stroke", f"{number(si.stroke_mm)} mm"),
+        (
+            "stress",
+            f"{peak}for a contact of {number(si.contact_time_us)} µs",
+        ),
+        ("mean force", f"{quantity(1e3 * si.mean_force_kN, 'N')}; {momentum}"),
+        *([("drag", _drag(si, drag))] if si.drag_N_s_m else []),
+    ]
+
+
+def _power(si: SIReport) -> str:
+    """Where the power goes; the blows carry more than is put in where the rebound keeps much."""
+    rate = si.blow_rate_Hz
+    taken = si.delivered_energy_J * rate
+    kept = 1e3 * si.percussive_power_kW - taken
+    efficiency = "" if si.efficiency is None else f"; efficiency {percent(si.efficiency)} of the input"
+    return (
+        f"input {quantity(1e3 * si.input_power_kW, 'W')}; percussive {quantity(1e3 * si.percussive_power_kW, 'W')} "
+        f"(energy before the impact times rate) = {quantity(taken, 'W')} taken by the impact + "
+        f"{quantity(kept, 'W')} kept by the rebound{efficiency}"
+    )
+
+
+def _drag(si: SIReport, drag: Drag) -> str:
+    text = f"c = {number(si.drag_N_s_m)} N·s/m: {quantity(1e3 * si.drag_force_kN, 'N')} at the striking speed, "
+    text += f"{percent(drag.of_mean)} of the mean push"
+    return text if drag.of_input is None else f"{text}; damping takes {percent(drag.of_input)} of the input"
+
+
+def _plain_rows(answer: OrbitAnswer) -> list[tuple[str, str]]:
+    orbit = answer.orbit
+    speed = f"{number(orbit.impact_velocity, 6)} at the striking end, {number(orbit.rigid_velocity, 6)} on average"
+    return [
+        ("striking speed", speed),
+        (
+            "blow energy",
+            f"{number(orbit.blow_energy, 6)}, of which {number(orbit.delivered_energy, 6)} taken by the impact (R)",
+        ),
+        ("stroke", number(orbit.stroke, 6)),
+        *([("drag", _plain_drag(answer.drag))] if orbit.system.d else []),
+    ]
+
+
+def _plain_drag(drag: Drag) -> str:
+    text = f"{number(drag.force)} at the striking speed, {percent(drag.of_mean)} of the mean push"
+    return text if drag.of_input is None else f"{text}; damping takes {percent(drag.of_input)} of the input"
+
+
+def _energy(answer: OrbitAnswer) -> str:
+    orbit, system = answer.orbit, answer.orbit.system
+    energy = orbit.energy
+    values = (energy.input, energy.impact, energy.damping)
+    if system.is_si:
+        texts = [quantity(value * system.energy_scale, "J") for value in values]
+    else:
+        texts = [number(value, 5) for value in values]
+    misses = abs(energy.imbalance) / max(abs(energy.input), abs(energy.impact), 1e-300)
+    closing = f"closes to {number(misses, 2)} ({counted(orbit.modes, 'mode')})"
+    return f"{texts[0]} in per impact = {texts[1]} to the impact + {texts[2]} to damping; {closing}"
+
+
+# ---- Where random starts end, as a section of the report
+
+
+def ends_section(ends: Ends, name: str, system: System) -> Section:
+    """What the starts were, and a line for each end."""
+    if not ends.followed:
+        return Section("Random starts", (("starts", f"not followed: {ends.note}"),))
+    modes = counted(ends.modes, "elastic mode") if ends.modes else "a rigid bar"
+    begun = f"{ends.followed} on the wall, leaving it with a random speed at a random phase; {modes}, up to "
+    begun += f"{counted(ends.impacts, 'impact')}"
+    rows = [("starts", f"{begun}; 'percuss experiment {as_typed(name)}' follows more")]
+    rows += [(end.label, _line(end, ends.followed, system)) for end in ends.ends]
+    if ends.note:
+        rows.append(("note", ends.note))
+    return Section("Random starts", tuple(rows))
+
+
+def _line(end: End, followed: int, system: System) -> str:
+    text = f"{end.starts} of {followed} {does(end.label, end.starts)}"
+    delivered = power(end, system)
+    return f"{text}: {delivered}" if delivered else text
+
+
+# ---- An answer as the report that a person reads: a title, a summary, and sections of labelled lines
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
@@ -133,3 +392,52 @@ def _rest_section(answer: SteadyAnswer) -> Section:
         )
     note = rest_note(rest, system.contact)
     return Section("At rest on the wall", (("rest", f"{text}. {note}" if note else text),))
+
+
+# ---- The report of `percuss steady` on a structure that is held
+
+
+def structure_report(answer: StructureAnswer) -> Report:
+    """The report of `percuss steady`."""
+    sections = [system_section(answer.name, answer.system, answer.notes)]
+    for states, motions in zip(answer.states, answer.motions, strict=True):
+        sections.append(_existence(states))
+        for i, one in enumerate(motions):
+            sections.append(_motion(one, f"Orbit {i + 1} of {len(motions)}, m = {states.periods}"))
+    if answer.reach is not None:
+        sections.append(_reach(answer))
+    number_of = sum(len(motions) for motions in answer.motions)
+    stable = sum(one.stable and one.orbit.admissible for motions in answer.motions for one in motions)
+    text = f"{counted(number_of, 'steady motion')} with one impact, {stable} of them possible and stable."
+    return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
+
+
+def _reach(answer: StructureAnswer) -> Section:
+    rows = tuple((row.label, ends_in_words(row)) for row in answer.reach or ())
+    return Section("How far parameters may move", rows or (("reach", "no stable motion to follow"),))
+
+
+def _existence(states: SteadyStates) -> Section:
+    heading = f"One impact {every(states.periods)} (m = {states.periods})"
+    if states.note:
+        return Section(heading, (("exists", f"not looked for: {states.note}"),), BAD)
+    compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
+    if not states.exists:
+        return Section(heading, (("exists", f"no: the contact does not reach the wall so ({compared})"),), BAD)
+    return Section(heading, (("exists", f"{counted(len(states.orbits), 'steady motion')}: {compared}"),))
+
+
+def _motion(one: StructureMotion, heading: str) -> Section:
+    orbit, system = one.orbit, one.orbit.system
+    speed, energy = number(orbit.impact_velocity, 6), number(orbit.blow_energy, 4)
+    if system.is_si:
+        speed = f"{number(orbit.impact_velocity * system.speed_scale)} m/s"
+        energy = quantity(orbit.blow_energy * system.energy_scale, "J")
+    possible = "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"
+    largest = one.multipliers.largest
+    rows = (
+        ("impact", f"at the load phase {number(orbit.phase, 6)} rad with {speed}; kinetic energy {energy}"),
+        ("motion", possible),
+        ("stability", f"{'stable' if one.stable else 'not stable'}: largest multiplier {number(largest, 6)}"),
+    )
+    return Section(heading, rows, GOOD if one.stable and orbit.admissible else BAD)

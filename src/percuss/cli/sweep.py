@@ -11,20 +11,26 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from percuss.cli.files import PICTURES, check_picture, check_table, named_case, tell_made
+from percuss.cli.arguments import (
+    MAX_MODES,
+    PICTURES,
+    Parser,
+    check_picture,
+    check_table,
+    modes,
+    named_case,
+    periods,
+    tell_made,
+    whole,
+)
 from percuss.cli.long_commands import add_carrying, carried, watching
-from percuss.cli.parser import MAX_MODES, Parser, modes, periods
-from percuss.cli.simulate_arguments import whole
 from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.case.answers.point_curves_table import LaidCurve
+    from percuss.case.answers.point_curves_answer import LaidCurve
     from percuss.explore import Boundaries, Sweep
-    from percuss.explore.ranges import Range
-    from percuss.explore.sweep_job import SweepJob
-
-__all__ = ["run"]
+    from percuss.explore.sweeps import Range, SweepJob
 
 _ABOUT = """\
 Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by
@@ -71,10 +77,8 @@ def _parser() -> Parser:
 
 def _vocabulary() -> str:
     """The parameters and the quantities that there are."""
-    from percuss.explore.load_parameters import LOAD_PARAMETERS
-    from percuss.explore.machine_quantities import MACHINE_QUANTITIES
-    from percuss.explore.parameters import PARAMETERS, PERIODS
-    from percuss.explore.quantities import QUANTITIES
+    from percuss.explore.parameters import LOAD_PARAMETERS, PARAMETERS, PERIODS
+    from percuss.explore.quantities import MACHINE_QUANTITIES, QUANTITIES
 
     numbers = ", ".join(f"{name} ({about.label})" for name, about in PARAMETERS.items())
     loads = ", ".join(f"{word}K ({about})" for word, about in LOAD_PARAMETERS.items())
@@ -139,7 +143,7 @@ def run(arguments: Sequence[str]) -> int:
         drawn: list[Any] = [*(curves.curves if curves else ()), *laid]
         plot.save(plot.sweep(found, case.title, drawn), options.plot)
     if options.json:
-        from percuss.case.answers.exploration_json import sweep_dict
+        from percuss.case.answers.exploration import sweep_dict
 
         print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
     else:
@@ -155,7 +159,7 @@ def _laid(path: str | None) -> tuple[LaidCurve, ...]:
     """The curves of a file."""
     if path is None:
         return ()
-    from percuss.case.answers.point_curves_table import laid_curves
+    from percuss.case.answers.point_curves_answer import laid_curves
 
     try:
         content = Path(path).read_bytes()
@@ -204,7 +208,7 @@ def _boundaries(job: SweepJob) -> dict[str, Any]:
 
 def _ranges(job: SweepJob, found: Sweep) -> dict[str, tuple[Range, ...]]:
     """Along one axis: where what is yes or no is yes."""
-    from percuss.explore.ranges import true_ranges
+    from percuss.explore.sweeps import true_ranges
 
     if len(job.axes) != 1:
         return {}

@@ -17,31 +17,29 @@ if TYPE_CHECKING:
     from percuss.explore.attractors.basin import Basins as Basins
     from percuss.explore.attractors.basin import basins as basins
     from percuss.explore.attractors.experiments import Experiment as Experiment
+    from percuss.explore.attractors.experiments import Share as Share
     from percuss.explore.attractors.experiments import experiment as experiment
-    from percuss.explore.attractors.shares import Share as Share
-    from percuss.explore.axis import Axis as Axis
     from percuss.explore.boundary_curves.boundary import Boundaries as Boundaries
     from percuss.explore.boundary_curves.boundary import boundaries as boundaries
-    from percuss.explore.branch_starts import switched_seeds as switched_seeds
-    from percuss.explore.close_returns import orbit_seeds as orbit_seeds
     from percuss.explore.continuation.branch import Branch as Branch
+    from percuss.explore.continuation.branch import BranchEvent as BranchEvent
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
     from percuss.explore.continuation.following import follow as follow
-    from percuss.explore.continuation.kinds import BranchEvent as BranchEvent
     from percuss.explore.continuation.reaching import Reach as Reach
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
-    from percuss.explore.continuation.rest_branch import RestBranch as RestBranch
-    from percuss.explore.continuation.rest_branch import RestBranchPoint as RestBranchPoint
-    from percuss.explore.continuation.rest_branch import RestEvent as RestEvent
+    from percuss.explore.continuation.rest_following import RestBranch as RestBranch
+    from percuss.explore.continuation.rest_following import RestBranchPoint as RestBranchPoint
+    from percuss.explore.continuation.rest_following import RestEvent as RestEvent
     from percuss.explore.continuation.rest_following import follow_rest_cycle as follow_rest_cycle
     from percuss.explore.diagrams.diagram import Diagram as Diagram
+    from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
-    from percuss.explore.diagrams.lines import DiagramBranch as DiagramBranch
-    from percuss.explore.diagrams.points import DiagramPoint as DiagramPoint
-    from percuss.explore.diagrams.rest_lines import DiagramRestBranch as DiagramRestBranch
-    from percuss.explore.diagrams.settled import SettledMotion as SettledMotion
+    from percuss.explore.diagrams.diagram_lines import DiagramBranch as DiagramBranch
+    from percuss.explore.diagrams.diagram_lines import DiagramPoint as DiagramPoint
+    from percuss.explore.diagrams.diagram_lines import DiagramRestBranch as DiagramRestBranch
+    from percuss.explore.family import Axis as Axis
     from percuss.explore.family import Family as Family
     from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -54,48 +52,50 @@ if TYPE_CHECKING:
     from percuss.explore.lyapunov import Lyapunov as Lyapunov
     from percuss.explore.lyapunov import lyapunov_exponent as lyapunov_exponent
     from percuss.explore.lyapunov import lyapunov_many as lyapunov_many
-    from percuss.explore.machine_quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
-    from percuss.explore.machine_quantities import STALLS as STALLS
-    from percuss.explore.motion_orbits import orbit_of as orbit_of
+    from percuss.explore.orbit_starts import orbit_of as orbit_of
+    from percuss.explore.orbit_starts import orbit_seeds as orbit_seeds
+    from percuss.explore.orbit_starts import switched_seeds as switched_seeds
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
+    from percuss.explore.parameters import machine_parameters as machine_parameters
     from percuss.explore.parameters import vary as vary
+    from percuss.explore.parameters import vary_machine as vary_machine
+    from percuss.explore.point_curves.conditions import CurveEvent as CurveEvent
     from percuss.explore.point_curves.following_points import follow_point as follow_point
-    from percuss.explore.point_curves.kinds import CurveEvent as CurveEvent
     from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
     from percuss.explore.point_curves.point_curve import PointCurve as PointCurve
-    from percuss.explore.point_curves.rest_point_curve import RestCurvePoint as RestCurvePoint
-    from percuss.explore.point_curves.rest_point_curve import RestPointCurve as RestPointCurve
+    from percuss.explore.point_curves.point_curve import RestCurvePoint as RestCurvePoint
+    from percuss.explore.point_curves.point_curve import RestPointCurve as RestPointCurve
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
+    from percuss.explore.quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
     from percuss.explore.quantities import REASONS as REASONS
+    from percuss.explore.quantities import STALLS as STALLS
     from percuss.explore.sweeps import Sweep as Sweep
     from percuss.explore.sweeps import sweep as sweep
-    from percuss.explore.valve_parameters import machine_parameters as machine_parameters
-    from percuss.explore.valve_parameters import vary_machine as vary_machine
 
 _HOME = {
     "Archive": "jobs.archive",
-    "Axis": "axis",
+    "Axis": "family",
     "Basins": "attractors.basin",
     "Boundaries": "boundary_curves.boundary",
     "Branch": "continuation.branch",
-    "BranchEvent": "continuation.kinds",
+    "BranchEvent": "continuation.branch",
     "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
-    "CurveEvent": "point_curves.kinds",
+    "CurveEvent": "point_curves.conditions",
     "CurvePoint": "point_curves.point_curve",
     "Diagram": "diagrams.diagram",
-    "DiagramBranch": "diagrams.lines",
-    "DiagramPoint": "diagrams.points",
-    "DiagramRestBranch": "diagrams.rest_lines",
+    "DiagramBranch": "diagrams.diagram_lines",
+    "DiagramPoint": "diagrams.diagram_lines",
+    "DiagramRestBranch": "diagrams.diagram_lines",
     "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",
     "Job": "jobs.job",
     "JobProgress": "jobs.progress",
     "Lyapunov": "lyapunov",
-    "MACHINE_QUANTITIES": "machine_quantities",
+    "MACHINE_QUANTITIES": "quantities",
     "MachineFamily": "family",
     "PARAMETERS": "parameters",
     "PointCurve": "point_curves.point_curve",
@@ -103,14 +103,14 @@ _HOME = {
     "REASONS": "quantities",
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
-    "RestBranch": "continuation.rest_branch",
-    "RestBranchPoint": "continuation.rest_branch",
-    "RestCurvePoint": "point_curves.rest_point_curve",
-    "RestEvent": "continuation.rest_branch",
-    "RestPointCurve": "point_curves.rest_point_curve",
-    "STALLS": "machine_quantities",
-    "SettledMotion": "diagrams.settled",
-    "Share": "attractors.shares",
+    "RestBranch": "continuation.rest_following",
+    "RestBranchPoint": "continuation.rest_following",
+    "RestCurvePoint": "point_curves.point_curve",
+    "RestEvent": "continuation.rest_following",
+    "RestPointCurve": "point_curves.point_curve",
+    "STALLS": "quantities",
+    "SettledMotion": "diagrams.diagram",
+    "Share": "attractors.experiments",
     "Sweep": "sweeps",
     "SystemFamily": "family",
     "basins": "attractors.basin",
@@ -124,14 +124,14 @@ _HOME = {
     "follow_rest_cycle": "continuation.rest_following",
     "lyapunov_exponent": "lyapunov",
     "lyapunov_many": "lyapunov",
-    "orbit_of": "motion_orbits",
-    "orbit_seeds": "close_returns",
-    "switched_seeds": "branch_starts",
-    "machine_parameters": "valve_parameters",
+    "orbit_of": "orbit_starts",
+    "orbit_seeds": "orbit_starts",
+    "switched_seeds": "orbit_starts",
+    "machine_parameters": "parameters",
     "reach": "continuation.reaching",
     "sweep": "sweeps",
     "vary": "parameters",
-    "vary_machine": "valve_parameters",
+    "vary_machine": "parameters",
 }
 
 __all__ = sorted(_HOME)

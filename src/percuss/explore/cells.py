@@ -4,26 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
+from percuss.blow.blow_figures import FIGURES as figures_FIGURES
+from percuss.blow.parts import Outcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
+from percuss.explore.family import Family, SwitchingFamily
 from percuss.explore.jobs.job import Columns
-from percuss.explore.quantities import BRANCHES, CELL_OUTCOMES, QUANTITIES, Quantity, columns_of, needs
-from percuss.model import System
+from percuss.explore.parameters import PERIODS
+from percuss.explore.quantities import (
+    BRANCHES,
+    CELL_OUTCOMES,
+    MACHINE_QUANTITIES,
+    QUANTITIES,
+    STALLS,
+    Quantity,
+    columns_of,
+    needs,
+)
+from percuss.model import Machine, System
 from percuss.model.body import need_free
+from percuss.model.checks import Array, mapping
+from percuss.stability import stability_plane
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import Orbit, rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
-from percuss.steady.reason import VERDICTS
+from percuss.steady.orbit import VERDICTS
+from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.self_excited import Obstacle, SelfExcited, self_excited_motion
+from percuss.steady.self_excited.many_pistons import rigid_cycles
 
 if TYPE_CHECKING:
+    from percuss.blow import Blow
     from percuss.simulate import Start, Stop
     from percuss.stability import Stability
-    from percuss.stability.reduced import Reduced
-
-__all__ = ["Asked", "cell_columns", "failure", "label_text"]
+    from percuss.stability.verdict import Reduced
 
 OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL_OUTCOMES))
 
@@ -275,13 +293,342 @@ def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]
     ['z=2/2', '']
     """
     from percuss.simulate import OUTCOMES
-    from percuss.simulate.summary import Cycle, label_of
+    from percuss.simulate.events import Cycle, label_of
 
     names = ("label_outcome", "label_impacts", "label_periods", "label_kind", "label_wanders")
     keys = np.stack([np.asarray(columns[name]).astype(np.int64) for name in names], axis=-1)
     kinds, which = np.unique(keys.reshape(-1, 5), axis=0, return_inverse=True)
     words = [
-        "" if code < 0 else label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders))
+        "" if code < 0 else label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
         for code, p, n, kind, wanders in kinds.tolist()
     ]
     return np.array(words, dtype=str)[which].reshape(keys.shape[:-1])
+
+
+# ---- The cells of a map of machines that switch their own valves: what each does, failures as values
+
+_NUMBERS = {obstacle: STALLS.index(obstacle.value) for obstacle in Obstacle}
+
+
+def machine_columns(
+    family: SwitchingFamily,
+    cells: Sequence[Mapping[str, float]],
+    names: Sequence[str],
+    modes: int,
+    si: bool,
+    stopped: Callable[[], bool],
+) -> tuple[Columns, list[Machine | None]]:
+    """The columns of cells, and their machines.
+
+    Parameters
+    ----------
+    cells
+        The parameters of each.
+    names
+        Of the quantities.
+    modes
+        N, the elastic modes.
+    si
+        Whether the machines have scales: energies are in J then.
+    """
+    out = empty_columns(names, len(cells), si, MACHINE_QUANTITIES)
+    out["outcome"][:] = 0
+    machines: list[Machine | None] = []
+    for i, cell in enumerate(cells):
+        machine = None
+        try:
+            machine = family.machine(cell)
+        except (PercussError, ArithmeticError) as error:
+            out["outcome"][i] = failure(error)
+        machines.append(machine)
+    if not any(MACHINE_QUANTITIES[name].group == "machine" for name in names):
+        return out, machines
+    there = [(i, machine) for i, machine in enumerate(machines) if machine is not None]
+    for first in range(0, len(there), _PORTION):
+        if stopped():
+            break
+        _of_machines(out, family, there[first : first + _PORTION], modes, si)
+    return out, machines
+
+
+class _Cycle(NamedTuple):
+    """What is used of a cycle with one blow, per unit of mass."""
+
+    period: float
+    speed: float
+    energy: float
+    stroke: float
+    work: float
+    taken: float
+    duty: float
+    multiplier: float
+
+
+def _of_machines(
+    out: Columns, family: SwitchingFamily, there: Sequence[tuple[int, Machine]], modes: int, si: bool
+) -> None:
+    """What some machines do: rigid pistons all at once."""
+    left = there
+    if modes == 0:
+        machines = [machine for _, machine in there]
+        found = rigid_cycles(machines, [family.room(machine) for machine in machines], starts="starts" in out)
+        arrays = (getattr(found, name).tolist() for name in _Cycle._fields)
+        rows = zip(there, found.answered, found.obstacles, zip(*arrays, strict=True), found.starts, strict=True)
+        left = []
+        for one, answered, obstacle, numbers, starts in rows:
+            if answered:
+                _put(out, *one, obstacle, _Cycle(*numbers), starts, si)
+            else:
+                left.append(one)
+    for i, machine in left:
+        try:
+            kept = modes if machine.valve.supply is None else 0  # the piston of a machine with a supply is rigid
+            motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
+            starts = "starts" in out and motion.starts_from_rest
+            _put(out, i, machine, motion.obstacle, _of(motion), starts, si)
+        except (PercussError, ArithmeticError) as error:
+            out["outcome"][i] = failure(error)
+
+
+def _of(motion: SelfExcited) -> _Cycle | None:
+    cycle = motion.cycle
+    if cycle is None or cycle.blows > 1:
+        return None
+    return _Cycle(
+        cycle.period,
+        cycle.blow_speed,
+        cycle.blow_energy,
+        cycle.stroke,
+        cycle.work,
+        cycle.taken,
+        cycle.duty,
+        abs(cycle.multiplier),
+    )
+
+
+def _put(
+    out: Columns, i: int, machine: Machine, obstacle: Obstacle | None, cycle: _Cycle | None, starts: bool, si: bool
+) -> None:
+    """Fill in one cell."""
+    found: dict[str, float | None] = {"runs": obstacle is None, "starts": starts}
+    found["stall"] = 0 if obstacle is None else _NUMBERS[obstacle]
+    if cycle is not None:
+        found["multiplier"] = cycle.multiplier
+        if obstacle is None:
+            found |= _figures(machine, cycle, si)
+    for name, values in out.items():
+        value = found.get(name)
+        if value is not None:
+            values[i] = value
+
+
+def _figures(machine: Machine, cycle: _Cycle, si: bool) -> dict[str, float | None]:
+    """Of a machine that runs, in SI or dimensionless; None where there is no such figure."""
+    length, time, energy = (machine.length_scale, machine.time_scale, machine.energy_scale) if si else (1.0, 1.0, 1.0)
+    period = cycle.period * time
+    drawn, supply = None, machine.valve.supply
+    volume = cycle.work if supply is None else supply.flow * cycle.period
+    if machine.pressure is not None and si:
+        drawn = volume * energy / machine.pressure
+    elif not si:
+        forces = [force for _, force in machine.valve.pairs]
+        drawn = volume / (max(forces) - min(forces))
+    return {
+        "blow_energy": cycle.energy * energy,
+        "rate": 1.0 / period,
+        "speed": cycle.speed * length / time,
+        "stroke": cycle.stroke * length,
+        "power": cycle.taken * energy / period,
+        "flow": None if drawn is None else drawn / period,
+        "efficiency": cycle.taken / cycle.work,
+        "duty": cycle.duty,
+    }
+
+
+# ---- The cells of a map that tell of one blow, resolved by waves
+
+
+@runtime_checkable
+class StrikingFamily(Protocol):
+    """A family of hammers that know what they strike, such as `percuss.case.CaseFamily`."""
+
+    @property
+    def is_si(self) -> bool:
+        """Whether its blows are in SI."""
+        ...
+
+    def blow(self, values: Mapping[str, float]) -> Blow:
+        """One blow of the hammer at these values; PercussError where there is none."""
+        ...
+
+
+def blow_columns(
+    out: Columns, family: StrikingFamily, cells: Sequence[Mapping[str, float]], stopped: Callable[[], bool]
+) -> None:
+    """Fill in the columns of the blow; where it fails they stay NaN, and the outcome says so.
+
+    Parameters
+    ----------
+    out
+        Columns of these cells, changed.
+    cells
+        The parameters of each.
+    """
+    names = [name for name in figures_FIGURES if name in out]
+    for i, values in enumerate(cells):
+        if stopped():
+            return
+        try:
+            blow = family.blow(values)
+            if blow.outcome is Outcome.TOO_MANY_PIECES:
+                raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
+            found = {name: figures_FIGURES[name].value(blow) for name in names}
+        except (PercussError, ArithmeticError) as error:
+            out["outcome"][i] = out["outcome"][i] or failure(error)
+            continue
+        for name, value in found.items():
+            if value is not None:
+                out[name][i] = value
+
+
+# ---- One's own quantities of a map: functions of a system, by name
+
+SystemFunction = Callable[[System], float] | Callable[[Machine], float]
+"""One's own quantity of a map, of a system or of a machine that switches its own valve."""
+
+
+def checked_functions(functions: Mapping[str, SystemFunction]) -> tuple[tuple[str, SystemFunction], ...]:
+    for name, function in mapping("functions", functions, "functions of a system by name").items():
+        if name in QUANTITIES or name in MACHINE_QUANTITIES or name == "outcome" or not str(name).isidentifier():
+            raise ParameterError("functions", name, "a name of one word that no quantity has")
+        if not callable(function):
+            raise ParameterError(name, function, "a function of a system")
+    return tuple(functions.items())
+
+
+def qualified(function: SystemFunction) -> str:
+    """What the function is called, with its module."""
+    return f"{function.__module__}.{getattr(function, '__qualname__', type(function).__name__)}"
+
+
+def function_values(
+    function: Callable[[Any], float], systems: Sequence[System | Machine | None], outcome: npt.NDArray[Any]
+) -> Array:
+    """The function of every system or machine; where it fails NaN, and the outcome says so."""
+    found = np.full(len(outcome), np.nan)
+    for i, system in enumerate(systems):
+        if system is not None:
+            try:
+                found[i] = function(system)
+            except (PercussError, ArithmeticError) as error:
+                outcome[i] = failure(error)
+    return found
+
+
+# ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
+
+_MOST = 1 << 20
+"""Branches × cells handled at once: a load of a thousand harmonics has two thousand branches."""
+
+AXES = ("restitution", "load_factor", PERIODS)
+"""What may vary where arrays answer."""
+
+_NAMES = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
+
+
+def fits_plane(family: Family, axes: Sequence[str], quantities: Sequence[str]) -> bool:
+    """Whether arrays can answer: only R, p_0/p_1 and m vary, and no quantity needs a cell for itself."""
+    if not set(axes) <= set(AXES) or not set(quantities) <= _NAMES:
+        return False
+    try:
+        system = family.system({})
+        return system.body.is_free and not system.load.is_constant
+    except PercussError:
+        return False
+
+
+def plane_columns(asked: Asked, system: System, values: Mapping[str, Array], periods: npt.NDArray[np.int64]) -> Columns:
+    """The columns of cells that differ from a system in these parameters and in m."""
+    out = empty_columns(asked.names, periods.size, asked.si)
+    restitution = values.get("restitution", np.full(periods.size, system.restitution))
+    factor = values.get("load_factor", np.full(periods.size, system.load.load_factor))
+    bad = ~((restitution >= 0.0) & (restitution <= 1.0))
+    out["outcome"][:] = np.where(bad, 4, np.where(factor > 0.0, 0, 1))
+    lossless = (system.contact.velocity_factors(restitution) == -1.0) & ~bad & (system.d == 0.0)
+    _one_by_one(out, np.flatnonzero(lossless), asked, system, restitution, factor, periods)
+    for m in np.unique(periods[~lossless]):
+        rows = np.flatnonzero((periods == m) & ~bad & ~lossless)
+        try:
+            size = max(1, _MOST // Arcs.of(forced_response(system)).ends.size)
+            for part in (rows[i : i + size] for i in range(0, rows.size, size)):
+                _fill(out, part, asked, system, restitution[part], factor[part], int(m))
+        except (PercussError, ArithmeticError) as error:
+            out["outcome"][rows] = failure(error)
+    return out
+
+
+def _one_by_one(
+    out: Columns,
+    rows: npt.NDArray[np.intp],
+    asked: Asked,
+    system: System,
+    restitution: Array,
+    factor: Array,
+    periods: npt.NDArray[np.int64],
+) -> None:
+    """The cells with R = 1 and d = 0, where only `steady_states` knows whether the bar's ringing grows for ever."""
+    if not rows.size:
+        return
+    pairs = zip(restitution[rows].tolist(), factor[rows].tolist(), strict=True)
+    systems = [system.with_restitution(r).with_load_factor(value) for r, value in pairs]
+    n = rows.size
+    found = cell_columns(asked, systems, [0] * n, periods[rows].tolist(), [None] * n, lambda: False)
+    for name, values in found.items():
+        out[name][rows] = values
+
+
+def _fill(
+    out: Columns, rows: npt.NDArray[np.intp], asked: Asked, system: System, restitution: Array, factor: Array, m: int
+) -> None:
+    plane = stability_plane(system, restitution, factor, m)
+    there = ~np.isnan(plane.phase)
+    found: dict[str, npt.ArrayLike] = {"exists": there.any(axis=0), "orbits": there.sum(axis=0)}
+    reduced = np.where(there, 1.0 - _largest(plane.a), np.nan)
+    best = reduced
+    found["reduced_margin"] = _greatest(reduced)
+    found["reduced_stable"] = np.nan_to_num(found["reduced_margin"], nan=-1.0) > NEUTRAL
+    if "exact" in needs(asked.names):
+        from percuss.stability.plane import exact_plane
+
+        exact = exact_plane(system, restitution, factor, m, modes=asked.modes, plane=plane, threads=1)
+        best = exact.margin
+        found["stable"] = exact.stable.any(axis=0)
+        found["margin"] = _greatest(exact.margin)
+    if "phase" in out:
+        at = np.argmax(np.where(np.isnan(best), -np.inf, best), axis=0)
+        found["phase"] = np.take_along_axis(plane.phase, at[None], axis=0)[0]
+    if "phases" in out:
+        phases = np.full((rows.size, BRANCHES), np.nan)
+        ordered = np.sort(plane.phase, axis=0)[:BRANCHES].T
+        phases[:, : ordered.shape[1]] = ordered
+        found["phases"] = phases
+    for name in asked.names:
+        for key in QUANTITIES[name].columns:
+            if key in found:
+                out[key][rows] = found[key]
+
+
+def _largest(a: Array) -> Array:
+    """Largest modulus of the roots of a_2 ξ² + a_1 ξ + a_0; shape of one coefficient."""
+    a_0, a_1, a_2 = a
+    with np.errstate(invalid="ignore", divide="ignore"):
+        inside = a_1 * a_1 - 4.0 * a_2 * a_0
+        big = -0.5 * (a_1 + np.copysign(np.sqrt(np.maximum(inside, 0.0)), a_1))
+        real = np.maximum(np.abs(big / a_2), np.where(big == 0.0, 0.0, np.abs(a_0 / big)))
+        return np.asarray(np.where(inside < 0.0, np.sqrt(np.abs(a_0 / a_2)), real))
+
+
+def _greatest(values: Array) -> Array:
+    """Along the branches, without the NaN of those that hold no root; NaN where none does."""
+    least = np.where(np.isnan(values), -np.inf, values).max(axis=0)
+    return np.asarray(np.where(np.isneginf(least), np.nan, least))

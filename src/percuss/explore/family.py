@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeGuard
 
+import numpy as np
+import numpy.typing as npt
+
 from percuss.errors import ParameterError
-from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
-from percuss.explore.valve_parameters import machine_parameters, vary_machine
+from percuss.explore.parameters import PARAMETERS, machine_parameters, refuse_twice, vary, vary_machine
 from percuss.model import Machine, System
-from percuss.model.checks import having, instance, mapping, positive
+from percuss.model.checks import Array, count, finite, having, instance, mapping, numbers, positive
+from percuss.model.checks import text as checked_text
 from percuss.model.described import describe_machine, describe_system
 from percuss.model.parameter import Parameter
-
-__all__ = ["Family", "MachineFamily", "SwitchingFamily", "SystemFamily", "drives_itself", "family_of"]
+from percuss.shown import Shown
 
 
 class Family(Protocol):
@@ -172,3 +176,165 @@ def family_of(what: System | Machine | Family) -> Family:
         "system", what, ("system", "check", "describe"), "a System, a Machine, or a family of them such as a CaseFamily"
     )
     return what
+
+
+# ---- One axis of a map: a parameter and the values it takes
+
+MAX_VALUES = 10**7
+"""The most values of one axis."""
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.ASCII)
+_FORM = "FROM:TO:NUMBER, FROM:TO:NUMBER:log or a list A,B,C, with or without a unit"
+
+
+@dataclass(frozen=True, eq=False)
+class Axis(Shown):
+    """A parameter and its values.
+
+    Parameters
+    ----------
+    name
+        Of the parameter; see `percuss.explore.SystemFamily` and `percuss.case.CaseFamily`.
+    values
+        Shape (n,), finite and all different, ascending or descending; in `unit`.
+    unit
+        As in a case file, for example ``Hz`` or ``mm``; empty for a plain number.
+
+    Raises
+    ------
+    ParameterError
+        For no values, values that are not finite, or values out of order.
+
+    Examples
+    --------
+    >>> Axis.linear("restitution", 0.0, 0.9, 4).values
+    array([0. , 0.3, 0.6, 0.9])
+    >>> axis = Axis.parsed("frequency=20 Hz:80 Hz:3")
+    >>> axis.name, axis.values, axis.unit
+    ('frequency', array([20., 50., 80.]), 'Hz')
+    """
+
+    name: str
+    values: Array
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        checked_text("name", self.name, "the name of a parameter")
+        checked_text("unit", self.unit, "a unit such as Hz, or an empty text")
+        values = np.array(numbers(self.name, self.values, "finite numbers", nan=True))
+        if values.ndim != 1 or not 1 <= values.size <= MAX_VALUES:
+            raise ParameterError(self.name, f"{values.shape} values", f"a list of 1 to {MAX_VALUES} values")
+        if not np.all(np.isfinite(values)):
+            raise ParameterError(self.name, values[~np.isfinite(values)][0], "finite numbers")
+        steps = np.diff(values)
+        if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            raise ParameterError(self.name, values, "values in ascending or descending order, each once")
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+    @classmethod
+    def linear(cls, name: str, first: float, last: float, number: int, unit: str = "") -> Axis:
+        """`number` values from `first` to `last`, both included, at equal distances."""
+        n, first, last = _number(name, number, first, last)
+        return cls(name, np.linspace(first, last, n), unit)
+
+    @classmethod
+    def logarithmic(cls, name: str, first: float, last: float, number: int, unit: str = "") -> Axis:
+        """`number` values from `first` to `last`, both included, at equal ratios.
+
+        Raises
+        ------
+        ParameterError
+            When an end is not greater than 0.
+        """
+        n, first, last = _number(name, number, first, last)
+        if not (first > 0.0 and last > 0.0):
+            raise ParameterError(name, f"{first:g}:{last:g}:{n}:log", "ends greater than 0 for equal ratios")
+        return cls(name, np.geomspace(first, last, n), unit)
+
+    @classmethod
+    def parsed(cls, text: str) -> Axis:
+        """From ``NAME=FROM:TO:NUMBER``, ``NAME=FROM:TO:NUMBER:log`` or ``NAME=A,B,C``, numbers with or without a unit.
+
+        Raises
+        ------
+        ParameterError
+            When the text has none of these forms.
+        """
+        name, equal, rest = checked_text("axis", text, f"NAME={_FORM}").partition("=")
+        name = name.strip()
+        if not (name and equal and rest.strip()):
+            raise ParameterError("axis", text, f"NAME={_FORM}", "for example restitution=0:0.9:200")
+        if ":" not in rest:
+            numbers, unit = _with_unit(name, rest.split(","))
+            return cls(name, np.array(numbers), unit)
+        parts = [part.strip() for part in rest.split(":")]
+        if not 3 <= len(parts) <= 4 or not parts[2].isdecimal() or parts[3:] not in ([], ["log"]):
+            raise ParameterError(name, rest, _FORM, f"for example {name}=0.1:0.9:200")
+        (low, high), unit = _with_unit(name, parts[:2])
+        make = cls.logarithmic if parts[3:] else cls.linear
+        return make(name, low, high, int(parts[2]), unit)
+
+    @classmethod
+    def spanned(cls, text: str) -> Axis:
+        """The two ends of a range, from ``NAME=FROM:TO``, numbers with or without a unit.
+
+        Raises
+        ------
+        ParameterError
+            When the text has another form.
+
+        Examples
+        --------
+        >>> Axis.spanned("frequency=20 Hz:80 Hz")
+        Axis(name='frequency', values=[20, 80], unit='Hz')
+        """
+        name, equal, rest = checked_text("range", text, "NAME=FROM:TO").partition("=")
+        if not (name.strip() and equal and rest.count(":") == 1):
+            raise ParameterError(
+                "range", text, "NAME=FROM:TO, with or without a unit", "for example load_factor=0.3:1.2"
+            )
+        (low, high), unit = _with_unit(name.strip(), [end.strip() for end in rest.split(":")])
+        if low == high and math.isfinite(low):
+            raise ParameterError(name.strip(), rest, "two different ends")
+        return cls.linear(name.strip(), low, high, 2, unit)
+
+    def __len__(self) -> int:
+        return int(self.values.size)
+
+    def to_json_dict(self) -> dict[str, object]:
+        """Name, unit and values in plain types."""
+        return {"name": self.name, "unit": self.unit, "values": self.values.tolist()}
+
+    def coordinate(self) -> tuple[str, npt.NDArray[np.float64], dict[str, str]]:
+        """The axis in the form in which xarray takes a coordinate: dimension, values, attributes."""
+        return self.name, self.values, {"units": self.unit or "1"}
+
+
+def _number(name: str, number: int, first: float, last: float) -> tuple[int, float, float]:
+    """How many values, and the two ends, looked at."""
+    checked_text("name", name, "the name of a parameter")
+    n = count(name, number, least=1, most=MAX_VALUES)
+    first, last = finite(name, first, "finite ends"), finite(name, last, "finite ends")
+    if first > last:
+        raise ParameterError(name, f"{first:g}:{last:g}", "a range with the smaller end first", "swap the two ends")
+    if first == last and n > 1:
+        raise ParameterError(
+            name, f"{first:g}:{last:g}:{n}", "two different ends", f"or the one value: {name}={first:g}"
+        )
+    return n, first, last
+
+
+def _with_unit(name: str, texts: list[str]) -> tuple[list[float], str]:
+    """The numbers and the unit that they share; a number without one takes that of the others."""
+    numbers, units = [], []
+    for text in texts:
+        found = _NUMBER.fullmatch(text)
+        if found is None:
+            raise ParameterError(name, text.strip(), "a number with or without a unit")
+        numbers.append(float(found[1]))
+        units.append(found[2])
+    different = sorted({unit for unit in units if unit})
+    if len(different) > 1:
+        raise ParameterError(name, ", ".join(texts), f"one unit for all, not {' and '.join(different)}")
+    return numbers, different[0] if different else ""

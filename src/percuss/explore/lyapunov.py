@@ -16,9 +16,7 @@ from percuss.model.body import need_free
 from percuss.model.checks import Array, count, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
-from percuss.simulate.many import cores
-
-__all__ = ["LYAPUNOV_OUTCOMES", "Lyapunov", "LyapunovMany", "lyapunov_exponent", "lyapunov_many"]
+from percuss.simulate.running import cores
 
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance")
 """How the computation of an exponent ends.
@@ -59,9 +57,18 @@ class Lyapunov(Shown):
     outcome: str
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """Four standard errors to either side, and ln n/n more below, of n impacts.
+
+        In a regular motion without damping a difference grows in proportion to the number of impacts, by ln n in all.
+        """
+        bias = math.log(max(self.impacts, 2)) / max(self.impacts, 2)
+        return self.exponent - 4.0 * self.error - bias, self.exponent + 4.0 * self.error
+
+    @property
     def chaotic(self) -> bool:
-        """Whether the exponent is positive, by more than four standard errors."""
-        return self.exponent > 4.0 * self.error
+        """Whether the exponent is positive, whatever the number within `interval`."""
+        return self.interval[0] > 0.0
 
     def __str__(self) -> str:
         if not math.isfinite(self.exponent):

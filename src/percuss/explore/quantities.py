@@ -6,27 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.blow.figures import FIGURES as BLOW_FIGURES
+from percuss.blow.blow_figures import FIGURES as BLOW_FIGURES
 from percuss.errors import ParameterError
+from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
 from percuss.steady.figures import FIGURES
-from percuss.steady.reason import VERDICTS
-
-__all__ = [
-    "BRANCHES",
-    "CELL_OUTCOMES",
-    "CYCLE_KINDS",
-    "DEFAULT_QUANTITIES",
-    "OF_FREE_BARS",
-    "QUANTITIES",
-    "REASONS",
-    "Quantity",
-    "checked",
-    "columns_of",
-    "needs",
-    "single",
-]
+from percuss.steady.orbit import VERDICTS
+from percuss.steady.self_excited import Obstacle
 
 BRANCHES = 8
 """The most orbits of a cell whose phases are kept."""
@@ -95,7 +82,7 @@ def _figure(name: str, more: str = "") -> Quantity:
 
 
 def _of_blow(name: str) -> Quantity:
-    """A figure of one blow, as `percuss.blow.figures` has it."""
+    """A figure of one blow, as `percuss.blow.blow_figures` has it."""
     figure = BLOW_FIGURES[name]
     return single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 
@@ -189,3 +176,40 @@ def columns_of(names: Sequence[str], si: bool, known: Mapping[str, Quantity] = Q
             unit = column.unit if si or column.unit == "rad" else ""
             found[key] = Column(column.dtype, column.shape, unit, column.fill, column.meaning)
     return found
+
+
+# ---- What a map can show of machines that switch their own valves
+
+STALLS = ("runs", *(obstacle.value for obstacle in Obstacle))
+"""What keeps a machine from running with one blow in a cycle, by number: ``stall`` of a map; 0 when it runs."""
+
+
+def _of_cycle(name: str, meaning: str, unit: str = "") -> Quantity:
+    return single(name, "machine", f"{meaning}; NaN where the machine does not run", unit=unit)
+
+
+MACHINE_QUANTITIES: dict[str, Quantity] = {
+    "stall": single("stall", "machine", f"what keeps the machine from running: {', '.join(STALLS)}, by number", "int8"),
+    "runs": single("runs", "machine", "whether it has a stable cycle with one blow", "bool"),
+    "starts": single("starts", "machine", "whether it keeps striking when it starts at rest on the wall", "bool"),
+    "blow_energy": _of_cycle("blow_energy", "kinetic energy just before the blow, all modes", "J"),
+    "rate": _of_cycle("rate", "blows in a second; dimensionless: in a unit of time", "Hz"),
+    "speed": _of_cycle("speed", "speed of the striking end just before the blow", "m/s"),
+    "stroke": _of_cycle("stroke", "greatest distance of the striking end from the wall", "m"),
+    "power": _of_cycle("power", "energy that the blows take, over time", "W"),
+    "flow": _of_cycle(
+        "flow", "what the valve draws from the supply, over time; dimensionless: over the area that it switches", "m³/s"
+    ),
+    "efficiency": _of_cycle("efficiency", "energy that the blows take over what the valve puts in"),
+    "duty": _of_cycle("duty", "part of the period between the last rise of the force and the blow"),
+    "multiplier": single("multiplier", "machine", "modulus of the greatest multiplier of the cycle with one blow"),
+    **{name: quantity for name, quantity in QUANTITIES.items() if quantity.group == "blow"},
+}
+"""Everything that can be asked of a machine that switches its own valve, by name."""
+
+DEFAULT_MACHINE_QUANTITIES = ("stall", "blow_energy", "rate", "stroke")
+
+
+def known_quantities(family: Family) -> Mapping[str, Quantity]:
+    """What can be asked of the systems, or of the machines, of a family."""
+    return MACHINE_QUANTITIES if drives_itself(family) else QUANTITIES

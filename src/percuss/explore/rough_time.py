@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-__all__ = ["seconds_of_cell", "seconds_of_machine_start", "seconds_of_plane_cell", "seconds_of_start"]
-
 _CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}
 _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}
 _FUNCTION = 1e-3

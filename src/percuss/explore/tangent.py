@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.compiled import entry, inner
-from percuss.simulate.kernels.codes import IMPACT, TURN
-from percuss.simulate.kernels.creeping import free_motion
-from percuss.simulate.kernels.elementary import drift
+from percuss.simulate.kernels.modes import drift, free_motion
+from percuss.simulate.kernels.motion_records import IMPACT, TURN
 
 LATE = 1e-9  # an event this little after a step of the load was at it, before it
 

@@ -23,8 +23,7 @@ from percuss.model.body import (
 )
 from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
 from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Supply, Valve
-from percuss.model.machine import Machine
-from percuss.model.machine_modes import MachineModes
+from percuss.model.machine import Machine, MachineModes
 from percuss.model.system import System
 
 __all__ = [

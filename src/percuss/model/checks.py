@@ -14,26 +14,6 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 
-__all__ = [
-    "array",
-    "callback",
-    "choice",
-    "complex_numbers",
-    "count",
-    "finite",
-    "flag",
-    "having",
-    "instance",
-    "mapping",
-    "non_negative",
-    "numbers",
-    "path",
-    "positive",
-    "several",
-    "text",
-    "unit_interval",
-]
-
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
@@ -76,6 +56,18 @@ def unit_interval(name: str, value: object) -> float:
     number = finite(name, value, "a number from 0 to 1")
     if not 0.0 <= number <= 1.0:
         raise ParameterError(name, value, "a number from 0 to 1")
+    return number
+
+
+MOST_FORCE = 1e100
+"""Far beyond any load: the squares of forces stay in the range of double precision."""
+
+
+def force(name: str, value: object, least: float = 2.3e-308) -> float:
+    """`value` as a float that is 0, or of a size from `least` on; what is smaller by default has lost digits."""
+    number = finite(name, value)
+    if number != 0.0 and not least <= abs(number) <= MOST_FORCE:
+        raise ParameterError(name, value, f"0, or a size from {least:g} to {MOST_FORCE:g}", "check the scales")
     return number
 
 

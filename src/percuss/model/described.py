@@ -15,8 +15,6 @@ from percuss.model.load import Chamber, Cushion, Load, Port, Supply, Valve
 from percuss.model.machine import Machine
 from percuss.model.system import System
 
-__all__ = ["describe_machine", "describe_system", "machine_from", "system_from"]
-
 _KINDS: dict[str, Mapping[str, type]] = {
     "body": BODIES,
     "bar": SIZED_BODIES,

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any, Generic, TypeVar
 
-__all__ = ["Parameter", "of_field"]
-
 T = TypeVar("T")
 
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from percuss.paper.claim_common import Table, Trial, hydraulic, lower_curve, percent, pneumatic, upper_curve
 from percuss.paper.claim_ends import End
 
-__all__ = ["Finding", "beyond"]
-
 _CYCLE = re.compile(r"z=(\d+)/(\d+)")
 
 
@@ -44,7 +42,8 @@ def _chatter(ends: Sequence[End]) -> Finding:
             rows.append(("above the lower curve" if stable else "below it", "all", percent(total, n)))
     cycles, starts = sum(end.resting for end in ends), sum(end.starts for end in ends)
     longest = max(
-        (int(name.split("/")[1]) for end in ends for name in end.labels if name.startswith("chatter/")), default=0
+        (int(name[8:]) for end in ends for name in end.labels if name.startswith("chatter/") and name[8:].isdecimal()),
+        default=0,
     )
     return Finding(
         "Chatter and rest",

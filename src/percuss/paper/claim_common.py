@@ -10,35 +10,12 @@ from typing import Any
 import numpy as np
 
 from percuss.errors import Interrupted
-from percuss.explore.attractors.experiments import Experiment, experiment
-from percuss.explore.attractors.shares import wilson
-from percuss.explore.attractors.start_distributions import DISTRIBUTIONS
+from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS
+from percuss.explore.attractors.experiments import Experiment, experiment, wilson
 from percuss.model import Load, System
 from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of
 from percuss.steady import steady_states
-
-__all__ = [
-    "DAMPED",
-    "HOLDS",
-    "NOT",
-    "PARTLY",
-    "Claim",
-    "ClaimsProgress",
-    "Size",
-    "Table",
-    "Trial",
-    "Verdict",
-    "hydraulic",
-    "lower_curve",
-    "one_impact",
-    "percent",
-    "pneumatic",
-    "sentence",
-    "stable_motions",
-    "tried",
-    "upper_curve",
-]
 
 HOLDS, PARTLY, NOT = "holds", "holds only where", "does not hold"
 """The verdicts."""

@@ -23,8 +23,6 @@ from percuss.paper.claim_common import (
     upper_curve,
 )
 
-__all__ = ["End", "claim_a", "ends_of", "verdict_a"]
-
 RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9)
 FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)
 """Of the upper curve of Fig. 5, where claim a is tried."""

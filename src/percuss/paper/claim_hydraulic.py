@@ -23,8 +23,6 @@ from percuss.paper.claim_common import (
     percent,
 )
 
-__all__ = ["Scatter", "claim_d", "scatters_of", "verdict_d"]
-
 RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8)
 KAPPAS = (1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 ELASTIC = tuple((r, kappa) for r in (0.2, 0.5, 0.8) for kappa in (1.2, 1.5))
@@ -93,7 +91,7 @@ def _scatter(trial: Trial, r: float, kappa: float, name: str, each: int, elastic
         distribution=name,
         starts=each,
         periodic=int((c["cycle_periods"] > 0).sum()),
-        resting=int((c["cycle_kind"] > 0).sum()),
+        resting=int(((c["cycle_kind"] > 0) & (c["cycle_periods"] > 0)).sum()),
         one_impact=int(one_impact(result.label).sum()),
         rate=_mean(c["blow_rate"]),
         main_rate=_mean(c["main_blow_rate"]),

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from percuss.explore.attractors.experiments import Experiment
-from percuss.explore.attractors.shares import wilson
+from percuss.explore.attractors.experiments import Experiment, wilson
 from percuss.paper.claim_common import (
     NAMED,
     Claim,
@@ -27,8 +26,6 @@ from percuss.paper.claim_common import (
 from percuss.simulate import Starts
 from percuss.stability import stability_of
 from percuss.steady import Orbit, steady_states
-
-__all__ = ["Allowed", "Reach", "Smallest", "allowed", "claim_b", "claim_c", "verdict_b", "verdict_c"]
 
 MOST_PERIODS = 8
 NEAR = 1e-3

@@ -27,8 +27,6 @@ from percuss.simulate import Starts
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
-__all__ = ["Motions", "claim_e", "verdict_e"]
-
 COARSE = np.linspace(0.0, 0.98, 50).tolist()
 """Values of R for exact multipliers and simulations."""
 

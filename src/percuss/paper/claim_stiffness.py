@@ -29,8 +29,6 @@ from percuss.paper.claim_common import (
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
-__all__ = ["Stiffness", "claim_f", "verdict_f"]
-
 SPEEDS = (0.4, 1.0, 2.0, 5.0, 8.0, 20.0, 50.0, 100.0)
 STIFF = 10.0
 """sπ from which on a bar counts as stiff."""

@@ -3,28 +3,145 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from percuss._version import __version__
 from percuss.errors import Interrupted, PercussError
 from percuss.model.checks import count
-from percuss.paper.audit import Audit
-from percuss.paper.claim_beyond import beyond
-from percuss.paper.claim_common import HOLDS, NOT, PARTLY, Claim, ClaimsProgress, Size, Table, Trial, Verdict
-from percuss.paper.claim_ends import End, claim_a, ends_of
+from percuss.paper.claim_beyond import Finding, beyond
+from percuss.paper.claim_common import Claim, ClaimsProgress, Size, Table, Trial, Verdict
+from percuss.paper.claim_ends import End, claim_a, ends_of, starts_each
 from percuss.paper.claim_hydraulic import Scatter, claim_d, scatters_of
 from percuss.paper.claim_periods import claim_b, claim_c
 from percuss.paper.claim_ranges import claim_e
 from percuss.paper.claim_stiffness import claim_f
-from percuss.paper.report import report
 from percuss.whole_file import write_whole
 
-__all__ = ["DEFAULT", "FULL", "HOLDS", "NOT", "PARTLY", "Audit", "Claim", "ClaimsProgress", "Size", "audit", "run"]
+# ---- All claims of B77's section 5 that were tried, as one result
+
+
+@dataclass(frozen=True)
+class Audit:
+    """All claims tried, and what was found besides.
+
+    Parameters
+    ----------
+    size, seed
+        How much was tried for each claim, and the seed of all starts.
+    claims
+        a to f.
+    findings
+        What B77 does not tell.
+    """
+
+    size: Size
+    seed: int
+    claims: tuple[Claim, ...]
+    findings: tuple[Finding, ...]
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """What ``claims.json`` holds."""
+        return {
+            "percuss": __version__,
+            "starts_per_claim": self.size.starts,
+            "impacts": self.size.impacts,
+            "seed": self.seed,
+            "claims": {claim.letter: claim.to_json_dict() for claim in self.claims},
+            "beyond": [
+                {"title": found.title, "text": found.text, "rows": found.table.records()} for found in self.findings
+            ],
+        }
+
+
+# ---- The audit as a page that people read
+
+_SOURCE = (
+    "U. Björkenstam, *Impact vibration of a bar*, International Journal of Mechanical Sciences **19** (1977) 471–481, "
+    "cited as B77"
+)
+_STARTS = """All starts are rigid, with a load phase uniform over a period:
+
+- `wall`: on the wall, leaving with the speed |N(0, 1)| · 2πp_0/(1 + R);
+- `field`: position uniform in [−20, 0], velocity 5 · N(0, 1);
+- `gentle`: on the wall, leaving with a speed uniform in (0, 0.2).
+
+The starts of a distribution are drawn once, with one seed: all rows of a table have the same ones ({shared:,} of each
+distribution in claim a), those of `wall` in units of its speed. Rows can therefore be compared start by start, but
+chance does the same to all of them: the interval of a row holds for that row, and one over several rows is too narrow.
+
+A motion is called `z=p/n` when it has p impacts in n load periods and no rest, `chatter/n` or `rest/n` when it is a
+cycle of n load periods in which the bar lies on the wall for some time, after complete chatter or after finitely many
+impacts, `rest` when it lies there for good, `aperiodic` when the last impacts come near none of those before, and
+`undecided` when none of this could be shown. Intervals in brackets are Wilson's, 95 %."""
+
+
+def report(audit: Audit) -> str:
+    """The whole page, in Markdown."""
+    from percuss._version import __version__
+
+    parts = [
+        "# The claims of B77, tested",
+        f"Source: {_SOURCE}. Made by percuss {__version__}: {audit.size.starts:,} starts for each claim, at most "
+        f"{audit.size.impacts:,} impacts each, seed {audit.seed}. Every verdict is computed from the numbers by the "
+        "rule stated with it; `claims.json` has the numbers.",
+        _verdicts(audit.claims),
+        "## The starts, and the names of motions",
+        _STARTS.format(shared=starts_each(audit.size)),
+        *(_claim_section(claim) for claim in audit.claims),
+        "## What the paper does not report",
+        *(f"### {found.title}\n\n{found.text}\n\n{table_text(found.table)}" for found in audit.findings),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _verdicts(claims: tuple[Claim, ...]) -> str:
+    rows = [f"| {claim.letter} | {claim.claim} | **{claim.verdict.verdict}** |" for claim in claims]
+    return "\n".join(["| | claim | verdict |", "| --- | --- | --- |", *rows])
+
+
+def _claim_section(claim: Claim) -> str:
+    numbers = "\n".join(f"- {name}: {_cell(value)}" for name, value in claim.numbers.items())
+    return "\n\n".join(
+        [
+            f"## {claim.letter}. {claim.title[0].upper()}{claim.title[1:]}",
+            f"**Claim.** {claim.claim}",
+            f"**What was done.** {claim.done} In all {claim.starts:,} motions.",
+            f"**Rule.** {claim.rule}",
+            f"**Verdict: {claim.verdict.verdict}.** {claim.verdict.where[:1].upper()}{claim.verdict.where[1:]}.",
+            *(claim.remarks),
+            f"**Numbers.**\n\n{numbers}",
+            *(table_text(table) for table in claim.tables),
+        ]
+    )
+
+
+def table_text(table: Table) -> str:
+    """A table in Markdown, its title above."""
+    head = f"| {' | '.join(table.columns)} |"
+    line = f"| {' | '.join('---' for _ in table.columns)} |"
+    rows = [f"| {' | '.join(_cell(cell) for cell in row)} |" for row in table.rows]
+    return "\n".join([f"*{table.title}*", "", head, line, *rows])
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float) and abs(value) < 1e-9:
+        return "0"
+    if isinstance(value, float):
+        return "–" if not math.isfinite(value) else f"{value:.4g}" if abs(value - 1.0) > 1e-2 else f"{value:.7g}"
+    return str(value).replace("|", "\\|")
+
+
+# ---- The audit of what B77 claims in its section 5 (theory §8, a to f), and what it does not tell
 
 DEFAULT = Size(starts=60_000)
 FULL = Size(starts=1_000_000)

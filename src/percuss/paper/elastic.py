@@ -14,22 +14,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.explore.boundary_curves.branches import Line, Stretch, folds_and_stretches, orbit_on
-from percuss.explore.boundary_curves.joined_points import Boundaries
+from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
+from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
+from percuss.explore.boundary_curves.plane_lines import Line, Stretch, orbit_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.model.load import Side
-from percuss.paper.figure import Figure
-from percuss.paper.limits import DAMPING
+from percuss.paper.figure import DAMPING, Figure
 from percuss.stability import floquet_multipliers, linear_map, reduced_criterion
 from percuss.steady import Orbit, steady_states
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 SPEEDS = np.geomspace(0.4, 100.0, 61)
 RESTITUTION = 0.5

@@ -17,8 +17,6 @@ from percuss.paper.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
 
-__all__ = ["figures"]
-
 _SHAPE = (0.62, 1.0, 0.24 - 0.17j, -0.06 - 0.07j, 0.02 + 0.03j)  # p_0 … p_4 of the made-up history
 _NOISE = 0.025
 _FREQUENCY = 30.0  # Hz

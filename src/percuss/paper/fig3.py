@@ -13,8 +13,6 @@ from percuss.paper.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
 
-__all__ = ["figures"]
-
 KAPPA = 1.3
 HARMONICS = (3, 10, 40)
 _POINTS = 1441  # over two periods

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from percuss.paper.figure import Columns, Figure
-from percuss.paper.limits import TENTHS, branch_rows, pneumatic, stacked
+from percuss.paper.figure import TENTHS, Columns, Figure, branch_rows, pneumatic, stacked
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 _POINTS = 180  # on each branch
 _MOST = 10.0  # beyond the fold of R = 0.9, at 6.05
@@ -29,7 +26,7 @@ def figures(seed: int = 1977) -> tuple[Figure, ...]:
 
 
 def _paint(figure: Figure, picture: Picture) -> None:
-    from percuss.paper.drawing import branch_legend, draw_branches
+    from percuss.paper.figure import branch_legend, draw_branches
 
     axes = picture.add_subplot()
     draw_branches(axes, figure.columns, "load_factor")

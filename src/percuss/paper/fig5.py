@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.paper.figure import Figure
-from percuss.paper.limits import DAMPING, RESTITUTIONS, pneumatic
+from percuss.paper.figure import DAMPING, RESTITUTIONS, Figure, pneumatic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 _MOST = 100.0  # beyond the fold of R = 0.99, at 63.3
 

@@ -11,13 +11,10 @@ import math
 from typing import TYPE_CHECKING
 
 from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.paper.figure import Figure
-from percuss.paper.limits import RESTITUTIONS, STIFF, pneumatic
+from percuss.paper.figure import RESTITUTIONS, STIFF, Figure, pneumatic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 PERIODS = 10
 _SPEEDS = {"": STIFF, "_10_1": 1.01 / math.pi, "_10_01": 1.001 / math.pi}

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from percuss.paper.figure import Figure
-from percuss.paper.limits import KAPPAS, TENTHS, branch_rows, hydraulic, stacked
+from percuss.paper.figure import KAPPAS, TENTHS, Figure, branch_rows, hydraulic, stacked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 _POINTS = 90  # on each branch
 
@@ -24,7 +21,7 @@ def figures(seed: int = 1977) -> tuple[Figure, ...]:
 
 
 def _paint(figure: Figure, picture: Picture) -> None:
-    from percuss.paper.drawing import branch_legend, draw_branches
+    from percuss.paper.figure import branch_legend, draw_branches
 
     axes = picture.add_subplot()
     draw_branches(axes, figure.columns, "kappa", inside=False)

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from percuss.explore.boundary_curves.boundary import boundaries
-from percuss.paper.figure import Figure
-from percuss.paper.limits import DAMPING, KAPPAS, RESTITUTIONS, hydraulic
+from percuss.paper.figure import DAMPING, KAPPAS, RESTITUTIONS, Figure, hydraulic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
-
-__all__ = ["figures"]
 
 
 def figures(seed: int = 1977) -> tuple[Figure, ...]:

@@ -6,16 +6,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from percuss.plot.best_picture import best
-    from percuss.plot.blow_picture import blow
-    from percuss.plot.branch_picture import branch
+    from percuss.plot.blow_picture import best, blow
+    from percuss.plot.branch_picture import branch, curves, diagram, rest_branch
     from percuss.plot.canvas import save
-    from percuss.plot.diagram_picture import diagram
-    from percuss.plot.machine_motion_picture import machine_motion
-    from percuss.plot.machine_picture import machine
+    from percuss.plot.machine_picture import machine, machine_motion
     from percuss.plot.map_picture import sweep
-    from percuss.plot.point_curves_picture import curves
-    from percuss.plot.rest_branch_picture import rest_branch
     from percuss.plot.starts_picture import basins, experiment
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
@@ -28,15 +23,15 @@ __all__ = [
 
 _HOME = {
     "basins": "starts_picture",
-    "best": "best_picture",
+    "best": "blow_picture",
     "blow": "blow_picture",
     "branch": "branch_picture",
-    "curves": "point_curves_picture",
-    "diagram": "diagram_picture",
+    "curves": "branch_picture",
+    "diagram": "branch_picture",
     "experiment": "starts_picture",
     "machine": "machine_picture",
-    "machine_motion": "machine_motion_picture",
-    "rest_branch": "rest_branch_picture",
+    "machine_motion": "machine_picture",
+    "rest_branch": "branch_picture",
     "save": "canvas",
     "steady": "steady_picture",
     "sweep": "map_picture",

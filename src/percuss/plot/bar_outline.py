@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from percuss.model import System
-    from percuss.model.body.sized import Piece
-
-__all__ = ["bar_outline"]
+    from percuss.model.body.uniform import Piece
 
 _ROOM = 0.06
 """Around the bar, as a share of its length: for the arrow of the load, and the wall."""

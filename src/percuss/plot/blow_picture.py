@@ -2,20 +2,155 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from percuss.model.checks import having
-from percuss.plot.blow_along import greatest_stresses, waves_along
-from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
+from percuss import palette
+from percuss.model.checks import Array, having
+from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, ramp, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from percuss.plot.shown_blow import ShownBlow
+    from percuss.blow import Blow, Peak, Rod, Waves
+    from percuss.blow.bodies import Sections
+    from percuss.model.body.uniform import Piece
 
-__all__ = ["blow"]
+
+# ---- What a blow hands to its pictures
+
+
+class ShownBlow(Protocol):
+    """What an answer hands to its picture: a blow, a gauge on its rod, sections with their sizes, words for values."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def blow(self) -> Blow: ...
+    @property
+    def gauge(self) -> float | None: ...
+    @property
+    def is_si(self) -> bool: ...
+    @property
+    def waves(self) -> Waves | None: ...
+    @property
+    def rod(self) -> Rod | None: ...
+    @property
+    def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]: ...
+    @property
+    def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]: ...
+    @property
+    def units(self) -> Any: ...
+    @property
+    def measured(self) -> Any: ...
+    @property
+    def beta(self) -> float | None: ...
+
+
+# ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses
+
+_TIMES, _CELLS = 400, 300
+_REACH = 4.0
+"""Of an endless rod: lengths of the striker that are shown."""
+
+
+def waves_along(figure: Any, axes: Any, answer: ShownBlow, last: float, mark: str) -> None:
+    """The stress over place and time."""
+    from matplotlib.colors import TwoSlopeNorm
+
+    from percuss.blow.over_time import cells_over_time
+
+    clock, time = (1e6, "time [µs]") if answer.is_si else (1.0, "time [rad]")
+    edges = np.linspace(0.0, last, _TIMES + 1)
+    own, rod = cells_over_time(answer.blow, 0.5 * (edges[1:] + edges[:-1]), _CELLS, _reach(answer))
+    bodies = [(own.edges - own.edges[-1], own.force / _areas(answer, 0)[own.section])]
+    if rod is not None:
+        bodies.append((rod.edges, rod.force / _areas(answer, 1)[rod.section]))
+    scale = -1e-6 if answer.is_si else -1.0  # tension positive
+    top = max(float(abs(stress).max()) for _, stress in bodies) * abs(scale) or 1.0
+    for places, stress in bodies:
+        image = axes.pcolormesh(
+            places, edges * clock, stress * scale, cmap=ramp(palette.STRAIN), norm=TwoSlopeNorm(0.0, -top, top),
+            rasterized=True,
+        )  # fmt: skip
+    for step in _steps(answer):
+        axes.axvline(step, color=INK, linewidth=0.4, linestyle=":")
+    axes.axvline(0.0, color=INK, linewidth=1.0)
+    axes.set_xlim(bodies[0][0][0], bodies[-1][0][-1])
+    bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
+    bar.set_label(f"stress [MPa], {palette.SIGN}" if answer.is_si else f"force, {palette.SIGN}")
+    axes.set_ylabel(time)
+    axes.set_xlabel(_place(answer))
+    axes.set_title(f"{mark} waves in the striker (left of the face) and in what it strikes")
+
+
+def greatest_stresses(axes: Any, answer: ShownBlow, mark: str) -> None:
+    """The greatest compression and tension at every place, with the exact ones of the sections as dots."""
+    from percuss.blow.over_time import force_envelope
+
+    scale = 1e-6 if answer.is_si else 1.0
+    bodies = [body for body in force_envelope(answer.blow, _CELLS, _reach(answer)) if body is not None]
+    kinds = (("compression", -scale, palette.STRAIN[1].light), ("tension", scale, palette.STRAIN[-2].light))
+    for which, body in enumerate(bodies):
+        start = -float(body.edges[-1]) if which == 0 else 0.0
+        area = _areas(answer, which)
+        for name, sign, colour in kinds:
+            values = sign * getattr(body, name) / area[body.section]
+            axes.stairs(values, body.edges + start, color=colour, fill=True, alpha=0.55,
+                        label=name if which == 0 else None)  # fmt: skip
+            for peak in answer.peaks[which]:
+                place = getattr(peak, f"{name}_place")
+                if place is not None:
+                    axes.plot(place + start, sign * getattr(peak, name), ".", color=INK, markersize=4.0)
+    for step in _steps(answer):
+        axes.axvline(step, color=INK, linewidth=0.4, linestyle=":")
+    axes.axvline(0.0, color=INK, linewidth=1.0)
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    axes.plot([], [], ".", color=INK, markersize=4.0, label="greatest of a section")
+    legend_above(axes)
+    axes.set_xlabel(_place(answer))
+    axes.set_ylabel("stress [MPa]" if answer.is_si else "force")
+    axes.set_title(f"{mark} greatest {'stress' if answer.is_si else 'force'} at each place")
+
+
+def _place(answer: ShownBlow) -> str:
+    return "place from the struck face [m]" if answer.is_si else "place from the struck face"
+
+
+def _striker(answer: ShownBlow) -> Sections:
+    from percuss.blow.bodies import striker_sections
+
+    return striker_sections(answer.blow.striker)
+
+
+def _reach(answer: ShownBlow) -> float:
+    """How far an endless rod is shown: m, or times of a wave."""
+    sections = _striker(answer)
+    return _REACH * float((sections.length if answer.is_si else sections.transit).sum())
+
+
+def _lengths(answer: ShownBlow) -> tuple[Array, Array]:
+    """Of the sections of striker and rod."""
+    from percuss.blow.bodies import rod_sections
+
+    rod = answer.rod
+    return _striker(answer).length, np.zeros(0) if rod is None else rod_sections(rod, answer.blow.striker).length
+
+
+def _steps(answer: ShownBlow) -> list[float]:
+    """Where sections meet, from the struck face."""
+    own, rod = _lengths(answer)
+    return [*(np.cumsum(own)[:-1] - own.sum()).tolist(), *np.cumsum(rod)[:-1].tolist()]
+
+
+def _areas(answer: ShownBlow, which: int) -> Array:
+    """Of the sections of striker or rod; 1 where they are not known, so that stresses are forces."""
+    pieces = answer.pieces[which]
+    return np.array([piece.area for piece in pieces]) if pieces else np.ones(_lengths(answer)[which].size)
+
+
+# ---- The picture of one blow: forces, waves over place and time, greatest stresses, the rock, where the energy goes
 
 _SHOWN = 3.0
 """Transit times of the striker after the last force that curves go on for."""
@@ -60,7 +195,7 @@ def blow(answer: ShownBlow) -> Figure:
 
 def _last(answer: ShownBlow) -> float:
     """The time at which pictures end: some transits after the last force at face or rock, or the end of the window."""
-    from percuss.blow.striker import striker_sections
+    from percuss.blow.bodies import striker_sections
 
     sections, contacts, rock = striker_sections(answer.blow.striker), answer.blow.contacts, answer.blow.bit_force
     over = 0.0 if not contacts else contacts[-1].end or answer.blow.until
@@ -174,3 +309,90 @@ def _efficiency(axes: Any, answer: ShownBlow, mark: str) -> None:
     axes.set_xlabel("β = K₁T/Z of the first pulse")
     axes.set_ylabel("kept by the rock [%]")
     axes.set_title(f"{mark} efficiency")
+
+
+# ---- The picture of a best blow beside that of the case as it is: forces at the face and on the rock, shapes, stresses
+
+_BEST_SHOWN = 1.5
+"""Times the end of the last contact that curves go on for."""
+
+
+def best(answer: Any) -> Figure:
+    """Draw what a search for the best blow has found.
+
+    Parameters
+    ----------
+    answer
+        What `percuss.case.best_answer` gives.
+
+    Raises
+    ------
+    ParameterError
+        For anything else.
+    MissingExtraError
+        When matplotlib is not installed.
+    """
+    having("answer", answer, ("own", "best", "spans"), "the answer of percuss.case.best_answer")
+    figure = new_figure(10.0, 8.0)
+    both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))
+    with style():
+        grid = figure.add_gridspec(2, 2)
+        _forces(figure.add_subplot(grid[0, 0]), both, "face_force", "(a) force between the faces")
+        right = figure.add_subplot(grid[0, 1])
+        if answer.own.blow.bit_force is None:
+            _stresses(right, both, "(b) greatest stress of each section")
+        else:
+            _forces(right, both, "bit_force", "(b) force on the rock")
+            _stresses(figure.add_subplot(grid[1, 1]), both, "(d) greatest stress of each section")
+        _shapes(figure.add_subplot(grid[1, 0]), both)
+        titled(figure, answer.own.title)
+    return figure
+
+
+def _forces(axes: Any, both: Any, name: str, title: str) -> None:
+    clock, scale = (1e6, 1e-3) if both[0][0].is_si else (1.0, 1.0)
+    last = 0.0
+    for one, colour, label in both:
+        times, values = getattr(one.blow, name).sampled(4000)
+        axes.plot(times * clock, values * scale, color=colour, label=label)
+        moving = np.flatnonzero(values > 1e-3 * values.max(initial=0.0))
+        last = max(last, float(times[moving[-1]]) if moving.size else 0.0)
+    axes.set_xlim(0.0, min(_BEST_SHOWN * last, float(both[0][0].blow.until)) * clock or None)
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    axes.set_xlabel("time [µs]" if both[0][0].is_si else "time [rad]")
+    axes.set_ylabel("force [kN]" if both[0][0].is_si else "force")
+    axes.set_title(title)
+    legend_above(axes)
+
+
+def _shapes(axes: Any, both: Any) -> None:
+    """Areas along striker and rod."""
+    axes.set_title("(c) area along striker and rod")
+    if not both[0][0].is_si:
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "a dimensionless bar has no areas", ha="center", transform=axes.transAxes)
+        return
+    for one, colour, label in both:
+        own, rod = one.pieces
+        long = own[-1].end
+        known = [piece for piece in rod if np.isfinite(piece.end)]
+        edges = [own[0].start - long, *(piece.end - long for piece in own), *(piece.end for piece in known)]
+        areas = [1e6 * piece.area for piece in (*own, *known)]
+        axes.stairs(areas, edges, color=colour, label=label, baseline=0.0)
+    axes.axvline(0.0, color=INK, linewidth=0.6)
+    axes.set_xlabel("place from the struck face [m]")
+    axes.set_ylabel("area [mm²]")
+    legend_above(axes)
+
+
+def _stresses(axes: Any, both: Any, title: str) -> None:
+    scale = 1e-6 if both[0][0].is_si else 1.0
+    own, rod = both[0][0].peaks
+    names = [f"striker {i}" for i in range(len(own))] + [f"rod {i}" for i in range(len(rod))]
+    for shift, (one, colour, label) in zip((-0.2, 0.2), both, strict=True):
+        values = [scale * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
+        axes.bar(np.arange(len(values)) + shift, values, 0.4, color=colour, label=label)
+    axes.set_xticks(np.arange(len(names)), names, rotation=30)
+    axes.set_ylabel("stress [MPa]" if both[0][0].is_si else "force")
+    axes.set_title(title)
+    legend_above(axes)

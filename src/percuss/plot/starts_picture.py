@@ -15,10 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore.attractors.hammer import AnyAttractor, Hammer
+    from percuss.explore.attractors.hammers import AnyAttractor, Hammer
     from percuss.model import Machine, System
-
-__all__ = ["basins", "experiment"]
 
 MOST_SHOWN = 10
 """Attractors with a line or a colour of their own: the most frequent."""

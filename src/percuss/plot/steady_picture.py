@@ -3,23 +3,185 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from percuss import palette
 from percuss.model.checks import having
-from percuss.plot.axes import Units, stress_of, units_of
-from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
-from percuss.plot.judged_motions import JudgedMotions, JudgedOrbit, JudgedStructure, judged_states
-from percuss.plot.timed_marks import timed_marks, timed_phase
-from percuss.steady import SteadyStates
+from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
+from percuss.stability import stability_of
+from percuss.steady import SteadyStates, si_report
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from percuss.model import System
+    from percuss.model.checks import Array
+    from percuss.stability import Stability, TimedStability
+    from percuss.steady import Orbit, SIReport, TimedOrbit, TimedStates
 
-__all__ = ["steady"]
+
+# ---- What an answer hands to its picture: the steady motions of a system, each with its verdict and its figures in SI
+
+
+class JudgedOrbit(Protocol):
+    """An orbit, whether it is stable, its figures in SI, and whether a hammer can sustain it."""
+
+    @property
+    def orbit(self) -> Orbit: ...
+    @property
+    def stability(self) -> Stability: ...
+    @property
+    def si(self) -> SIReport | None: ...
+    @property
+    def runs(self) -> bool: ...
+
+
+class JudgedTimedOrbit(Protocol):
+    """A motion under a law of blows that take time, and its verdict."""
+
+    @property
+    def orbit(self) -> TimedOrbit: ...
+    @property
+    def stability(self) -> TimedStability: ...
+
+
+class JudgedTimed(Protocol):
+    """All motions under such a law."""
+
+    @property
+    def states(self) -> TimedStates: ...
+    @property
+    def orbits(self) -> Sequence[JudgedTimedOrbit]: ...
+
+
+class JudgedPeriod(Protocol):
+    """All motions with one impact in so many load periods; those of a law of blows that take time, if there is one."""
+
+    @property
+    def states(self) -> SteadyStates: ...
+    @property
+    def orbits(self) -> Sequence[JudgedOrbit]: ...
+    @property
+    def timed(self) -> JudgedTimed | None: ...
+
+
+class JudgedMotions(Protocol):
+    """A steady answer: title, system, motions, and the one to look at first."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def system(self) -> System: ...
+    @property
+    def periods(self) -> Sequence[JudgedPeriod]: ...
+    @property
+    def chosen(self) -> JudgedOrbit | None: ...
+
+
+@runtime_checkable
+class JudgedStructure(Protocol):
+    """A steady answer of a structure that is held: title and motions."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def states(self) -> Sequence[SteadyStates]: ...
+    @property
+    def motions(self) -> Sequence[Sequence[object]]: ...
+
+
+@dataclass(frozen=True)
+class _Orbit:
+    orbit: Orbit
+    stability: Stability
+    si: SIReport | None
+
+    @property
+    def runs(self) -> bool:
+        return self.orbit.admissible and self.stability.stable
+
+
+@dataclass(frozen=True)
+class _Period:
+    states: SteadyStates
+    orbits: tuple[_Orbit, ...]
+    timed: None = None
+
+
+@dataclass(frozen=True)
+class _Motions:
+    title: str
+    system: System
+    periods: tuple[_Period, ...]
+
+    @property
+    def chosen(self) -> _Orbit | None:
+        found = self.periods[0].orbits
+        return min(found, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
+
+
+def judged_states(states: Sequence[SteadyStates], title: str = "") -> JudgedMotions:
+    """Steady states that no judged answer stands behind, as one has them; of held structures those that strike."""
+    system = states[0].system
+    free = system.body.is_free  # else for each blow there is one that strikes backwards
+    periods = []
+    for each in states:
+        shown = [orbit for orbit in each.orbits if free or orbit.impact_velocity > 0.0]
+        si = free and system.is_si
+        judged = tuple(_Orbit(one, stability_of(one), si_report(one) if si else None) for one in shown)
+        periods.append(_Period(each, judged))
+    return _Motions(title or str(system), system, tuple(periods))
+
+
+# ---- In the picture of a steady answer: the motions of a law of blows that take time, beside those of B77's law
+
+_FEW = 2  # numbers of load periods that are told one by one in the legend
+
+
+def timed_marks(axes: Any, answer: JudgedMotions, phases: Array) -> str:
+    """The curve v_f − e p with its levels, and a diamond at the phase of every force's centroid; the panel's title."""
+    low, high = axes.get_ylim()
+    found = _all(answer)
+    if found and found[0][1].states.law.arm != 0.0:
+        axes.plot(phases, found[0][1].states.curve(phases), color=INK, linewidth=0.8, linestyle=":")
+    for i, timed in found:
+        colour, states = COLOURS[i % len(COLOURS)], timed.states
+        if not low < states.level < high:
+            continue
+        of = "" if len(answer.periods) == 1 else f", m = {states.periods}"
+        label = f"level, {states.law.law}{of}" if i < _FEW else None
+        axes.axhline(states.level, color=colour, linestyle=":", linewidth=1.1, label=label)
+        for one in timed.orbits:
+            fill = colour if one.stability.stable else "white"
+            mark = {"marker": "D" if one.orbit.admissible else "x", "markersize": 5, "markeredgewidth": 1.2}
+            axes.plot(
+                [one.orbit.phase], [states.level], color=colour, markerfacecolor=fill, clip_on=False, zorder=4, **mark
+            )
+    if not found:
+        return ""
+    axes.plot([], [], "D", color=INK, markersize=5, label="centroid of the force")
+    return f"(a) phases by B77's law; ◆ by {found[0][1].states.law.law}"
+
+
+def timed_phase(answer: JudgedMotions, orbit: Orbit) -> str:
+    """The phase of the motion that continues one of B77's law, behind its mark; empty without such a law."""
+    for _, timed in _all(answer):
+        if timed.states.periods == orbit.periods:
+            found = (one.orbit.phase for one in timed.orbits if one.orbit.phase_b77 == orbit.phase)
+            phase = next(found, None)
+            return f", ◆ {'none' if phase is None else f'{phase:.3f}'}"
+    return ""
+
+
+def _all(answer: JudgedMotions) -> list[tuple[int, JudgedTimed]]:
+    return [(i, period.timed) for i, period in enumerate(answer.periods) if period.timed is not None]
+
+
+# ---- The picture of a steady answer: where the phases come from, the load, the gap, the multipliers and the waves
 
 POINTS = 721
 """Samples of a curve over one load period."""

@@ -7,11 +7,247 @@ import math
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.recordings.arrays import Array, ComplexArray
-from percuss.recordings.cycle_phases import TURN, CyclePhases
-from percuss.recordings.repetition import LEAST_SAMPLES, too_few_cycles, too_few_samples
+from percuss.recordings.table import Array, ComplexArray
 
-__all__ = ["MAX_CYCLES", "CycleFit"]
+# ---- A first period of a record, to about a part in a thousand, from its autocorrelation
+
+LEAST_SAMPLES = 8  # per cycle
+_ROUNDING = 1e-12  # what computing with n samples leaves of a slow record, relative to it
+
+
+def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]:
+    """Step, and autocorrelation r(lag) normalised to [−1, 1] (McLeod's NSDF), of the record less its slow part.
+
+    The slow part is a cubic, and with `window` then also the mean over so many samples.
+    """
+    n = t.size
+    step = float(t[-1] - t[0]) / (n - 1)
+    even = v if np.ptp(np.diff(t)) < 0.01 * step else np.interp(t[0] + step * np.arange(n), t, v)
+    x = np.linspace(-1.0, 1.0, n)
+    x = even - np.polynomial.legendre.legval(x, np.polynomial.legendre.legfit(x, even, 3))
+    if window:
+        total = np.concatenate([[0.0], np.cumsum(x)])
+        left, right = np.maximum(np.arange(n) - window // 2, 0), np.minimum(np.arange(n) + window // 2 + 1, n)
+        x = x - (total[right] - total[left]) / (right - left)
+    if float(np.abs(x).max()) <= _ROUNDING * float(np.abs(even).max()):
+        raise no_repetition()  # nothing but rounding is left, and its correlation means nothing
+    size = 1 << (2 * n - 1).bit_length()
+    spectrum = np.fft.rfft(x, size)
+    product = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[:n]
+    squares = np.concatenate([[0.0], np.cumsum(x**2)])
+    energy = squares[n - np.arange(n)] + squares[-1] - squares[np.arange(n)]
+    return step, np.asarray(2.0 * product / np.maximum(energy, 1e-9 * squares[-1] + 1e-300))
+
+
+def _first_peak(r: Array, last: int, level: float) -> int:
+    """The first lag whose peak is nearly the highest after the first zero of r; 0 when none reaches `level`."""
+    positive = r[: last + 1] > 0.0
+    edges = np.flatnonzero(positive[1:] != positive[:-1]) + 1
+    if edges.size == 0:
+        return 0
+    tops = np.maximum.reduceat(r[: last + 1], edges)
+    highest = float(np.max(tops))
+    if highest < level:
+        return 0
+    ends = np.append(edges[1:], last + 1)
+    for i in np.flatnonzero(tops >= 0.85 * highest):
+        peak = int(edges[i] + np.argmax(r[edges[i] : ends[i]]))
+        if LEAST_SAMPLES <= peak < last:  # a strong high harmonic may repeat in fewer
+            return peak
+    return 0
+
+
+def _refined(r: Array, lag: float) -> float:
+    """The lag from its multiples 1, 2, 4, … inside the record; each fixes the next."""
+    multiple = 1
+    while True:
+        half, middle = max(2, round(0.15 * lag)), round(multiple * lag)
+        if middle + half + 1 > 0.9 * r.size:
+            return lag
+        i = middle - half + int(np.argmax(r[middle - half : middle + half + 1]))
+        bend = r[i - 1] - 2.0 * r[i] + r[i + 1]
+        if r[i] < 0.1 or bend >= 0.0 or not middle - half < i < middle + half:
+            return lag
+        lag = float(i + 0.5 * (r[i - 1] - r[i + 1]) / bend) / multiple
+        multiple *= 2
+
+
+def found_period(t: Array, v: Array) -> float:
+    """The shortest period at which the record repeats well."""
+    n = t.size
+    level = max(0.1, min(0.5, 7.0 / math.sqrt(n)))
+    for window in (0, n // 4, n // 16):  # the narrower the window, the faster a drift it takes away
+        if 0 < window < 2 * LEAST_SAMPLES:
+            break
+        step, r = _autocorrelation(t, v, window)
+        if lag := _first_peak(r, round(0.52 * n), level):
+            return step * _refined(r, lag)
+    raise no_repetition()
+
+
+def given_period(t: Array, v: Array, frequency: float) -> float:
+    """The period near the given one at which the record repeats best."""
+    if not (math.isfinite(frequency) and frequency > 0.0):
+        raise HistoryError(f"frequency = {frequency}", "a frequency greater than 0 is needed")
+    n = t.size
+    step, r = _autocorrelation(t, v)
+    lag = 1.0 / (frequency * step)
+    if lag < 0.99 * LEAST_SAMPLES:
+        raise too_few_samples(lag, frequency)
+    if n / lag < 1.95:
+        raise too_few_cycles(n / lag, frequency)
+    low, high = math.floor(0.9 * lag) - 1, min(math.ceil(1.1 * lag) + 1, n - 2)
+    near = low + int(np.argmax(r[low : high + 1]))
+    best = _first_peak(r, round(0.52 * n), 0.3)
+    if best and r[near] < 0.5 * r[best]:
+        raise unlike(frequency, 1.0 / (step * best))
+    return step * _refined(r, near) if low < near < high and r[near] > 0.1 else 1.0 / frequency
+
+
+def unlike(frequency: float, found: float) -> HistoryError:
+    return HistoryError(
+        f"the record does not repeat at the {frequency:.6g} Hz given, but at {found:.4g} Hz",
+        "give that frequency, or leave it out to have it found",
+    )
+
+
+def no_repetition() -> HistoryError:
+    return HistoryError(
+        "no repetition found in the record",
+        "it must hold at least two whole cycles of the same load: check the column, or record longer",
+    )
+
+
+def too_few_samples(count: float, frequency: float) -> HistoryError:
+    return HistoryError(
+        f"{count:.3g} samples in a cycle of {frequency:.6g} Hz, at least {LEAST_SAMPLES} are needed",
+        "sample faster, or check the frequency and the unit of time",
+    )
+
+
+def too_few_cycles(count: float, frequency: float) -> HistoryError:
+    return HistoryError(
+        f"the record holds {count:.2g} cycles of {frequency:.6g} Hz, at least two whole cycles are needed",
+        "record longer, or check the frequency and the unit of time",
+    )
+
+
+# ---- The samples of a record by their place in its cycles, and what is linear once these places are known
+
+TURN = 2.0 * math.pi
+
+
+class CyclePhases:
+    """Samples cut into cycles at given boundaries.
+
+    Attributes: `bounds` the times of the cycle boundaries; `t`, `v` the samples inside; for each of these `cell` the
+    number of its cycle, `u` the fraction of that cycle gone by, and `turn` exp(2πiu).
+    """
+
+    bounds: Array
+
+    @property
+    def cycles(self) -> int:
+        return int(self.bounds.size) - 1
+
+    @property
+    def period(self) -> float:
+        return float(self.bounds[-1] - self.bounds[0]) / self.cycles
+
+    # Phases. Harmonics have whole numbers, so a sample is at exp(2πi · fraction of its own cycle).
+
+    def place(self, t: Array, v: Array) -> None:
+        """Cut the samples of whole cycles and give each its cycle and its place in it."""
+        end = int(np.searchsorted(t, self.bounds[-1], side="left"))
+        self.t, self.v = t[:end], v[:end]
+        inner = np.searchsorted(self.t, self.bounds[1:-1])
+        self.cell = np.zeros(end, dtype=np.int64)
+        np.add.at(self.cell, inner[inner < end], 1)
+        self.cell = np.cumsum(self.cell)
+        self.u = (self.t - self.bounds[self.cell]) / np.diff(self.bounds)[self.cell]
+        self.turn = np.empty(end, complex)
+        self.turn.real, self.turn.imag = np.cos(TURN * self.u), np.sin(TURN * self.u)  # twice as fast as exp
+
+    def broken_line(self, knots: Array) -> Array:
+        """For every sample the broken line through `knots` at the bounds."""
+        return np.asarray(knots[self.cell] * (1.0 - self.u) + knots[self.cell + 1] * self.u)
+
+    def hats(self, weight: Array) -> Array:
+        """Σ weight · h_i h_j over the samples; h_i is the broken line that is 1 at bound i, 0 at the others."""
+        n = self.cycles
+        i, j = np.arange(n), np.arange(1, n + 1)  # the bounds before and after every cycle
+        left, right = (1.0 - self.u) * weight, self.u * weight
+        matrix = np.zeros((n + 1, n + 1))
+        matrix[i, i] += np.bincount(self.cell, left * (1.0 - self.u))
+        matrix[j, j] += np.bincount(self.cell, right * self.u)
+        matrix[i, j] = matrix[j, i] = np.bincount(self.cell, left * self.u)
+        return matrix
+
+    def onto_hats(self, data: Array) -> Array:
+        """Σ data · h_i over the samples."""
+        before, after = np.bincount(self.cell, (1.0 - self.u) * data), np.bincount(self.cell, self.u * data)
+        return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
+
+    def least_squares(self, top: int, data: Array) -> ComplexArray:
+        """Coefficients 0 … top of the data; a Toeplitz system, as its columns are exp(ikθ).
+
+        Phases are rounded to 1/8192 turn, so that FFTs do it; a second call with what is left corrects for that.
+        """
+        place = np.rint(8192.0 * self.u).astype(np.int64) % 8192
+        rhs = np.fft.fft(np.bincount(place, data, 8192))[: top + 1]
+        sums = np.resize(np.fft.fft(np.bincount(place, minlength=8192)).conj(), 2 * top + 1)
+        both = _toeplitz_solve(sums.conj(), np.concatenate([rhs[:0:-1].conj(), rhs]))
+        return np.concatenate([both[top : top + 1].real, 2.0 * both[top + 1 :]])
+
+    def by_cycle(self, data: Array, top: int) -> ComplexArray:
+        """Fourier coefficients 0 … top of every cycle, shape (cycles, top + 1), from phases rounded to 1/512 turn."""
+        count = max(512, 4 * top)
+        place = self.cell * count + np.rint(count * self.u).astype(np.int64) % count
+        fold = np.bincount(place, data, self.cycles * count).reshape(self.cycles, count)
+        parts = np.fft.rfft(fold, axis=1)[:, : top + 1]
+        return np.asarray(2.0 * parts / np.bincount(self.cell, minlength=self.cycles)[:, None])
+
+    def synthesis(self, coefficients: ComplexArray) -> Array:
+        """For every sample the sum of the harmonics."""
+        total = np.full_like(self.turn, coefficients[-1])
+        for c in coefficients[-2::-1]:
+            total *= self.turn
+            total += c
+        return np.asarray(total.real)
+
+    def mean_cycle(self, data: Array) -> Array:
+        """For every sample the mean of the data at its place in the cycle."""
+        count = max(LEAST_SAMPLES, min(1024, self.t.size // self.cycles))
+        place = np.clip((self.u * count).astype(np.int64), 0, count - 1)
+        means = np.bincount(place, data, count) / np.maximum(np.bincount(place, minlength=count), 1)
+        return np.asarray(means[place])
+
+
+def _toeplitz_solve(column: ComplexArray, rhs: ComplexArray) -> ComplexArray:
+    """Solve a Hermitian Toeplitz system that is nearly diagonal, by conjugate gradients with products by FFT.
+
+    A threaded BLAS takes 50 ms for such a small system when the machine is busy; this takes one.
+    """
+    n = rhs.size
+    length = 1 << (2 * n).bit_length()
+    circulant = np.zeros(length, complex)
+    circulant[:n], circulant[length - n + 1 :] = column, column[:0:-1].conj()
+    kernel = np.fft.fft(circulant).real
+    x, rest = np.zeros_like(rhs), rhs.copy()
+    step, size = rest, float(np.sum(np.abs(rest) ** 2))
+    least = 1e-28 * size
+    for _ in range(300):
+        if size <= least:
+            break
+        image = np.fft.ifft(kernel * np.fft.fft(step, length))[:n]
+        move = size / float(np.sum(step.conj() * image).real)
+        x, rest = x + move * step, rest - move * image
+        size, before = float(np.sum(np.abs(rest) ** 2)), size
+        step = rest + (size / before) * step
+    return x
+
+
+# ---- The fit of one repeated waveform to a record: boundaries of the cycles, drift and harmonics
 
 MAX_CYCLES = 400
 """Cycles beyond these add nothing and are left out (the report says so)."""
@@ -215,3 +451,31 @@ def _at_bounds(centres: Array) -> Array:
 
 def _rms(data: Array) -> float:
     return math.sqrt(float(np.mean(data**2)))
+
+
+# ---- Where in its cycle each sample of a record lies, by the alignment that its load was made with
+
+
+def recorded_phases(time: Array, values: Array, frequency: float | None) -> Array:
+    """The phase of the load (rad) at every sample, increasing, 0 at the first one; shape (n,).
+
+    Parameters
+    ----------
+    time, values
+        Shape (n,): the record, s and any unit.
+    frequency
+        Of the fundamental, Hz, as `analyse` found it; None to find it.
+
+    Raises
+    ------
+    HistoryError
+        When the record holds no two cycles of that frequency.
+    """
+    t = time - time[0]
+    middle, scale = 0.5 * (np.max(values) + np.min(values)), 0.5 * float(np.ptp(values))
+    v = (values - middle) / (scale or 1.0)
+    fit = CycleFit(t, v, found_period(t, v) if frequency is None else 1.0 / frequency, None)
+    turns = np.interp(t, fit.bounds, np.arange(fit.bounds.size, dtype=float))
+    beyond = t > fit.bounds[-1]
+    turns[beyond] += (t[beyond] - fit.bounds[-1]) / fit.period
+    return np.asarray(2.0 * np.pi * (turns - turns[0]))

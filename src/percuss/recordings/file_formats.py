@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,12 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError, MissingExtraError
-from percuss.recordings.arrays import Array
-from percuss.recordings.table import Table
+from percuss.recordings.separate_process import Found, bounds_of, need, read_apart
+from percuss.recordings.table import Array, Table
 from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
 from percuss.units import split_header
-
-__all__ = ["READERS"]
 
 
 def _arrays_table(
@@ -85,9 +83,11 @@ def _read_mat(path: Path) -> Table:
         raise MissingExtraError("scipy", "io") from None
     with _read(path, "MATLAB"):
         data = path.read_bytes()
-        plain = data if 0 in data[:4] else plain_mat(data)  # version 4 packs nothing
-        if plain[:4] == data[:4] and data[512:520] == b"\x89HDF\r\n\x1a\n":  # MATLAB 7.3 writes HDF5
-            return _read_h5(path)
+        version_4 = 0 in data[:4]  # which packs nothing
+    if data[512:520] == b"\x89HDF\r\n\x1a\n":  # MATLAB 7.3 writes HDF5
+        return _read_h5(path)
+    with _read(path, "MATLAB"):
+        plain = data if version_4 else plain_mat(data)
         content = loadmat(io.BytesIO(plain))  # type: ignore[arg-type]  # files are taken too
     return _arrays_table(
         str(path), [(k, None, v) for k, v in content.items() if not k.startswith("__") and isinstance(v, np.ndarray)]
@@ -95,17 +95,26 @@ def _read_mat(path: Path) -> Table:
 
 
 def _read_h5(path: Path) -> Table:
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtraError("h5py", "io") from None
-    found: list[tuple[str, str | None, npt.NDArray[Any]]] = []
+    need("h5py")
+    told, arrays = read_apart("percuss.recordings.file_formats:h5_content", path, {}, bounds_of(path))
+    rates = told["rates"]
+    found = [(name, told["units"][name], array) for name, array in arrays.items()]
+    return _arrays_table(str(path), found, rates[0] if rates else None)
+
+
+def h5_content(path: Path, _: Mapping[str, Any]) -> Found:
+    """The arrays of numbers in a file of HDF5, with their units, and the sample rates that it tells."""
+    import h5py
+
+    units: dict[str, str | None] = {}
+    arrays: dict[str, npt.NDArray[Any]] = {}
     rates: list[float] = []
 
     def visit(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf":
             unit = next((item.attrs[a] for a in ("unit", "units") if a in item.attrs), None)
-            found.append((name, unit.decode() if isinstance(unit, bytes) else unit, item[()]))
+            units[name] = unit.decode() if isinstance(unit, bytes) else None if unit is None else str(unit)
+            arrays[name] = np.asarray(item[()])
             rates.extend(float(item.attrs[a]) for a in ("sample_rate", "fs") if a in item.attrs)
 
     with _read(path, "HDF5"):
@@ -113,7 +122,7 @@ def _read_h5(path: Path) -> Table:
         with h5py.File(path, "r") as content:
             rates.extend(float(content.attrs[a]) for a in ("sample_rate", "fs") if a in content.attrs)
             content.visititems(visit)
-    return _arrays_table(str(path), found, rates[0] if rates else None)
+    return {"units": units, "rates": rates}, arrays
 
 
 def _read_tdms(path: Path) -> Table:

@@ -2,14 +2,86 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from percuss.recordings.arrays import Array
-from percuss.recordings.sought import LOAD, Sought
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import HistoryError
 from percuss.units import DIMENSIONS, known_dimension
 
-__all__ = ["RATE_REMEDY", "Table", "as_rate", "dimension"]
+# ---- The kinds of arrays that the series of a recording are kept in
+
+Array = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+
+# ---- What is looked for in a recording: forces and pressures of a load, or strains and stresses of a gauge
+
+
+@dataclass(frozen=True)
+class Sought:
+    """The quantities that a column may be of, how such columns are called, and how messages speak of them.
+
+    Parameters
+    ----------
+    dimensions
+        Those of `percuss.units`, in the order in which a unit is tried.
+    words
+        What the heading of such a column begins with.
+    named
+        The quantities in a message.
+    unit, heading
+        A usual unit and a heading with it, for remedies.
+    length
+        How much of a record is needed besides samples, for a message.
+    """
+
+    dimensions: tuple[str, ...]
+    words: re.Pattern[str]
+    named: str
+    unit: str
+    heading: str
+    length: str = ""
+
+    @property
+    def unit_remedy(self) -> str:
+        """How to say what the unit is."""
+        return f'give unit = "{self.unit}" (or "kN", …), or write it in the heading: "{self.heading} [{self.unit}]"'
+
+
+LOAD = Sought(
+    ("force", "pressure"),
+    re.compile(
+        r"(p|f|force|kraft|kraeften|druck|press\w*|pressure|tryck|pression|presion|paine|voima|fuerza|load|last)"
+        r"(\d|\b|_)",
+        re.IGNORECASE,
+    ),
+    "force or pressure",
+    "bar",
+    "pressure",
+    ", over two whole cycles or more,",
+)
+
+_GAUGE = Sought(
+    ("strain", "pressure", "force"),
+    re.compile(
+        r"(strain|stress|force|gauge|gage|eps|epsilon|ε|sigma|σ|dms|dehnung|spannung|kraft|töjning|tojning|spänning|"
+        r"déformation|deformation|contrainte|f)(\d|\b|_)",
+        re.IGNORECASE,
+    ),
+    "strain, stress or force",
+    "µm/m",
+    "strain",
+)
+
+SOUGHT = {"load": LOAD, "gauge": _GAUGE}
+"""By the word that `read_recording` takes."""
+
+
+# ---- What a file of measured series holds, before a column is chosen
 
 RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'
 """Where nothing in the file tells it."""
@@ -47,3 +119,38 @@ def as_rate(rate: float) -> str:
 def dimension(unit: str | None) -> str | None:
     """What a unit in a heading measures, as far as the closed table knows."""
     return known_dimension(unit, ("time", "force", "pressure", *DIMENSIONS)) if unit else None
+
+
+# ---- Samples without a value: how they are left out of a record, and how many may be
+
+MOST_MISSING = 0.1
+"""The share of the samples that may be missing."""
+
+
+def without_gaps(time: Array, values: list[Array], table: Table, notes: list[str]) -> tuple[Array, list[Array]]:
+    """The samples of which all values are there; nothing is filled in, as the cycles are fitted to samples as they lie.
+
+    Raises
+    ------
+    HistoryError
+        When more than `MOST_MISSING` of the samples are missing.
+    """
+    there = np.all(np.isfinite(values), axis=0)
+    missing = int(time.size - np.count_nonzero(there))
+    if missing == 0:
+        return time, values
+    first = int(np.argmin(there))
+    if missing > MOST_MISSING * time.size:
+        raise HistoryError(
+            f"{missing} of {time.size} samples have no value, the first at {time[first]:.6g} s",
+            f"at most {100.0 * MOST_MISSING:.0f} % may be missing: cut the record (from, to), or record again",
+            table.file,
+        )
+    kept = time[there]
+    gaps = np.flatnonzero(np.diff(np.concatenate([[1], there.astype(int), [1]])) == -1).size
+    longest = float(np.max(np.diff(kept)))
+    notes.append(
+        f"{missing} of {time.size} samples have no value, in {gaps} gap{'s' if gaps > 1 else ''} of at most "
+        f"{1e3 * longest:.3g} ms; they are left out, and nothing is filled in"
+    )
+    return kept, [v[there] for v in values]

@@ -16,8 +16,6 @@ from typing import Any
 
 from percuss.errors import HistoryError, MissingExtraError
 
-__all__ = ["MOST_NUMBERS", "MOST_UPLOADED", "Damaged", "plain_mat", "too_many", "vetted", "vetted_hdf5"]
-
 MOST_NUMBERS = 2**25
 """In one file, all its arrays together; as many as the largest file that is read holds of 16 bits each."""
 

@@ -8,26 +8,24 @@ from typing import TYPE_CHECKING
 from percuss.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
-    from percuss.simulate.balance import EnergyBalance
-    from percuss.simulate.drawn import DISTRIBUTIONS
     from percuss.simulate.engine import Progress
-    from percuss.simulate.ensemble import Ensemble, EnsembleProgress
-    from percuss.simulate.events import Event, Events
-    from percuss.simulate.machine.machine_balance import MachineBalance
-    from percuss.simulate.machine.machine_ensemble import MachineEnsemble, simulate_machines
-    from percuss.simulate.machine.machine_events import MachineEvent, MachineEvents
-    from percuss.simulate.machine.machine_running import run_machine
-    from percuss.simulate.machine.machine_start import MachineStart
-    from percuss.simulate.machine.machine_starts import MachineStarts
-    from percuss.simulate.machine.machine_summary import MACHINE_OUTCOMES, STALLS, MachineCycle
+    from percuss.simulate.events import Cycle, Event, Events, SISummary, Summary
+    from percuss.simulate.machine.machine_events import (
+        MACHINE_OUTCOMES,
+        STALLS,
+        MachineCycle,
+        MachineEvent,
+        MachineEvents,
+    )
+    from percuss.simulate.machine.machine_running import MachineEnsemble, run_machine, simulate_machines
+    from percuss.simulate.machine.machine_start import MachineStart, MachineStarts
     from percuss.simulate.machine.machine_trajectory import MachineTrajectory
-    from percuss.simulate.many import simulate_many
-    from percuss.simulate.running import run
-    from percuss.simulate.start import Start
-    from percuss.simulate.starts import Starts
+    from percuss.simulate.machine.mechanism import MachineBalance
+    from percuss.simulate.running import run, simulate_many
+    from percuss.simulate.simulated_motion import EnergyBalance
+    from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.summary import Cycle, SISummary, Summary
-    from percuss.simulate.trajectory import Trajectory
+    from percuss.simulate.trajectory import Ensemble, EnsembleProgress, Trajectory
 
 ensure_cache()  # before anything here is compiled
 
@@ -64,33 +62,33 @@ __all__ = [
 ]
 
 _HOME = {
-    "DISTRIBUTIONS": "drawn",
+    "DISTRIBUTIONS": "start",
     "OUTCOMES": "stop",
-    "Cycle": "summary",
-    "Ensemble": "ensemble",
-    "EnsembleProgress": "ensemble",
-    "Starts": "starts",
-    "simulate_many": "many",
-    "EnergyBalance": "balance",
+    "Cycle": "events",
+    "Ensemble": "trajectory",
+    "EnsembleProgress": "trajectory",
+    "Starts": "start",
+    "simulate_many": "running",
+    "EnergyBalance": "simulated_motion",
     "Event": "events",
     "Events": "events",
-    "MACHINE_OUTCOMES": "machine.machine_summary",
-    "STALLS": "machine.machine_summary",
-    "MachineBalance": "machine.machine_balance",
-    "MachineCycle": "machine.machine_summary",
-    "MachineEnsemble": "machine.machine_ensemble",
-    "simulate_machines": "machine.machine_ensemble",
+    "MACHINE_OUTCOMES": "machine.machine_events",
+    "STALLS": "machine.machine_events",
+    "MachineBalance": "machine.mechanism",
+    "MachineCycle": "machine.machine_events",
+    "MachineEnsemble": "machine.machine_running",
+    "simulate_machines": "machine.machine_running",
     "MachineEvent": "machine.machine_events",
     "MachineEvents": "machine.machine_events",
     "MachineStart": "machine.machine_start",
-    "MachineStarts": "machine.machine_starts",
+    "MachineStarts": "machine.machine_start",
     "MachineTrajectory": "machine.machine_trajectory",
     "run_machine": "machine.machine_running",
     "Progress": "engine",
-    "SISummary": "summary",
+    "SISummary": "events",
     "Start": "start",
     "Stop": "stop",
-    "Summary": "summary",
+    "Summary": "events",
     "Trajectory": "trajectory",
     "run": "running",
 }

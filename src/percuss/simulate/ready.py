@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["compiled"]
-
 
 def compiled() -> bool:
     """Whether numba's cache holds the kernels for this processor, so that using them takes a moment and not a minute.
@@ -12,7 +10,7 @@ def compiled() -> bool:
     """
     from numba.core.registry import cpu_target
 
-    from percuss.simulate.kernels.many import follow
+    from percuss.simulate.kernels.motion import follow
 
     try:  # what numba calls its own; a test sees to it that this still answers
         index = follow._cache._cache_file._load_index()

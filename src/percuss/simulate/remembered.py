@@ -13,14 +13,9 @@ import numpy.typing as npt
 
 from percuss.simulate.events import IMPACT
 from percuss.simulate.kernels.bounds import bounded
-from percuss.simulate.kernels.calls import STATE_NUMBERS
-from percuss.simulate.kernels.codes import WINDOW
-from percuss.simulate.kernels.layout import NOW, SUMS
-from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.soundness import TURN, true, within
+from percuss.simulate.kernels.motion_records import NOW, STATE_NUMBERS, SUMS, WINDOW
+from percuss.simulate.simulated_motion import TURN, SimulatedMotion, true, within
 from percuss.simulate.tables import prepared
-
-__all__ = ["remembered"]
 
 _ROUNDING = 1e-9
 _HELD = 1e-8
@@ -88,7 +83,8 @@ def _anchor(motion: SimulatedMotion) -> None:
         phase, period = float(events.phase[-1]), int(events.period[-1])
     at = count["period"] * TURN + now["phase"]
     since = at - (period * TURN + phase) if len(events) else at - motion.begin_time
-    true(since >= -1e-6 and at <= motion.end_time + 1e-6 * (1.0 + abs(motion.end_time)), "the time of engine_now")
+    slack = 1e-6 * (1.0 + abs(motion.end_time))
+    true(since >= -slack and at <= motion.end_time + slack, "the time of engine_now")
     if motion.system.load.is_piecewise and (now["phase"] != phase or count["period"] != period):
         true(now["phase"] in motion.system.load.breaks, "the phase of engine_now")
         return

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import os
 
-from percuss.simulate.machine.machine_file import MACHINE_FORMAT
-from percuss.simulate.machine.machine_file import motion_from as machine_motion_from
-from percuss.simulate.machine.machine_trajectory import MachineTrajectory
-from percuss.simulate.motion_files import opened
-from percuss.simulate.netcdf import motion_from
+from percuss.simulate.machine.machine_trajectory import MACHINE_FORMAT, MachineTrajectory
+from percuss.simulate.machine.machine_trajectory import motion_from as machine_motion_from
+from percuss.simulate.motion_files import motion_from, opened
 from percuss.simulate.trajectory import Trajectory
-
-__all__ = ["saved_motion"]
 
 
 def saved_motion(path: str | os.PathLike[str]) -> Trajectory | MachineTrajectory:

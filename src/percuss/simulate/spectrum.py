@@ -4,17 +4,51 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ResonanceError
-from percuss.model import System
+from percuss.model import HeldBody, System
 from percuss.model.body import Modes
 from percuss.model.checks import Array, ComplexArray
-from percuss.simulate.damped_modes import DampedModes
+from percuss.simulate.kernels.motion_records import Table
 
-__all__ = ["Spectrum", "units"]
+# ---- What damping makes of elastic modes: which of them swing, and how fast
+
+# A mode with d_n/2 beyond this part of ω_n is treated as if overdamped: its amplitude and phase lose their meaning
+_NEARLY_OVERDAMPED = 0.95
+
+
+class DampedModes:
+    """Elastic modes with frequencies ω_n and damping d_n, which those who inherit give: as fields, or computed."""
+
+    if TYPE_CHECKING:  # a property here would be in the way of a field
+
+        @property
+        def omega(self) -> Array: ...
+        @property
+        def damping(self) -> Array: ...
+
+    @cached_property
+    def square(self) -> Array:
+        """λ_n² = ω_n² − d_n²/4, negative where overdamped; shape (N,)."""
+        half = 0.5 * self.damping
+        return np.asarray((self.omega - half) * (self.omega + half))
+
+    @cached_property
+    def lam(self) -> Array:
+        """λ_n, and 1 where overdamped; shape (N,)."""
+        return np.sqrt(np.where(self.square > 0.0, self.square, 1.0))
+
+    @cached_property
+    def creeps(self) -> npt.NDArray[np.bool_]:
+        """Which modes are overdamped or nearly so: the kernels keep their state in another form; shape (N,)."""
+        return np.asarray(0.5 * self.damping > _NEARLY_OVERDAMPED * self.omega)
+
+
+# ---- The body cut at mode N under its load, as plain arrays: frequencies, forced response, and the state in two forms
 
 # Where a load at a node of a mode does not move it, B77's u_n would be of no use
 _NODE = 1e-12
@@ -190,3 +224,83 @@ class Spectrum(DampedModes):
 def units(modes: Modes) -> Array:
     """q_n of u_n = 1, γ_n, shape (N,); for a load at a node of a mode, as if it were at the striking end."""
     return np.where(np.abs(modes.at_load) > _NODE, modes.gamma, 1.0 / modes.inertia)
+
+
+# ---- Bodies that are held, in the terms of the kernels, which know a bar that moves as a whole
+#
+# The rigid motion of the kernels has no force, no speed and so no motion here: u_0 = −g for ever. The load reaches the
+# modes alone; the constant part of the load, which would push the bar as a whole, is taken into the place about which
+# the modes swing. Kernels use those places where a motion is put in and where it comes to rest. The first is made up
+# for by a shift of the start (`shifted`). At rest (the wall holds the contact, by complete chatter or an impact without
+# rebound) a structure of several modes goes on to move in ways that no law of impact says: a simulation ends there. One
+# of one mode stands still, and is let go by `held_release`. So that the kernels end both, the load that they see at the
+# wall never pulls. Whether a structure that does not rebound stays at the wall, they then ask its acceleration: they do
+# so for any rebound that is not exactly 0.
+
+_FAINT = 2.0**-400  # what of the steps the rigid motion feels
+_NO_REBOUND = 2.0**-1000
+_RIPPLE = 1e-3  # of a radian of the one mode: how soon it is looked at again after a release
+
+
+def held_table(table: Table, system: System) -> Table:
+    """The table of a structure, from that of its modes; its `bar` is changed."""
+    bar, load, harmonics = table.bar, system.load, table.harmonics
+    bar["mean"], bar["pushing"], bar["force"] = 0.0, np.inf, abs(load.mean) + float(bar["force"])
+    if table.modes.omega.size == 1:
+        bar["damping"] = table.modes.damping[0]  # of no rigid motion, but by which a chatter ends
+        bar["ripple"] = _RIPPLE / (1.0 + float(table.modes.omega[0]))
+    silent = np.zeros_like(harmonics.load_re)
+    quiet = harmonics._replace(load_re=silent, load_im=silent.copy())
+    if not load.is_piecewise:
+        return table._replace(harmonics=quiet)
+    if not system.contact.rebounds:
+        bar["restitution"] = _NO_REBOUND
+    values = np.array(load.values)
+    bar["force"] = float(np.abs(values).max())
+    modes = table.modes._replace(statics=table.modes.statics / _FAINT)
+    steps = _FAINT * (values + _lift(system))
+    return table._replace(modes=modes, harmonics=quiet, breaks=np.array(load.breaks), values=steps)
+
+
+def _lift(system: System) -> float:
+    """What is added to steps so that the kernels see none that pulls."""
+    return 2.0 * float(np.abs(system.load.values).max())
+
+
+def shifted(system: System, modes: int, displacement: Array) -> Array:
+    """u_n of starts as the kernels take them, whose places of rest are others; shape (starts, n)."""
+    if system.body.is_free:
+        return displacement
+    elastic = system.body.modes(modes, system.load.at)
+    still = elastic.gamma / (elastic.omega**2 * units(elastic))
+    by = _lift(system) if system.load.is_piecewise else -system.load.mean
+    found = np.zeros((displacement.shape[0], modes + 1))
+    found[:, : displacement.shape[1]] = displacement[:, : modes + 1]
+    found[:, 1:] += by * still
+    return found
+
+
+def state_of(body: HeldBody, at: int, modes: int, u: Array, v: Array, gap: Array) -> tuple[Array, Array]:
+    """u_n and u_n', n = 0 … N, of starts of a structure; each of shape (starts, N + 1), u_0 = −g and u_0' = 0.
+
+    Parameters
+    ----------
+    body, at, modes
+        What moves, where the load acts, and N.
+    u, v
+        Given: rows of the modes 0 … N, of which the first numbers do not count; or rows of one number, for which the
+        structure is bent by a force at its contact until this is at `gap` and moves with the speed v.
+    gap
+        Place of the contact, 0 at the wall, shape (starts,).
+    """
+    found = np.zeros((2, gap.size, modes + 1))
+    if u.shape[1] == 1:
+        shape = body.bent(modes, at)
+        found[0, :, 1:] = (gap + body.gap)[:, None] * shape
+        found[1, :, 1:] = v[:, :1] * shape
+    else:
+        for rows, given in zip(found, (u, v), strict=True):
+            size = min(given.shape[1], modes + 1)
+            rows[:, 1:size] = given[:, 1:size]
+    found[0, :, 0] = -body.gap
+    return found[0], found[1]

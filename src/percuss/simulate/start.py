@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -10,14 +12,170 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, System
-from percuss.model.body import UniformBar
-from percuss.model.checks import Array, count, finite, having, instance
-from percuss.simulate.drawn import DEFAULT_RANDOM_MODES, drawn
-from percuss.simulate.held import state_of
-from percuss.simulate.profile import Profile, modal_parts, number_tuple, sampled, values_at
-from percuss.simulate.spectrum import units
+from percuss.model.body import Body, UniformBar
+from percuss.model.checks import Array, choice, count, finite, having, instance, numbers, several
+from percuss.shown import Shown
+from percuss.simulate.spectrum import state_of, units
+from percuss.simulate.stop import MAX_MODES
 
-__all__ = ["Start"]
+# ---- Displacements and velocities along the bar, and the modes of which they are made
+
+Profile = npt.ArrayLike | Callable[[Array], npt.ArrayLike]
+"""A function of an array of x, or values at equal steps from x = 0 to 1, straight between them."""
+
+
+def number_tuple(name: str, values: object) -> tuple[float, ...]:
+    """One or more finite numbers, as they are kept in a start."""
+    if isinstance(values, tuple) and len(values) == 1 and type(values[0]) is float and math.isfinite(values[0]):
+        return values  # of an undeformed bar
+    array = numbers(name, values, "one or more finite numbers").reshape(-1)
+    if not array.size:
+        raise ParameterError(name, values, "one or more finite numbers")
+    return tuple(array.tolist())
+
+
+def sampled(name: str, profile: Profile) -> Profile:
+    """A profile that is looked at: a function as it is, a number as two equal samples."""
+    if callable(profile):
+        return profile
+    values = np.atleast_1d(np.asarray(number_tuple(name, profile)))
+    return tuple((np.repeat(values, 2) if values.size == 1 else values).tolist())
+
+
+def values_at(profile: Profile, x: Array) -> Array:
+    """A profile at some places; shape (len(x),)."""
+    if callable(profile):
+        accepted = "finite values on 0 ≤ x ≤ 1, as many as x or one"
+        found = numbers("displacement or velocity", profile(x), accepted)
+        if found.shape not in ((), (1,), x.shape):
+            raise ParameterError("displacement or velocity", f"shape {found.shape}", accepted)
+        return np.broadcast_to(found, x.shape)
+    samples = np.asarray(profile, dtype=float)
+    return np.asarray(np.interp(x, np.linspace(0.0, 1.0, samples.size), samples))
+
+
+def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
+    """u_n of a profile, n = 0 … N, with q_n = unit u_n at the striking end; shape (N+1,).
+
+    A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar,
+    every place counted by its mass: in this sense the modes are orthogonal, and the rigid velocity is the momentum.
+    """
+    if body.is_uniform:
+        integrals = _integrals(profile, body, unit.size)
+        return np.append(integrals[0], integrals[1:] / (body.inertia(unit.size) * unit))
+    x, mass = _masses(body, max(16, 2 * (unit.size + 1)))
+    shapes = np.column_stack([np.ones(x.size), body.shapes(x, unit.size).displacement * unit])
+    root = np.sqrt(mass)
+    return np.asarray(np.linalg.lstsq(shapes * root[:, None], _finite_at(profile, x) * root)[0], dtype=float)
+
+
+def _integrals(profile: Profile, bar: Body, count: int) -> Array:
+    """∫₀¹ u(x) φ_n(x)/φ_n(1) dx, n = 0 … `count`: exact for straight lines between samples, else by Gauss's rule.
+
+    φ'' = −(ω/s)² φ and φ' = 0 at both ends, so that ∫ u φ dx = (s/ω)² ∫ u' φ' dx, and u' is constant between samples.
+    The rule is refined until nothing changes.
+    """
+    if not callable(profile):
+        u = np.asarray(profile, dtype=float)
+        x = np.linspace(0.0, 1.0, u.size)
+        slope = np.diff(u) / np.diff(x)
+        rises = np.diff(bar.shapes(x, count).displacement, axis=0)
+        return np.append(np.trapezoid(u, x), (bar.s / bar.frequencies(count)) ** 2 * (slope @ rises))
+    last, panels = np.full(count + 1, np.inf), max(8, count + 1)
+    while True:
+        x, w = _gauss(np.linspace(0.0, 1.0, panels + 1))
+        values = _finite_at(profile, x)
+        found = np.append(w @ values, (w * values) @ bar.shapes(x, count).displacement)
+        if float(np.abs(found - last).max()) <= 1e-14 * float(np.abs(values).max()) or panels > 16384:
+            return np.asarray(found)
+        last, panels = found, 2 * panels
+
+
+def _finite_at(profile: Profile, x: Array) -> Array:
+    values = np.asarray(values_at(profile, x), dtype=float)
+    if not np.all(np.isfinite(values)):
+        raise ParameterError("displacement or velocity", "a function", "finite values on 0 ≤ x ≤ 1")
+    return values
+
+
+def _masses(body: Body, panels: int) -> tuple[Array, Array]:
+    """Places along the bar and the masses that stand for it there, in sum 1: Gauss's, and the point masses of the ends.
+
+    Between the edges of the panels, of which each step of the bar is one, the mass is taken for evenly spread.
+    """
+    edges = np.union1d(np.linspace(0.0, 1.0, panels + 1), body.places)
+    before = body.mass_before(edges)
+    x, w = _gauss(edges)
+    density = np.diff(before) / np.diff(edges)
+    mass = w * np.repeat(density, w.size // density.size)
+    return np.concatenate([[0.0], x, [1.0]]), np.concatenate([before[:1], mass, np.maximum(1.0 - before[-1:], 0.0)])
+
+
+def _gauss(edges: Array, points: int = 8) -> tuple[Array, Array]:
+    """Points and weights of Gauss's rule on the panels between edges."""
+    t, w = np.polynomial.legendre.leggauss(points)
+    left, width = edges[:-1, None], np.diff(edges)[:, None]
+    return (left + 0.5 * (t + 1.0) * width).reshape(-1), (0.5 * w * width).reshape(-1)
+
+
+# ---- Random starts: the numbers drawn for one or many of them
+
+DISTRIBUTIONS = ("rigid", "still", "ringing")
+"""The named distributions of random starts."""
+
+DEFAULT_RANDOM_MODES = 32
+"""Elastic modes that a random start excites."""
+
+_TURN = 2.0 * np.pi
+_MOST_STARTS = 10**9
+
+
+def drawn(system: System, size: int, seed: int, distribution: str, modes: int) -> tuple[Array, Array, Array, Array]:
+    """u_n and u_n', each of shape (size, n), gaps and load phases, of shape (size,); see `Starts.random`."""
+    instance("system", system, System)
+    n, number = count("modes", modes, least=0, most=MAX_MODES), count("size", size, least=1, most=_MOST_STARTS)
+    choice("distribution", distribution, *DISTRIBUTIONS)
+    draw = np.random.default_rng(count("seed", seed, least=0))
+    if isinstance(system.body, HeldBody):
+        return _of_structure(system, system.body, system.body.chosen(n or None), number, distribution, draw)
+    scale = float(np.abs(system.load.coefficients).sum())
+    gap = draw.uniform(-5.0 * scale, 0.0, number)
+    mean = draw.uniform(-3.0 * scale, 3.0 * scale, number) * (distribution != "still")
+    time = draw.uniform(0.0, _TURN, number)
+    if distribution != "ringing":
+        return gap[:, None], mean[:, None], gap, time
+    k = np.arange(1, n + 1)
+    size_of = draw.normal(0.0, 1.0, (number, n)) * scale / (3.0 * k)
+    turn = draw.uniform(0.0, _TURN, (number, n))
+    elastic = system.body.modes(n, system.load.at)
+    u = size_of * np.cos(turn) / elastic.omega
+    v = size_of * np.sin(turn)
+    first = gap - u @ units(elastic)
+    return np.column_stack([first, u]), np.column_stack([mean, v]), gap, time
+
+
+def _of_structure(
+    system: System, body: HeldBody, modes: int, number: int, distribution: str, draw: np.random.Generator
+) -> tuple[Array, Array, Array, Array]:
+    """The same of a body that is held; its modes give the scales of place and velocity in place of P."""
+    elastic, force = body.modes(modes, system.load.at), float(np.abs(system.load.coefficients).sum())
+    reach = abs(body.gap) + force * float(np.sum(np.abs(elastic.gamma) / elastic.omega**2))
+    pace = force * float(np.sum(np.abs(elastic.gamma) / elastic.omega))
+    gap = draw.uniform(-3.0 * reach, 0.0, number)
+    speed = draw.uniform(-3.0 * pace, 3.0 * pace, number) * (distribution != "still")
+    time = draw.uniform(0.0, _TURN, number)
+    u, v = state_of(body, system.load.at, modes, gap[:, None], speed[:, None], gap)
+    if distribution == "ringing":
+        unit = units(elastic)
+        size_of = draw.normal(0.0, 1.0, (number, modes)) * pace / (3.0 * np.arange(1, modes + 1))
+        turn = draw.uniform(0.0, _TURN, (number, modes))
+        swing = size_of * np.cos(turn) / (elastic.omega * np.abs(unit))
+        u[:, 1:] += swing - np.outer(swing @ unit, body.bent(modes, system.load.at))
+        v[:, 1:] += size_of * np.sin(turn) / np.abs(unit)
+    return u, v, gap, time
+
+
+# ---- Where a motion starts: the displacement and the velocity of the bar, and the phase of the load
 
 MOST = 1e12
 """The largest load phase, displacement and velocity of a start: beyond, no digit of an impact's phase is left."""
@@ -254,3 +412,130 @@ def _on_wall(gap: float, size: float) -> float:
     if gap > 0.0:
         raise ParameterError("gap", gap, "a striking end at or before the wall, u(1) ≤ 0", "lower u_0")
     return gap
+
+
+# ---- Many starts at once, as columns
+
+
+@dataclass(frozen=True)
+class Starts(Shown):
+    """Starts of many motions. Make one with `rigid`, `of` or `random`.
+
+    Parameters
+    ----------
+    displacement, velocity
+        u_n and u_n' of each start, shape (starts, n); what a simulation has more of modes is 0. Dimensionless.
+    gap
+        u(1) ≤ 0 of each, shape (starts,): it holds whatever the number of modes.
+    time
+        Load phase (rad) of each, shape (starts,).
+
+    Raises
+    ------
+    ParameterError
+        For arrays that do not fit each other, numbers that are not finite, or striking ends beyond the wall.
+    """
+
+    displacement: Array
+    velocity: Array
+    gap: Array
+    time: Array
+
+    def __post_init__(self) -> None:
+        for name, dimensions in (("displacement", 2), ("velocity", 2), ("gap", 1), ("time", 1)):
+            given = getattr(self, name)
+            if not (isinstance(given, np.ndarray) and given.dtype == float):
+                given = numbers(name, given, f"finite numbers of at most {MOST:g}")
+            values = np.array(given, order="C")
+            rows = self.displacement.shape[0] if name != "displacement" else values.shape[0] if values.ndim else 1
+            if values.ndim != dimensions or values.shape[0] != rows:
+                accepted = f"an array of {rows} rows, {dimensions}-dimensional"
+                raise ParameterError(name, f"shape {values.shape}", accepted)
+            if not np.all(np.abs(values) <= MOST):
+                raise ParameterError(name, values, f"finite numbers of at most {MOST:g}")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        if self.displacement.shape[1] < 1 or self.velocity.shape[1] < 1:
+            raise ParameterError("displacement", f"shape {self.displacement.shape}", "at least u_0 of each start")
+        if np.any(self.gap > 0.0):
+            raise ParameterError("gap", float(self.gap.max()), "0 (on the wall) or less")
+
+    # -- ways to make them --
+
+    @classmethod
+    def rigid(cls, position: npt.ArrayLike = -1.0, velocity: npt.ArrayLike = 0.0, time: npt.ArrayLike = 0.0) -> Starts:
+        """Undeformed bars at `position` ≤ 0 with one velocity; the three are broadcast against each other."""
+        given = numbers("position", position), numbers("velocity", velocity), numbers("time", time)
+        try:
+            columns = np.broadcast_arrays(*given)
+        except ValueError:
+            raise ParameterError("position", position, "numbers, and shapes that go with velocity and time") from None
+        if not columns[0].size:
+            raise ParameterError("position", position, "one or more starts")
+        u, v, t = (column.reshape(-1) for column in columns)
+        return cls(u[:, None], v[:, None], u, t)
+
+    @classmethod
+    def of(cls, starts: Sequence[Start], modes: int, systems: Sequence[System] = ()) -> Starts:
+        """Single starts joined, for simulations with `modes` modes of one system, or of as many as starts."""
+        listed = several("starts", starts, "one or more starts")
+        checked = [instance("starts", start, Start) for start in listed]
+        systems = [instance("systems", system, System) for system in several("systems", systems, "a list of systems")]
+        apart = len({(system.body, system.load.at) for system in systems}) > 1
+        if apart and len(checked) == 1:
+            checked *= len(systems)
+        whose = systems if apart and len(systems) == len(checked) else [*systems, None][:1] * len(checked)
+        states = [start.state(modes, system) for start, system in zip(checked, whose, strict=True)]
+        if not states:
+            raise ParameterError("starts", starts, "one or more starts")
+        u, v, gap = (np.array([state[i] for state in states]) for i in range(3))
+        return cls(u, v, gap, np.array([start.time for start in checked]))
+
+    @classmethod
+    def random(
+        cls,
+        system: System,
+        size: int,
+        *,
+        seed: int = 0,
+        distribution: str = "rigid",
+        modes: int = DEFAULT_RANDOM_MODES,
+    ) -> Starts:
+        """Starts drawn from a named distribution; the same seed gives the same starts.
+
+        With the speed scale P = Σ|p_k| of the load, each number uniform and independent of the others:
+
+        ``rigid``
+            position from −5P to 0, velocity from −3P to 3P, load phase from 0 to 2π;
+        ``still``
+            the same with velocity 0;
+        ``ringing``
+            as ``rigid``, with elastic modes n = 1 … `modes` besides: velocity amplitudes normal with standard deviation
+            P/(3n), phases from 0 to 2π. Position and velocity are those of the striking end and of the bar's mean.
+
+        Parameters
+        ----------
+        system
+            Whose load sets the scale.
+        size
+            How many.
+        seed
+            Of numpy's default generator.
+        """
+        return cls(*drawn(system, size, seed, distribution, modes))
+
+    # -- as a sequence --
+
+    def __len__(self) -> int:
+        return int(self.gap.size)
+
+    def __getitem__(self, i: int) -> Start:
+        return Start(
+            tuple(self.displacement[i].tolist()),
+            tuple(self.velocity[i].tolist()),
+            float(self.time[i]),
+            gap=float(self.gap[i]),
+        )
+
+    def __iter__(self) -> Iterator[Start]:
+        return (self[i] for i in range(len(self)))

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from percuss.errors import ParameterError
 from percuss.model.checks import count, finite, flag, instance
 
-__all__ = ["DEFAULT_IMPACTS", "MAX_MODES", "OUTCOMES", "Stop", "further"]
-
 DEFAULT_IMPACTS = 2000
 """Impacts after which a motion ends when nothing else is asked for."""
 

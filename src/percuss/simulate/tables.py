@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +13,31 @@ import numpy.typing as npt
 from percuss.model import Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
-from percuss.simulate.held import held_table
-from percuss.simulate.kernels.codes import POWERS, RATIO, SINGLY
-from percuss.simulate.kernels.layout import BAR, Harmonics, Modes, Table
-from percuss.simulate.kernels.load import release_phases
-from percuss.simulate.spectrum import Spectrum
-
-__all__ = ["bar_of", "prepared", "table_of", "tabled_modes", "to_change", "turns_to_pull"]
+from percuss.simulate.kernels.clock import release_phases
+from percuss.simulate.kernels.motion import place
+from percuss.simulate.kernels.motion_records import (
+    BAR,
+    COUNT,
+    EVENT,
+    NOW,
+    PAST,
+    POWERS,
+    RATIO,
+    SINGLY,
+    SUMS,
+    TURN,
+    TURN_LOW,
+    WINDOW,
+    Desk,
+    Harmonics,
+    Log,
+    Modes,
+    Motion,
+    Starts,
+    Table,
+)
+from percuss.simulate.spectrum import Spectrum, held_table, shifted
+from percuss.simulate.start import Start
 
 _EQUAL = 4.0 * np.finfo(float).eps
 
@@ -170,7 +190,7 @@ def tabled_modes(spectrum: ElasticModes, bar: np.void) -> Modes:
 
 
 def _law(omega: Array, damping: Array, creeps: npt.NDArray[np.bool_]) -> int:
-    """How the phasors of the modes are computed best, see `percuss.simulate.kernels.codes`."""
+    """How the phasors of the modes are computed best, see `percuss.simulate.kernels.motion_records`."""
     if not omega.size:
         return POWERS
     number = np.arange(1.0, omega.size + 1.0)
@@ -206,3 +226,139 @@ def _releases(body: Body, at: int, harmonics: tuple[complex, ...], modes: int, m
     found = np.empty(shared.harmonics.gap_re.size)
     force = abs(mean) + float(shared.bar["force"])
     return np.unique(found[: release_phases(shared.harmonics, mean, float(shared.bar["bend"]), force, found)])
+
+
+# ---- The whole state of a simulation between two events, as the records that the kernels change
+
+Records = npt.NDArray[Any]
+
+_ROUNDING = 8.0 * np.finfo(float).eps  # of a time: a few products and its own last digit
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Everything that the next event depends on; `percuss.simulate.kernels.motion_records` describes the records.
+
+    Attributes
+    ----------
+    z
+        Amplitudes of the free motion, shape (2, N).
+    now, count
+        Numbers and whole numbers of the anchor: one NOW and one COUNT, each of shape (1,).
+    cycle
+        Amplitudes of the state that later ones are compared with, shape (2, N).
+    past
+        The last impacts, PASTs.
+    sums
+        The running statistics, two SUMS.
+    """
+
+    z: Array
+    now: Records
+    count: Records
+    cycle: Array
+    past: Records
+    sums: Records
+
+    @classmethod
+    def empty(cls, modes: int, window: int = WINDOW) -> Snapshot:
+        """All numbers 0, with room for the last `window` impacts, a power of 2."""
+        z, past = np.zeros((2, modes)), np.zeros(window, PAST)
+        return cls(z, np.zeros(1, NOW), np.zeros(1, COUNT), z.copy(), past, np.zeros(2, SUMS))
+
+    def copy(self) -> Snapshot:
+        """Arrays of its own, to be changed."""
+        return Snapshot(*map(_copied_record, (self.z, self.now, self.count, self.cycle, self.past, self.sums)))
+
+    @property
+    def motion(self) -> Motion:
+        """What the kernels change: the same memory."""
+        return Motion(
+            self.z, self.now[0], self.count[0], self.cycle, self.past, self.sums,
+            self.now.view(np.float64), self.count.view(np.int64), self.sums.view(np.float64).reshape(2, -1),
+        )  # fmt: skip
+
+    @property
+    def impacts(self) -> int:
+        """Impacts from the start."""
+        return int(self.count["impacts"][0])
+
+    @property
+    def time(self) -> float:
+        """Of the anchor, in radians."""
+        return float(self.count["period"][0]) * TURN + float(self.now["phase"][0])
+
+
+def _copied_record(values: Records) -> Records:
+    """A copy in one piece: NumPy copies records field by field, which takes longer than an impact."""
+    return values.view(np.uint8).copy().view(values.dtype) if values.dtype.names else values.copy()
+
+
+NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))
+"""For motions of which nothing is recorded."""
+
+
+def begins(
+    displacement: Array,
+    velocity: Array,
+    gap: Array,
+    phase: Array,
+    period: npt.NDArray[np.int64],
+    piece: npt.NDArray[np.int64],
+) -> Starts:
+    """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
+    columns = Starts(displacement, velocity, gap, phase, period, piece)
+    found = [np.ascontiguousarray(values).view() for values in columns]
+    for values in found:
+        values.setflags(write=False)
+    return Starts(*found)  # type: ignore[arg-type]  # of the types that they had
+
+
+def desk_for(table: Table) -> Desk:
+    """Room to work in."""
+    n = table.modes.omega.size
+    return Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
+
+
+def clocks(time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:
+    """Load periods gone by at some times, and the phases in [0, 2π)."""
+    times = np.asarray(time, dtype=float)
+    turns = np.floor(times / TURN)
+    phase = np.maximum((times - turns * TURN) - turns * TURN_LOW, 0.0)
+    over = phase >= TURN
+    return np.asarray(turns + over, dtype=np.int64), np.where(over, 0.0, phase)
+
+
+def clock(time: float) -> tuple[int, float]:
+    """The same at one time, to the last bit, in a twentieth of the time."""
+    turns = math.floor(time / TURN)
+    phase = max((time - turns * TURN) - turns * TURN_LOW, 0.0)
+    return (turns, phase) if phase < TURN else (turns + 1, 0.0)
+
+
+def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array, npt.NDArray[np.int64]]:
+    """Load periods, phases and steps with which motions begin; a time within rounding of a step is where it begins."""
+    periods, phases = clocks(time)
+    if not load.is_piecewise:
+        return periods, phases, np.zeros_like(periods)
+    turns, phases, pieces = load.on_steps(phases, _ROUNDING * np.abs(time))
+    return periods + turns, phases, pieces.astype(np.int64)
+
+
+def begin(spectrum: Spectrum, table: Table, start: Start) -> Snapshot:
+    """The state at the start."""
+    u, v, gap = start.state(spectrum.modes, spectrum.system)
+    state = Snapshot.empty(spectrum.modes)
+    period, phase, piece = begun(spectrum.system.load, np.array([start.time]))
+    if not spectrum.system.body.is_free and gap == 0.0 and not u[1:].any() and not v.any():
+        gap = -np.finfo(float).tiny  # else the kernels would take it for a bar at rest on the wall
+    starts = begins(
+        shifted(spectrum.system, spectrum.modes, u[None]),
+        v[None],
+        np.array([gap]),
+        phase,
+        period,
+        piece,
+    )
+    place(to_change(table), state.motion, desk_for(table), starts)
+    return state

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
-from percuss.model import System
-from percuss.model.checks import Array, count, instance, numbers
+from percuss.kernel_cache import ensure_cache
+from percuss.model import Body, System
+from percuss.model.checks import Array, ComplexArray, count, instance, numbers
 from percuss.model.contact import Result, restitutions
+from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.reduced import quadratic_coefficients, schur_quotients
-from percuss.steady.level import level_at, level_of
-from percuss.steady.phase_condition import phase_condition
-from percuss.steady.phases import Arcs, forced_response
+from percuss.stability.multipliers import NEUTRAL, TURNING, floquet_multipliers
+from percuss.stability.verdict import quadratic_coefficients, schur_quotients
+from percuss.steady import Orbit
+from percuss.steady.harmonic import Response
+from percuss.steady.oscillator import flights, phi1
+from percuss.steady.phases import Arcs, forced_response, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
-
-__all__ = ["Plane", "stability_plane"]
 
 _CHUNK = 1 << 15  # cells handled at once: their arrays stay in the cache
 
@@ -139,7 +144,7 @@ class PhaseCurve(NamedTuple):
 def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[PhaseCurve]:
     """The curves for cells of a system with other R and mean loads, shape (n,); v_f for all where the strain is kept.
 
-    Where the contact law changes the strain, each R has a curve (`percuss.steady.phase_condition`). Under steps of the
+    Where the contact law changes the strain, each R has a curve (`percuss.steady.phases`). Under steps of the
     load v_f stands for it, which is right to second order in 1/s.
     """
     response = forced_response(system)
@@ -184,3 +189,269 @@ def _fill(
         places = index + curve.cells.start if isinstance(curve.cells, slice) else curve.cells[index]
         for row, values in zip(out[:, branch], rows, strict=True):
             row[places] = values
+
+
+# ---- Exact multipliers over whole arrays of restitution and load factor at once (theory §5)
+
+KINDS = ("", "rigid, real +", "rigid, real −", "rigid, complex", "elastic")
+"""What the largest multiplier belongs to: of the rigid motion positive (fold), negative (flip) or one of a pair
+(spiral), or an elastic mode; empty where there is none."""
+
+OUTCOMES = ("no motion", "done", "grows", "unsolved")
+"""How a root came out.
+
+``no motion``: there is none. ``grows``: with R = 1 and no damping nothing takes the energy that the load puts into the
+elastic modes, so that the steady motion of the rigid bar is none of the elastic one. ``unsolved``: the multipliers
+failed their check.
+"""
+
+MAX_PLANE_MODES = 1024  # the cost of a cell grows like N²
+_EXACT_CHUNK = 4096  # orbits handled at once ...
+_WORK = 1 << 16  # ... fewer of many modes: between two portions it can be told to stop
+_NO_MOTION, _DONE, _GROWS, _UNSOLVED = range(len(OUTCOMES))
+
+
+@dataclass(frozen=True)
+class ExactPlane(Shown):
+    """The largest multiplier of every root of a `Plane`; the arrays have the shape of its phases.
+
+    Attributes
+    ----------
+    plane
+        Phases and the reduced criterion.
+    modes
+        N.
+    multiplier
+        The multiplier of largest modulus (of a pair, the one turning backward); where the load jumps at the impact,
+        the worse of both sides. NaN where there is no root, or no answer.
+    mode
+        The mode with the greatest share in its eigenvector: 0 is the rigid motion; −1 where there is no answer.
+    fold
+        Whether two motions meet here.
+    outcome
+        Numbers of `OUTCOMES`.
+    """
+
+    plane: Plane
+    modes: int
+    multiplier: ComplexArray
+    mode: npt.NDArray[np.int16]
+    fold: npt.NDArray[np.bool_]
+    outcome: npt.NDArray[np.int8]
+
+    @property
+    def largest(self) -> Array:
+        """Largest modulus."""
+        return np.asarray(np.abs(self.multiplier))
+
+    @property
+    def margin(self) -> Array:
+        """1 less the largest modulus: positive when stable. Per impact."""
+        return 1.0 - self.largest
+
+    @property
+    def stable(self) -> npt.NDArray[np.bool_]:
+        """Whether small disturbances die out, by the rule of `stability_of`."""
+        return np.asarray((self.margin > NEUTRAL) & ~self.fold)
+
+    @property
+    def kind(self) -> npt.NDArray[np.int8]:
+        """What the multiplier belongs to: numbers of `KINDS`."""
+        first = self.multiplier
+        turns = np.abs(first.imag) > TURNING * np.abs(first)
+        rigid = np.where(turns, 3, np.where(first.real > 0.0, 1, 2))
+        return np.where(self.mode < 0, 0, np.where(self.mode > 0, 4, rigid)).astype(np.int8)
+
+
+def exact_plane(
+    system: System,
+    restitution: npt.ArrayLike,
+    load_factor: npt.ArrayLike,
+    periods: int = 1,
+    modes: int = 16,
+    *,
+    plane: Plane | None = None,
+    threads: int | None = None,
+) -> ExactPlane:
+    """Exact multipliers of all steady motions of a system, for arrays of R and p_0/p_k, its alternating load kept.
+
+    Parameters
+    ----------
+    system, restitution, load_factor, periods
+        As `stability_plane` takes them.
+    modes
+        N, 0 to 1024.
+    plane
+        What `stability_plane` gave for the same arguments, when it is known already.
+    threads
+        How many; by default as many as cores. The results are the same for any number.
+
+    Raises
+    ------
+    ParameterError
+        For what `stability_plane` refuses, N out of range, or a plane of another shape.
+    ResonanceError
+        When an undamped bar is driven at one of its own frequencies.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from percuss import Load, System
+    >>> from percuss.stability import exact_plane
+    >>> pneumatic = System(s=20.0, d=0.0048, restitution=0.0, load=Load.harmonic(1.0, 1.0))
+    >>> found = exact_plane(pneumatic, 0.6, np.array([0.45, 0.9, 2.0]))
+    >>> found.stable.any(axis=0)
+    array([False,  True, False])
+    """
+    instance("system", system, System)
+    n, m = count("modes", modes, least=0, most=MAX_PLANE_MODES), count("periods", periods)
+    workers = _cores() if threads is None else count("threads", threads, most=1024)
+    known = stability_plane(system, restitution, load_factor, m) if plane is None else instance("plane", plane, Plane)
+    r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
+    if known.phase.shape[1:] != r.shape:
+        raise ParameterError("plane", f"shape {known.phase.shape[1:]}", f"a plane of the shape {r.shape} asked for")
+    job = _Job(system, m, n, known, np.asarray(r), np.asarray(factor))
+    job.work_off(workers)
+    return job.result()
+
+
+def _cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+class _Job:
+    """The roots of one plane in a row, and what comes of each."""
+
+    def __init__(self, system: System, periods: int, modes: int, plane: Plane, r: Array, factor: Array) -> None:
+        self.system, self.periods, self.modes, self.plane = system, periods, modes, plane
+        self.where = np.flatnonzero(~np.isnan(plane.phase))  # of the flat phases
+        cell = self.where % max(r.size, 1)
+        unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
+        self.phase = plane.phase.reshape(-1)[self.where]
+        self.r, self.mean = r.reshape(-1)[cell], factor.reshape(-1)[cell] * unit
+        self.level = plane.level.reshape(-1)[cell]
+        load = system.load.with_mean(0.0)
+        # of no mean and any R: the same one while these are moved
+        self.response: Response = forced_response(system.with_load(load).with_restitution(0.0))
+        self.pull = {side: np.asarray(load.value(self.phase, side)) for side in load.sides}
+        self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
+        self.mode = np.full(self.where.size, -1, dtype=np.int16)
+        self.period = 2.0 * np.pi * periods
+        self.bar = _bar(system.body, system.load.at, self.period, modes)
+        self.velocity_factor = system.contact.velocity_factors(self.r)
+        self.strain_factor = system.contact.strain_factors(self.r)
+
+    def work_off(self, workers: int) -> None:
+        """All roots on the threads, each portion by itself."""
+        size = min(_EXACT_CHUNK, max(1, _WORK // (self.modes + 1)))
+        portions = [slice(i, i + size) for i in range(0, self.where.size, size)]
+        if workers == 1 or len(portions) < 2:
+            for portion in portions:
+                look()
+                self._portion(portion)
+            return
+        with ThreadPoolExecutor(max_workers=min(workers, len(portions)), thread_name_prefix="percuss") as pool:
+            try:
+                for _ in pool.map(self._portion, portions):
+                    look()
+            except BaseException:
+                pool.shutdown(wait=True, cancel_futures=True)
+                raise
+
+    def _portion(self, part: slice) -> None:
+        """One portion: the right side of a jump for all, the left side besides for those on one."""
+        index = np.arange(self.where.size)[part]
+        self.multiplier[index], self.mode[index] = self._largest(index, "right")
+        jumped = index[self.pull["left"][index] != self.pull["right"][index]] if "left" in self.pull else index[:0]
+        if jumped.size:
+            other, mode = self._largest(jumped, "left")
+            worse = ~(np.abs(other) <= np.abs(self.multiplier[jumped]))  # also where one side has no answer
+            self.multiplier[jumped[worse]], self.mode[jumped[worse]] = other[worse], mode[worse]
+
+    def _largest(self, index: npt.NDArray[np.intp], side: Side) -> tuple[ComplexArray, npt.NDArray[np.int16]]:
+        ensure_cache()
+        from percuss.stability import secular_kernels as kn  # only here is the compiler needed
+
+        f, rate = (np.ascontiguousarray(x.T) for x in self.response.modal_apart(self.modes, self.phase[index]))
+        work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
+        found, mode = np.empty((2, index.size)), np.empty(index.size, dtype=np.int16)
+        kn.largest_multipliers(
+            self.velocity_factor[index], self.strain_factor[index], self.mean[index], self.pull[side][index], f, rate,
+            self.bar, self.period, work, state, found, mode,
+        )  # fmt: skip
+        values = found[0] + 1j * found[1]
+        for i in np.flatnonzero(mode < 0):
+            values[i], mode[i] = self._alone(int(index[i]), side)
+        return values, mode
+
+    def _alone(self, i: int, side: Side) -> tuple[complex, int]:
+        """A root whose multipliers failed their check, as a single orbit."""
+        load = self.system.load.with_mean(float(self.mean[i]))
+        try:
+            system = self.system.with_restitution(float(self.r[i])).with_load(load)
+            found = floquet_multipliers(Orbit(system, self.periods, float(self.phase[i])), self.modes, side=side)
+        except (PercussError, ArithmeticError, np.linalg.LinAlgError):
+            return complex(np.nan, np.nan), -1
+        return complex(found.values[0]), found.dominant_mode
+
+    def _fold(self) -> npt.NDArray[np.bool_]:
+        """Where two motions meet."""
+        found = np.zeros(self.where.size, dtype=bool)
+        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
+            found[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
+        return found
+
+    def _grows(self) -> npt.NDArray[np.bool_]:
+        """Where an undamped bar that rebounds fully would gain energy in its elastic modes at every impact."""
+        found = np.zeros(self.where.size, dtype=bool)
+        if self.system.d == 0.0:
+            for i in range(0, self.where.size, _EXACT_CHUNK):
+                part = slice(i, i + _EXACT_CHUNK)
+                found[part] = grows(
+                    self.system, self.phase[part], self.periods, modes=self.modes, restitution=self.r[part]
+                )
+        return found
+
+    def result(self) -> ExactPlane:
+        """The answers put where their roots are."""
+        grows, shape = self._grows(), self.plane.phase.shape
+        self.multiplier[grows], self.mode[grows] = complex(np.nan, np.nan), -1
+        outcome = np.where(grows, _GROWS, np.where(self.mode < 0, _UNSOLVED, _DONE))
+
+        def spread(values: npt.NDArray[np.generic], fill: complex, kind: type) -> npt.NDArray[np.generic]:
+            whole: npt.NDArray[np.generic] = np.full(self.plane.phase.size, fill, dtype=kind)
+            whole[self.where] = values
+            return whole.reshape(shape)
+
+        return ExactPlane(
+            plane=self.plane,
+            modes=self.modes,
+            multiplier=np.asarray(spread(self.multiplier, complex(np.nan, np.nan), complex), dtype=complex),
+            mode=np.asarray(spread(self.mode, -1, np.int16), dtype=np.int16),
+            fold=np.asarray(spread(self._fold(), False, bool), dtype=bool),
+            outcome=np.asarray(spread(outcome, _NO_MOTION, np.int8), dtype=np.int8),
+        )
+
+
+@lru_cache(maxsize=8)
+def _bar(body: Body, at: int, period: float, modes: int) -> Array:
+    """The rows of `percuss.stability.secular_kernels` that all cells share; the last few are kept."""
+    (found, step), drag = flights(body, at, period, modes), body.damping.rigid
+    damping = np.append(drag, found.damping)
+    rows = (
+        np.append(1.0, step.a),
+        np.append(period * float(phi1(drag * period)), step.b),
+        np.append(0.0, step.c),
+        np.append(np.exp(-drag * period), step.e),
+        np.exp(-damping * period),
+        np.exp(-0.5 * damping * period),
+        -np.expm1(-0.5 * damping * period),
+        damping,
+        np.append(0.0, found.omega),
+        np.append(1.0, found.gamma),
+        np.append(0.0, step.versine),
+    )
+    return np.stack(rows)  # writable, though nobody writes: for read-only arrays numba would compile the kernels again

@@ -2,19 +2,230 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model.body import need_free
-from percuss.model.checks import instance
+from percuss.model.checks import Array, instance
+from percuss.model.contact import Contact, Result
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
-from percuss.stability.reduced import Reduced, reduced_criterion
-from percuss.stability.waveform import Waveform, waveform_criterion
-from percuss.steady import Orbit, Reason
+from percuss.steady import Orbit, Reason, TimedOrbit
+from percuss.steady.oscillator import phi1
 
-__all__ = ["DEFAULT_MODES", "Stability", "stability_of"]
+# ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
+
+
+@dataclass(frozen=True)
+class Waveform(Shown):
+    """Stable when lower < p(φ)/p_0 < upper, for a rigid bar without damping and any periodic load.
+
+    Parameters
+    ----------
+    ratio
+        p(φ)/p_0; the value farther outside the bounds when the load jumps at the impact.
+    lower
+        −[(1 − R)/(1 + R)]², where the motion flips (period doubling).
+    upper
+        1, where two motions meet in a fold.
+    mean
+        p_0, dimensionless.
+    restitution_needed
+        The restitution below which this force at the impact would be stable; None when none would do.
+    """
+
+    ratio: float
+    lower: float
+    upper: float
+    mean: float
+    restitution_needed: float | None
+
+    @property
+    def stable(self) -> bool:
+        """Whether the force at the impact lies between the bounds."""
+        return self.lower < self.ratio < self.upper
+
+    @property
+    def force(self) -> float:
+        """p(φ), dimensionless; times `system.force_scale` in N."""
+        return self.ratio * self.mean
+
+    @property
+    def force_lower(self) -> float:
+        """Least force at the impact for a stable blow, dimensionless."""
+        return self.lower * self.mean
+
+    @property
+    def force_upper(self) -> float:
+        """Greatest force at the impact for a stable blow, dimensionless."""
+        return self.upper * self.mean
+
+
+def waveform_bounds(contact: Contact) -> tuple[float, float]:
+    """Between which p(φ)/p_0 a blow is stable: −[(1 − R)/(1 + R)]² and 1 (B77 36).
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that the criterion does not hold for.
+    """
+    contact.need(Result.WAVEFORM)
+    return -(contact.impedance_ratio**2), 1.0
+
+
+def waveform_criterion(orbit: Orbit) -> Waveform:
+    """The criterion −[(1 − R)/(1 + R)]² < p(φ)/p_0 < 1 for an orbit.
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that it does not hold for.
+    """
+    need_free(instance("orbit", orbit, Orbit).system.body, "the criterion of the waveform")
+    load, contact = orbit.system.load, orbit.system.contact
+    lower, upper = waveform_bounds(contact)
+    sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
+    middle = 0.5 * (lower + upper)
+    ratio = max(sides, key=lambda side: abs(side - middle))
+    return Waveform(ratio, lower, upper, load.mean, _needed(contact, ratio, upper))
+
+
+def _needed(contact: Contact, ratio: float, upper: float) -> float | None:
+    """The restitution below which a force is stable."""
+    root = math.sqrt(max(-ratio, 0.0))
+    return float(contact.restitutions_of(root)) if ratio < upper and root < 1.0 else None
+
+
+# ---- B77's reduced stability criterion (29)–(32): valid for s ≫ 1/π
+#
+# For s → ∞ it is the criterion of the rigid bar and holds for every contact law. What it adds for a finite s, the
+# feedback σ of the elastic modes, holds for the law that keeps the strain; for others σ = 0.
+
+X = TypeVar("X", float, Array)
+
+
+@dataclass(frozen=True)
+class Reduced(Shown):
+    """The reduced criterion for one orbit, all numbers dimensionless.
+
+    Parameters
+    ----------
+    sigma
+        σ, the feedback of the elastic modes; 0 for a contact law that it does not hold for.
+    a
+        a_0, a_1, a_2 of a_2 ξ² + a_1 ξ + a_0 = 0.
+    schur
+        |a_0/a_2| and |a_1/(a_0 + a_2)|; stable when both are less than 1.
+    moduli
+        Moduli of the two roots ξ, largest first.
+    other_side
+        The same with the load's value on the other side of a jump at the impact phase, or None.
+    """
+
+    sigma: float
+    a: tuple[float, float, float]
+    schur: tuple[float, float]
+    moduli: tuple[float, float]
+    other_side: Reduced | None = None
+
+    @property
+    def stable(self) -> bool:
+        """Whether both Schur quotients are less than 1, on both sides of a jump."""
+        here = max(self.schur) < 1.0
+        return here and (self.other_side is None or self.other_side.stable)
+
+
+def elastic_feedback(orbit: Orbit) -> float:
+    """σ = (1/(p_0 T)) Σ_k Re[g_k(1) p_k ik exp(ikφ)] with the body's receptance g_k, the sum over all modes.
+
+    For B77's bar g_k(1) = 2 Σ_{n≥1} (−1)ⁿ H_nk. That is the forced elastic velocity of the striking end at the impact,
+    in units of p_0 T. A piecewise load enters with the harmonics that it keeps: the sum over all k does not converge
+    without damping.
+
+    Raises
+    ------
+    ParameterError
+        For a contact law that changes the strain: the multipliers do not depend on σ then.
+    """
+    orbit.system.contact.need(Result.FEEDBACK)
+    return orbit.response.by_harmonics.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
+
+
+def quadratic_coefficients(
+    d: float, velocity_factor: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
+) -> tuple[Array, Array, Array]:
+    """a_0, a_1, a_2 of B77 (29)–(31), β = −R of the contact law; `slope` is v_f'(φ)/p_0. Broadcasts."""
+    a_0, a_1, a_2 = _coefficients(d, period, *(np.asarray(x, dtype=float) for x in (velocity_factor, sigma, slope)))
+    return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
+
+
+def _coefficients(d: float, period: float, beta: X, sigma: X, slope: X) -> tuple[X, X, X]:
+    """a_0, a_1, a_2 for scalars or arrays; scalars take a tenth of the time of arrays of size 1."""
+    decay, gain = math.exp(-d * period), -math.expm1(-d * period) / (d * period) if d * period else 1.0
+    impulse = 1.0 - beta
+    fed = impulse * sigma
+    a_2 = 1.0 + fed
+    a_1 = -1.0 - beta**2 * decay - gain * impulse**2 * slope - (1.0 + beta * decay) * fed
+    a_0 = beta * decay * (beta + fed)
+    return a_0, a_1, a_2
+
+
+def schur_quotients(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
+    """|a_0/a_2| and |a_1/(a_0 + a_2)| (B77 32); inf where a denominator vanishes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = np.abs(a_0 / a_2), np.abs(a_1 / (a_0 + a_2))
+    return np.where(np.isnan(first), np.inf, first), np.where(np.isnan(second), np.inf, second)
+
+
+def reduced_criterion(orbit: Orbit) -> Reduced:
+    """B77's criterion for an orbit, with both one-sided values where the load jumps at the impact.
+
+    For a contact law that turns the strain over it is that of the rigid bar, σ = 0; the multipliers of an elastic one
+    differ from it at first order in 1/s there.
+
+    References
+    ----------
+    U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (29)–(32).
+    """
+    need_free(instance("orbit", orbit, Orbit).system.body, "B77's reduced criterion")
+    load = orbit.system.load
+    *left, right = (float(load.value(orbit.phase, side)) for side in load.sides)
+    other = _with_force(orbit, left[0], None) if left and left[0] != right else None
+    return _with_force(orbit, right, other)
+
+
+def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
+    system = orbit.system
+    v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
+    slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
+    sigma = elastic_feedback(orbit) if system.contact.holds(Result.FEEDBACK) else 0.0
+    a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.contact.velocity_factor, sigma, slope)
+    schur = _quotient(a_0, a_2), _quotient(a_1, a_0 + a_2)
+    return Reduced(sigma, (a_0, a_1, a_2), schur, _moduli(a_0, a_1, a_2), other)
+
+
+def _quotient(above: float, below: float) -> float:
+    return abs(above / below) if below else math.inf
+
+
+def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
+    """Moduli of the roots of a_2 ξ² + a_1 ξ + a_0, largest first, without cancellation."""
+    if a_2 == 0.0:
+        return (math.inf, abs(a_0 / a_1) if a_1 else math.inf)
+    discriminant = a_1 * a_1 - 4.0 * a_2 * a_0
+    if discriminant < 0.0:
+        modulus = math.sqrt(a_0 / a_2)
+        return (modulus, modulus)
+    big = -0.5 * (a_1 + math.copysign(math.sqrt(discriminant), a_1))
+    first, second = abs(big / a_2), abs(a_0 / big) if big else 0.0
+    return (max(first, second), min(first, second))
+
+
+# ---- The verdict on an orbit: stable or not, why, and by what margin
 
 DEFAULT_MODES = 32
 
@@ -197,6 +408,124 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Red
         turn = abs(float(np.angle(first)))
         grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"
         return f"unstable, a spiral: {grows}"
+    if kind is Reason.FOLD:
+        return f"unstable, beyond the fold: multiplier {first.real:.3f}"
+    return f"flip (period doubling): multiplier {first.real:.3f}"
+
+
+# ---- The verdict on a steady motion whose blows take time: the two multipliers of its rhythm
+#
+# With t the time of the force's centroid and W the mean velocity that the bar would reach there, a blow and the flight
+# after it map (t, W) to (t', W'). J = (1 + R)(1 + δ)(W − e p) leaves W − J; the drag and the load make W' of that until
+# t'; and the bar moves by A J + t_J [(W' − p' t_J) − (W − p t_J)], as both contacts begin t_J earlier, where it meets
+# the impact plane. The map is linearised here; without duration and advance it is B77's for a rigid bar. What is of
+# second order in the duration is kept as this map has it, not as the waves have it.
+
+
+@dataclass(frozen=True)
+class TimedStability(Shown):
+    """Whether small disturbances of the rhythm of a motion die out when its blows take time.
+
+    Parameters
+    ----------
+    stable
+        Whether both multipliers lie inside the unit circle; of a load that jumps during the contact, for each value
+        that it has then.
+    kind
+        What decides, one of `percuss.steady.Reason`; None where the law cannot judge, as the load jumps just where the
+        blow is.
+    reason
+        In words.
+    margin
+        1 minus the largest modulus, per blow: to be compared with `Stability.margin_rhythm` of B77's motion.
+    multipliers
+        Both, the greater modulus first, of the value of the load that is worst.
+    """
+
+    stable: bool
+    kind: Reason | None
+    reason: str
+    margin: float
+    multipliers: tuple[complex, complex]
+
+    def __str__(self) -> str:
+        return f"TimedStability: {'stable' if self.stable else 'unstable'}, margin {self.margin:.4g} ({self.reason})"
+
+
+def timed_stability(orbit: TimedOrbit) -> TimedStability:
+    """Judge a motion of `timed_states` by the two multipliers of the time and the speed of its blows.
+
+    Elastic modes have no multipliers here, as the law takes their ringing to die out between blows.
+
+    Examples
+    --------
+    >>> from percuss import Load, System, Timed, timed_states
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> for orbit in timed_states(system, Timed.of_uniform_bar(20.0, 0.6)).orbits:
+    ...     print(timed_stability(orbit).reason)
+    unstable, beyond the fold: multiplier 3.261
+    stable: an error in the time or the speed of a blow shrinks to 0.5909 with every blow
+    """
+    instance("orbit", orbit, TimedOrbit)
+    pairs = [_multipliers(orbit, force) for force in orbit.forces]
+    worst = max(pairs, key=lambda pair: abs(pair[0]))
+    margin = 1.0 - abs(worst[0])
+    kind = _timed_kind(orbit, worst, margin)
+    return TimedStability(kind is Reason.STABLE, kind, _timed_in_words(orbit, kind, worst), margin, worst)
+
+
+def _linear_map(orbit: TimedOrbit, force: float) -> Array:
+    """(dt, dW) before a blow to (dt', dW') before the next one; shape (2, 2)."""
+    law, d, period = orbit.law, orbit.system.d, orbit.period
+    slope = 0.0 if orbit.system.load.is_piecewise else float(orbit.system.load.derivative(orbit.phase))
+    before, after, centroid = orbit.rigid_velocity, orbit.rebound_velocity, law.force_centroid
+    kept, moved = math.exp(-d * period), period * float(phi1(d * period))
+    push_before, push_after = force - d * before, force - d * after  # accelerations of the mean
+    columns = []
+    for dt, dw in ((1.0, 0.0), (0.0, 1.0)):
+        dj = law.impulse(dw, slope * dt, d)
+        left = dw - dj
+        lag = (law.advance_per_impulse * dj + (centroid * kept - moved) * left - centroid * dw) + dt * (
+            after + push_after * (moved - centroid * kept) + centroid**2 * slope
+        )
+        later = lag / (before - centroid * push_before + centroid**2 * slope)
+        columns.append((later, kept * (left - push_after * dt) + push_before * later))
+    return np.array(columns).T
+
+
+def _multipliers(orbit: TimedOrbit, force: float) -> tuple[complex, complex]:
+    values = np.linalg.eigvals(_linear_map(orbit, force)).astype(complex)
+    first, second = sorted(values.tolist(), key=lambda x: (-round(abs(x), 13), -x.real, -x.imag))
+    return first, second
+
+
+def _timed_kind(orbit: TimedOrbit, pair: tuple[complex, complex], margin: float) -> Reason | None:
+    if orbit.straddles:
+        return None
+    if orbit.fold:
+        return Reason.FOLD
+    if abs(margin) <= NEUTRAL:
+        return Reason.NEUTRAL
+    if margin > 0.0:
+        return Reason.STABLE
+    if abs(pair[0].imag) > TURNING * abs(pair[0]):
+        return Reason.SPIRAL
+    return Reason.FOLD if pair[0].real > 0.0 else Reason.FLIP
+
+
+def _timed_in_words(orbit: TimedOrbit, kind: Reason | None, pair: tuple[complex, complex]) -> str:
+    first, modulus = pair[0], abs(pair[0])
+    if kind is None:
+        return "not judged: the load jumps while the blow acts, and how it shares the two values decides"
+    if orbit.fold:
+        return "fold: two motions meet here"
+    if kind is Reason.STABLE:
+        return f"stable: an error in the time or the speed of a blow shrinks to {modulus:.4f} with every blow"
+    if kind is Reason.NEUTRAL:
+        return "neutral: an error in the time of a blow neither grows nor dies out"
+    if kind is Reason.SPIRAL:
+        turn = abs(math.atan2(first.imag, first.real))
+        return f"unstable, a spiral: an error grows by a factor of {modulus:.4f} per blow, turning {turn:.3f} rad"
     if kind is Reason.FOLD:
         return f"unstable, beyond the fold: multiplier {first.real:.3f}"
     return f"flip (period doubling): multiplier {first.real:.3f}"

@@ -6,19 +6,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from percuss.steady.admissible import Violation
-from percuss.steady.drag import Drag, drag_of, greatest_drag
-from percuss.steady.energy import Energy
-from percuss.steady.full_rebound import grows
-from percuss.steady.harmonic import Field
-from percuss.steady.impact_state import ModalState
-from percuss.steady.level import level
-from percuss.steady.orbit import Orbit
-from percuss.steady.reason import Reason
+from percuss.steady.figures import SIReport, si_report
+from percuss.steady.harmonic import Energy, Field
+from percuss.steady.orbit import Orbit, Reason
+from percuss.steady.oscillator import ModalState
+from percuss.steady.phases import grows, level
 from percuss.steady.rest import Rest, rest_on_wall
-from percuss.steady.si import SIReport, si_report
-from percuss.steady.states import Nearest, SteadyStates, steady_states
-from percuss.steady.timed_orbit import TimedOrbit
-from percuss.steady.timed_states import TimedStates, timed_states
+from percuss.steady.states import Drag, Nearest, SteadyStates, drag_of, greatest_drag, steady_states
+from percuss.steady.timed_states import TimedOrbit, TimedStates, timed_states
 
 if TYPE_CHECKING:
     from percuss.steady.periodic import (

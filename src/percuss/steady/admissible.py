@@ -9,18 +9,73 @@ first pass uses few modes and a bound of what the others can add; cells that thi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady.truncation import ringing
+from percuss.steady.truncation import Truncation, Untruncated, ringing
 
 if TYPE_CHECKING:
-    from percuss.steady.flown import Flown
+    from percuss.steady.oscillator import ModalState
 
-__all__ = ["Contactless", "Violation", "a_passage", "flight_check", "start_acceleration", "stays_off", "tops"]
+
+# ---- What must be known of a flight to prove that the bar does not touch the wall before its end
+
+
+class Flown(Untruncated, Protocol):
+    """A flight from impact to impact: `Motion` has one of them, and `Flight` of `steady.periodic` is one."""
+
+    @property
+    def phase(self) -> float:
+        """Load phase of the impact from which the flight starts."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Duration of the flight."""
+        ...
+
+    @property
+    def periods(self) -> int:
+        """The load periods that it takes, rounded up."""
+        ...
+
+    @property
+    def cut(self) -> bool: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def truncation(self) -> Truncation: ...
+    @property
+    def state(self) -> ModalState:
+        """The elastic modes at the impact from which the flight starts."""
+        ...
+
+    @property
+    def error_bound(self) -> float: ...
+    @property
+    def rigid_rebound(self) -> float:
+        """Mean velocity of the bar at the start of the flight."""
+        ...
+
+    @property
+    def rebound_velocity(self) -> float:
+        """Velocity of the striking end at the start of the flight."""
+        ...
+
+    @property
+    def impact_velocity(self) -> float:
+        """Velocity of the striking end at its end."""
+        ...
+
+    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
+        """Gap function and its velocity with the first `modes` elastic modes; each of shape (len(t),)."""
+        ...
+
+
+# ---- Does the bar pass through the wall between two impacts? Decided with bounds, not with a scan (theory §4)
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
 _DEPTH = 1e-9  # relative accuracy of the greatest depth

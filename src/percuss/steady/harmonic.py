@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +14,161 @@ import numpy.typing as npt
 from percuss.halting import look
 from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray
-from percuss.steady.energy import Balanced, Waves, harmonic_exchange
-from percuss.steady.resonance import refuse_resonance
-from percuss.steady.wave_phases import phases_of_waves, turns_of_waves
+from percuss.shown import Shown
+from percuss.steady.oscillator import dissipated, phi1, phi2, refuse_resonance
+from percuss.steady.trigonometric import phases_of_waves, turns_of_waves
 
-__all__ = ["Field", "HarmonicResponse"]
+if TYPE_CHECKING:
+    from percuss.steady.oscillator import ModalState
+
+
+# ---- Energy over one impact period, term by term in closed form, so that the balance checks the orbit (theory §4)
+#
+# Input ∮ p u_t(x_p, t) dt, damping Σ d_n ∮ u_n'² dt, and what the contact law takes of kinetic and strain energy at the
+# impact. The velocity is split into the forced part f' and the free part z' (for the mean motion: v_f and r);
+# δ = z(T) − z(0). What the forced part alone loses is what the load puts into it.
+
+
+@dataclass(frozen=True)
+class Energy(Shown):
+    """Energy over one impact period, dimensionless.
+
+    Parameters
+    ----------
+    input
+        Put in by the load.
+    damping
+        Taken by the damping.
+    impact
+        Taken by the impact.
+    """
+
+    input: float
+    damping: float
+    impact: float
+
+    @property
+    def imbalance(self) -> float:
+        """input − damping − impact; rounding alone makes it differ from 0."""
+        return self.input - self.damping - self.impact
+
+
+class Waves(NamedTuple):
+    """The forced response to harmonics k = 1, 2, …, per harmonic.
+
+    Parameters
+    ----------
+    k, p
+        Number and complex amplitude of each harmonic of the load; shape (K,).
+    rigid_velocity
+        That of the rigid motion; shape (K,).
+    gains
+        Motion of the elastic modes 1 … N per amplitude; shape (N, K).
+    driven
+        Elastic motion of the place where the load acts per amplitude; shape (K,).
+    """
+
+    k: Array
+    p: ComplexArray
+    rigid_velocity: ComplexArray
+    gains: ComplexArray
+    driven: ComplexArray
+
+
+class Balanced(Protocol):
+    """What the energy balance needs of a motion; `percuss.steady.orbit.Motion` has it."""
+
+    @property
+    def system(self) -> System: ...
+    @property
+    def periods(self) -> int: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def phase(self) -> float: ...
+    @property
+    def cut(self) -> bool: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def state(self) -> ModalState: ...
+    @property
+    def rigid_velocity(self) -> float: ...
+    def rigid_motion(self, t: Array) -> tuple[Array, Array]: ...
+    def transient(self, t: Array) -> tuple[Array, Array]: ...
+
+
+def harmonic_exchange(motion: Balanced, waves: Waves) -> tuple[float, float]:
+    """Energy put in by harmonics, and taken by the damping."""
+    rigid, elastic = _rigid_harmonic(motion, waves), _elastic_harmonic(motion, waves)
+    return rigid[0] + elastic[0], rigid[1] + elastic[1]
+
+
+def _rigid_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
+    d, p0, period = motion.system.d, motion.system.push, motion.period
+    k, p, v = waves.k, waves.p, waves.rigid_velocity
+    if not motion.system.body.is_free:
+        return 0.0, 0.0
+    turn = np.exp(1j * k * motion.phase)
+    v_phi = float((v * turn).real.sum())
+    start = motion.system.contact.velocity_factor * motion.rigid_velocity - v_phi
+    once, twice = period * float(phi1(d * period)), period**2 * float(phi2(d * period))
+    fade = once / (d - 1j * k) * (d * start - p0)  # ∮ exp(ikt) r(t) dt
+    half_turns = 0.5 * period
+    put_in = half_turns * float((np.conj(p) * v).real.sum()) + float((p * turn * fade).real.sum())
+    put_in += p0 * float(motion.rigid_motion(np.array([period]))[0][0])
+    end = p0 * once + start * math.exp(-d * period)
+    free = p0 * (p0 * twice + start * once) - 0.5 * (end**2 - start**2)
+    damped = d * half_turns * float(np.sum(np.abs(v) ** 2)) + 2.0 * d * float((v * turn * fade).real.sum())
+    return put_in, damped + free if d > 0.0 else 0.0
+
+
+def _elastic_harmonic(motion: Balanced, waves: Waves) -> tuple[float, float]:
+    k, p, gain, state, system = waves.k, waves.p, waves.gains, motion.state, motion.system
+    modes = system.body.modes(state.omega.size, system.load.at)
+    square, weight = state.omega**2, modes.weight
+    end, end_velocity = (a[:, 0] for a in motion.transient(np.array([motion.period])))
+    jump, jump_velocity = end - state.z, end_velocity - state.z_velocity
+    turned = p * np.exp(1j * k * motion.phase)
+    work = np.conj(gain) * (square[:, None] * jump[:, None] + 1j * k * jump_velocity[:, None])  # ∮ exp(ikt) z'(t) dt
+    put_in = float(weight @ ((work @ turned).real + system.load.mean * jump))
+    free = 0.5 * (state.z_velocity**2 - end_velocity**2 + square * (state.z**2 - end**2))
+    cross = 2.0 * modes.damping * ((gain * work) @ (1j * k * turned)).real
+    damped = float(weight @ np.where(modes.damping > 0.0, free + cross, 0.0))
+    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * waves.driven).real))
+    return put_in + forced, damped + forced if np.any(modes.damping) else 0.0
+
+
+def piecewise_exchange(
+    motion: Balanced, starts: Array, modal: Callable[[int, Array], tuple[Array, Array]]
+) -> tuple[float, float]:
+    """Energy put in by steps that begin at `starts`, and taken by the damping; `modal` gives (f_n, f_n') of the modes.
+
+    Between its breaks a piecewise load is constant: every mode is a free oscillator about its static place.
+    """
+    ahead = np.mod(starts[None, :] - motion.phase, 2.0 * math.pi)
+    ahead = (ahead + 2.0 * math.pi * np.arange(motion.periods)[:, None]).reshape(-1)
+    knots = np.unique(np.concatenate([[0.0], ahead, [motion.period]]))
+    knots = knots[np.append(True, np.diff(knots) > 1e-13)]
+    knots[-1] = motion.period
+    system, lengths = motion.system, np.diff(knots)
+    force = system.load.value(motion.phase + 0.5 * (knots[1:] + knots[:-1]))
+    u, v = motion.rigid_motion(knots)
+    put_in = float(force @ np.diff(u))
+    damped = put_in - 0.5 * float(v[-1] ** 2 - v[0] ** 2) if system.d > 0.0 else 0.0
+    f, f_velocity = modal(motion.modes, motion.phase + knots)
+    f[:, -1], f_velocity[:, -1] = f[:, 0], f_velocity[:, 0]  # a whole number of turns, to the last digit
+    z, z_velocity = motion.transient(knots)
+    w, w_velocity = f + z, f_velocity + z_velocity
+    modes = system.body.modes(motion.modes, system.load.at)
+    omega, damping = modes.omega[:, None], modes.damping[:, None]
+    put_in += float(modes.weight @ (np.diff(w, axis=1) @ force))
+    away = w[:, :-1] - force[None, :] / omega**2
+    lost = dissipated(omega, damping, (away, w_velocity[:, :-1]), lengths[None, :])
+    return put_in, damped + float(modes.weight @ lost.sum(axis=1))
+
+
+# ---- Forced response to a load given by harmonics: sums over all modes as the body has them (theory §4)
 
 _AT_ONCE = 1 << 20  # harmonics × times
 _KEPT_GAINS = 1 << 14  # numbers, modes × harmonics, of the tables that are kept
@@ -268,3 +420,136 @@ def _gains(body: Body, k: bytes, modes: int) -> ComplexArray:
 
 
 _known_gains = lru_cache(maxsize=16)(_gains)  # the same for every mean load, phase and contact law
+
+
+# ---- What a forced response answers, whatever form the load has: the questions that steady motions ask of one
+
+
+class Response(Protocol):
+    """Periodic motion of the bar under its load, without rigid drift.
+
+    Where a response is asked for `modes`, these are the modes of those of its sums that have no closed form; `cut`
+    ends the others there too.
+    """
+
+    system: System
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether its modes fall off so fast, like 1/n³, that nothing rings: the load does not jump."""
+        ...
+
+    @property
+    def by_harmonics(self) -> HarmonicResponse:
+        """The response to the harmonics that the load keeps; itself when there is nothing else."""
+        ...
+
+    def __hash__(self) -> int: ...
+
+    # -- rigid part --
+
+    def rigid_velocity(self, theta: Array) -> Array:
+        """v_f(θ) (theory §4); shape of `theta`."""
+        ...
+
+    def rigid_bounds(self) -> tuple[float, float]:
+        """Bounds of |v_f| and of the alternating force."""
+        ...
+
+    def rigid_acceleration(self, theta: Array) -> Array:
+        """v_f'(θ), right-sided at a jump."""
+        ...
+
+    def slope_on(self, arc: int, theta: Array) -> Array:
+        """v_f'(θ) on arc number `arc`, at its ends too; shape of `theta`."""
+        ...
+
+    def rigid_displacement(self, theta: Array) -> Array:
+        """The periodic antiderivative of v_f with mean zero."""
+        ...
+
+    def force(self, theta: Array) -> Array:
+        """p(θ) with its mean, right-sided at a jump."""
+        ...
+
+    def plateau(self, phase: float) -> tuple[float, float] | None:
+        """First and last phase of the arc around `phase` if v_f is flat there, or None."""
+        ...
+
+    # -- where v_f meets a level --
+
+    @property
+    def ends(self) -> Array:
+        """The phases in [0, 2π), increasing, between which v_f is monotone."""
+        ...
+
+    @property
+    def flat(self) -> npt.NDArray[np.bool_]:
+        """On which of the arcs that begin there v_f does not change but for rounding; shape of `ends`."""
+        ...
+
+    def turning(self, velocities: Array) -> npt.NDArray[np.bool_]:
+        """At which ends v_f turns round, from v_f at the ends and a turn later at the first one; that shape."""
+        ...
+
+    def phases_at(
+        self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array, plain: bool = False
+    ) -> Array:
+        """The phase on each arc where v_f equals a level between its ends, for `percuss.steady.phases.Arcs`.
+
+        With `plain` in plain numbers where those are faster, which round otherwise than rows of them.
+        """
+        ...
+
+    # -- elastic part --
+
+    def elastic(self, x: Array, theta: Array, modes: int, *, cut: bool = False) -> Field:
+        """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ))."""
+        ...
+
+    def end_motion(self, theta: Array, modes: int, *, cut: bool = False) -> tuple[Array, Array]:
+        """Forced displacement (but for a constant) and velocity of the striking end, rigid part and elastic part."""
+        ...
+
+    def end_velocity(self, theta: float, modes: int, *, cut: bool = False) -> float:
+        """Elastic part of the forced velocity of the striking end at one load phase."""
+        ...
+
+    def end_rates(self, modes: int, *, cut: bool = False) -> tuple[float, float]:
+        """Bounds of the second and third derivative of the striking end's forced elastic motion that is no ringing."""
+        ...
+
+    # -- mode by mode --
+
+    def modal(self, modes: int, theta: Array) -> tuple[Array, Array]:
+        """(f_n, f_n') of the elastic modes n = 1 … `modes`, each of shape (modes, len(θ))."""
+        ...
+
+    def modal_apart(self, modes: int, theta: Array) -> tuple[Array, Array]:
+        """As `modal`, with the same bits for a phase alone and in a row."""
+        ...
+
+    def modal_bounds(self, modes: int) -> tuple[Array, Array]:
+        """Bounds over all phases of |f_n|, but for what rings, and of |f_n'|; each of shape (modes,)."""
+        ...
+
+    def displacement_tail(self, omega: float) -> float:
+        """P with |f_n| ≤ P/ω_n², but for what rings, for every mode with ω_n ≥ `omega`; inf when that is too low."""
+        ...
+
+    def modal_velocity_bound(self, theta: float, omega: float, damping: float) -> float:
+        """P with |f_n'(θ)| ≤ P/ω_n² for every mode with ω_n ≥ `omega`, d_n ≥ `damping`; inf for none."""
+        ...
+
+    def ringing(self, modes: int) -> Array:
+        """Greatest amplitudes of free motion in the forced response, after the jumps of the load; shape (modes,)."""
+        ...
+
+    @property
+    def most_modes(self) -> int:
+        """So many modes are looked at when it is decided how many to keep."""
+        ...
+
+    def exchange(self, motion: Balanced) -> tuple[float, float]:
+        """Energy put in by the load and taken by the damping over an impact period of a motion (theory §4)."""
+        ...

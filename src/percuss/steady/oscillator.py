@@ -7,17 +7,18 @@ special case for the caller.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from percuss.errors import ResonanceError
 from percuss.halting import look
-from percuss.model import Body, Modes
+from percuss.model import Body, HeldBody, Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
-
-__all__ = ["Propagator", "dissipated", "flights", "free_sum", "phi1", "phi2", "propagator"]
+from percuss.model.load import MAX_HARMONICS
 
 _CHUNK = 1 << 20  # modes × times handled at once
 _EVEN = 48  # times at one distance from which on products of exponentials are quicker than exponentials
@@ -232,3 +233,194 @@ def dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Ar
     end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
     fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
     return np.asarray(np.where(ringing, lost, fallen))
+
+
+# ---- Exact resonance: of an undamped bar with a harmonic that its load contains (B77 16), of a mode with the impacts
+
+IntArray = npt.NDArray[np.int64]
+
+_EXACT = 64.0 * np.finfo(float).eps
+_EXACT_BEYOND = 8.0 * np.finfo(float).eps  # for harmonics so high that many of them lie near some frequency
+_MODES = 4096  # the most that any sum takes
+_TURNED = 4.0 * np.finfo(float).eps  # error of the angle of a mode over a cycle, relative
+_CANCELLED = 8.0 * np.finfo(float).eps  # share of the terms of det(ξ − M_n) that is rounding
+
+
+def comes_back(
+    divisor: npt.ArrayLike, terms: npt.ArrayLike, angle: npt.ArrayLike, factor: npt.ArrayLike
+) -> npt.NDArray[np.bool_]:
+    """Which modes come back after a cycle by themselves, so that their amplitude is free: internal resonance.
+
+    Parameters
+    ----------
+    divisor
+        det(ξ − M_n), with the map M_n of the mode over a cycle.
+    terms
+        What it was found from: how far the flights are from half turns of the mode, |cos − (±1)| and sin².
+    angle
+        ω_n T, which is known to four units in its last place.
+    factor
+        Times the square of a change of the angle, det(ξ − M_n) grows from 0 at most.
+    """
+    turned = 2.0 * np.asarray(factor) * (_TURNED * np.asarray(angle)) ** 2
+    return np.asarray(np.abs(divisor) <= _CANCELLED * np.asarray(terms) + turned)
+
+
+def refuse_resonance(system: System) -> None:
+    """ResonanceError when an undamped mode is driven at its own frequency; for a uniform bar s = k/(nπ).
+
+    A load of steps contains harmonics without end: all up to 4096 are looked at, and those that the first 4096 modes
+    could meet. That the load may act at a node of the mode is not looked at.
+    """
+    body, load = system.body, system.load
+    if system.d > 0.0 or load.is_constant:
+        return
+    if isinstance(body, HeldBody):
+        return _refuse_held(body, load)
+    if load.is_piecewise:
+        k, exact = _of_steps(body.modes(_MODES).omega)
+    else:
+        k, exact = load.harmonics, np.full(load.harmonics.shape, _EXACT)
+    n = body.nearest(k)
+    for i in _met(k, body.frequency(n), exact):
+        driven = not load.is_piecewise or _contains(load, float(k[i]))
+        if driven and body.modes(int(n[i])).damping[-1] == 0.0:
+            raise ResonanceError(int(k[i]), int(n[i]))
+
+
+def _refuse_held(body: HeldBody, load: Load) -> None:
+    """The same for a structure: of steps all harmonics up to its highest frequency are looked at."""
+    omega = body.frequencies(body.most_modes)
+    free = np.flatnonzero(body.dampings(body.most_modes) == 0.0)
+    k = np.rint(omega[free]).astype(np.int64) if load.is_piecewise else load.harmonics
+    for n in free:
+        for i in _met(k, np.full(k.shape, omega[n]), np.full(k.shape, _EXACT)):
+            if k[i] >= 1 and (not load.is_piecewise or _contains(load, float(k[i]))):
+                raise ResonanceError(int(k[i]), int(n) + 1)
+
+
+def held_resonance(load: Load, fundamental: float) -> bool:
+    """Whether steps contain a frequency (n − ½)ω_1 of an undamped uniform bar whose end is held, as at the wall."""
+    k, exact = _of_steps(np.asarray(fundamental * (np.arange(1, _MODES + 1) - 0.5)))
+    n = np.maximum(np.rint(k / fundamental + 0.5), 1.0)
+    return any(_contains(load, float(k[i])) for i in _met(k, (n - 0.5) * fundamental, exact))
+
+
+def _of_steps(frequencies: Array) -> tuple[IntArray, Array]:
+    """The harmonics of a load of steps that are looked at, and how near each must come to a frequency."""
+    k = np.concatenate([np.arange(1, MAX_HARMONICS + 1), np.rint(frequencies).astype(np.int64)])
+    k = k[k >= 1]
+    return k, np.where(k <= MAX_HARMONICS, _EXACT, _EXACT_BEYOND)
+
+
+def _met(k: IntArray, frequency: Array, exact: Array) -> list[int]:
+    """Which of the harmonics k meet a frequency, by increasing k."""
+    met = np.flatnonzero(np.abs(k - frequency) <= exact * frequency)
+    return [int(i) for i in met[np.argsort(k[met], kind="stable")]]
+
+
+def _contains(load: Load, k: float) -> bool:
+    """Whether the jumps of steps leave anything of harmonic k but rounding."""
+    jumps = load.jumps
+    terms = np.array([(jump.after - jump.before) * np.exp(-1j * k * jump.phase) for jump in jumps])
+    return bool(abs(terms.sum()) > 8.0 * np.finfo(float).eps * (1.0 + k) * np.abs(terms).sum())
+
+
+# ---- The state of the elastic modes at the impact of a steady motion (B77 12, 13; theory §4)
+#
+# With D = diag(α, β) of the contact law, β = −R, and Φ the propagator over the impact period T, the transient just
+# after the impact is z = (I − DΦ)⁻¹(D − I) f, and the state just before it x = (I − ΦD)⁻¹(I − Φ) f; with α = 1 the
+# velocity is f' det(I − Φ)/det(I − DΦ), and the displacement the same before and after.
+
+
+@dataclass(frozen=True)
+class ModalState:
+    """Elastic modes n = 1 … N at the impact; every array of shape (N,), dimensionless.
+
+    Parameters
+    ----------
+    omega
+        Undamped frequencies ω_n.
+    displacement, velocity
+        u_n and u_n' just before the impact.
+    rebound
+        u_n just after the impact: the contact law's α times `displacement`.
+    z, z_velocity
+        Transient part (u_n − f_n, u_n' − f_n') just after the impact.
+    forced_velocity
+        f_n' at the impact phase.
+    divisor
+        det(I − DΦ): how near the mode is to resonance with the impacts (0 = resonant).
+    """
+
+    omega: Array
+    displacement: Array
+    velocity: Array
+    rebound: Array
+    z: Array
+    z_velocity: Array
+    forced_velocity: Array
+    divisor: Array
+
+    @property
+    def amplitude(self) -> Array:
+        """Bound of |z_n(t)| for all t ≥ 0, because the energy of a free oscillation never grows; shape (N,)."""
+        return np.asarray(np.hypot(self.z, self.z_velocity / self.omega))
+
+    def first(self, modes: int) -> ModalState:
+        """The first `modes` of the modes; itself when it has no more."""
+        if modes >= self.omega.size:
+            return self
+        return ModalState(*(getattr(self, name)[:modes] for name in self.__dataclass_fields__))
+
+
+def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
+    """Solve the steady condition mode by mode.
+
+    Parameters
+    ----------
+    system, period
+        The system and the impact period T = 2πm.
+    forced
+        f_n and f_n' at the impact phase, each of shape (N,).
+    """
+    (f, f_velocity), contact = forced, system.contact
+    alpha, beta, impulse = contact.strain_factor, contact.velocity_factor, contact.impulse
+    released = 1.0 - alpha  # 0 for the law that keeps the strain
+    modes, step = flights(system.body, system.load.at, period, f.size)
+    omega, d = modes.omega, modes.damping
+    loss = -np.expm1(-0.5 * d * period)  # 1 − exp(−dT/2)
+    half_d_b = 0.5 * d * step.b
+    still = loss**2 + 2.0 * step.versine  # det(I − Φ)
+    kept = loss * (1.0 - beta * step.half) + (1.0 + beta) * step.versine - impulse * half_d_b  # det(I − DΦ) for α = 1
+    divisor = kept + released * (step.a - beta * step.half**2)
+    one_minus_a = loss + step.versine - half_d_b
+    singular = comes_back(divisor, 0.0, omega * period, 1.0 + beta)  # only without damping
+    safe = np.where(singular, 1.0, divisor)
+    push = -impulse * f_velocity
+    # an undamped mode in exact resonance with the impacts only fixes its velocity
+    z = (push * step.b * alpha - released * (1.0 - beta * step.e) * f) / safe
+    z = np.where(singular, 0.0, z)
+    z_velocity = (push * (one_minus_a + released * step.a) - released * beta * step.c * f) / safe
+    z_velocity = np.where(singular, -f_velocity, z_velocity)
+    velocity = f_velocity * (still + released * (step.a - step.half**2)) - released * step.c * f
+    velocity = np.where(singular, 0.0, velocity / safe)
+    displacement = np.where(singular, f, f * (kept / safe) + push * step.b / safe)
+    return ModalState(omega, displacement, velocity, f + z, z, z_velocity, f_velocity, divisor)
+
+
+def resolvent_bound(system: System, period: float, omega: float, d: float) -> float:
+    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from one with `omega` and `d` on; inf when d = 0.
+
+    For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
+    """
+    contact = system.contact
+    half = float(np.exp(-0.5 * d * period))
+    rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
+    if rate == 0.0:
+        return float("inf")
+    slip = 0.5 * d / rate * half
+    least = -float(np.expm1(-0.5 * d * period)) * (1.0 - contact.velocity_factor * half) - contact.impulse * slip
+    if least <= 0.0:
+        return float("inf")
+    return contact.impulse * (half * omega / rate + 1.0 + half + slip) / least

@@ -10,12 +10,8 @@ import numpy as np
 
 from percuss.model import Modes, System
 from percuss.model.checks import Array
-from percuss.steady.energy import Balanced, piecewise_exchange
-from percuss.steady.harmonic import Field, HarmonicResponse
-from percuss.steady.oscillator import free_sum, phi1, phi2, propagator
-from percuss.steady.resonance import refuse_resonance
-
-__all__ = ["PiecewiseResponse"]
+from percuss.steady.harmonic import Balanced, Field, HarmonicResponse, piecewise_exchange
+from percuss.steady.oscillator import free_sum, phi1, phi2, propagator, refuse_resonance
 
 TURN = 2.0 * math.pi
 _WHOLE = 64.0 * np.finfo(float).eps

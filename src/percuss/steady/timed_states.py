@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,14 +13,465 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import System, Timed
 from percuss.model.checks import Array, count, instance, numbers
+from percuss.model.contact import impedance_ratio
 from percuss.shown import Shown
-from percuss.steady.orbit import Orbit
+from percuss.steady.admissible import Violation
+from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.orbit import Orbit, Reason
+from percuss.steady.oscillator import phi1, phi2
+from percuss.steady.phases import Arcs, forced_response, level_at
 from percuss.steady.states import MAX_PERIODS, SteadyStates, steady_states
-from percuss.steady.timed_orbit import TimedOrbit
-from percuss.steady.timed_phases import TimedCondition, matched_roots, timed_condition
-from percuss.steady.trigonometric import TURN
+from percuss.steady.trigonometric import TURN, on_circle
 
-__all__ = ["TimedStates", "timed_states"]
+# ---- The flight of a bar as a whole between two blows that take time, and whether it passes the plane of the next one
+#
+# Decided with bounds: a cell of time is dropped only when Taylor's theorem, with a bound of the acceleration, proves
+# that the bar stays off.
+
+_TOUCH = 1e-13  # share of the scale of the motion that rounding hides
+_NARROWEST = 1e-14  # share of the flight below which a cell is not split further
+_DEPTH = 1e-6  # relative accuracy of the greatest depth
+_CELLS = 64  # per load period, to begin with
+
+
+@dataclass(frozen=True)
+class RigidFlight:
+    """The mean motion of a bar under its load.
+
+    Parameters
+    ----------
+    system
+        The bar and its load.
+    phase
+        Phase of the load at time 0.
+    velocity
+        Mean velocity at time 0.
+    """
+
+    system: System
+    phase: float
+    velocity: float
+
+    @cached_property
+    def _start(self) -> tuple[float, float]:
+        """Periodic displacement and velocity of the rigid motion at time 0."""
+        response, here = forced_response(self.system), np.array([self.phase])
+        return float(response.rigid_displacement(here)[0]), float(response.rigid_velocity(here)[0])
+
+    def motion(self, t: Array) -> tuple[Array, Array]:
+        """Displacement since time 0 and velocity; shapes of `t`."""
+        t = np.asarray(t, dtype=float)
+        response, d, mean = forced_response(self.system), self.system.d, self.system.load.mean
+        place, velocity = self._start
+        free, fade = self.velocity - velocity, t * phi1(d * t)
+        moved = response.rigid_displacement(self.phase + t) - place + mean * t**2 * phi2(d * t) + free * fade
+        speed = response.rigid_velocity(self.phase + t) + mean * fade + free * np.exp(-d * t)
+        return np.asarray(moved), np.asarray(speed)
+
+    @cached_property
+    def greatest_force(self) -> float:
+        """A bound of the load."""
+        return float(forced_response(self.system).rigid_bounds()[1]) + abs(self.system.load.mean)
+
+    def passage(self, start: float, stop: float, undecided: float) -> Violation | None:
+        """The first passage through the place at the time `stop`, or None where there is proof of none.
+
+        Parameters
+        ----------
+        start, stop
+            The flight.
+        undecided
+            Passages less deep than this are none.
+        """
+        ends, speeds = self.motion(np.array([stop]))
+        fastest = 2.0 * forced_response(self.system).rigid_bounds()[0] + self.system.load.mean * stop
+        fastest += abs(self.velocity)
+        bend = self.greatest_force + self.system.d * fastest
+        plane, arrival = float(ends[0]) + undecided + _TOUCH * fastest * stop, float(speeds[0])
+        # at the end the bar comes to the plane from its own side
+        last = max(stop - 2.0 * arrival / bend, start) if arrival > 0.0 else stop
+        count = int(_CELLS * np.ceil(stop / (2.0 * np.pi)))
+        half = 0.5 * (last - start) / count
+        centres: Array = np.asarray(start + half * (2.0 * np.arange(count) + 1.0), dtype=float)
+        first, best = np.inf, 0.0
+        while centres.size and half > _NARROWEST * stop:
+            place, speed = self.motion(centres)
+            beyond = place - plane
+            through = beyond > 0.0
+            if through.any():
+                first, best = min(first, float(centres[through].min())), max(best, float(beyond.max()))
+            reach = beyond + np.abs(speed) * half + 0.5 * bend * half**2
+            # what is left may hold an earlier passage, or a deeper one
+            earlier = (centres - half < first) & ~through
+            left = centres[(reach > 0.0) & (earlier | (reach > (1.0 + _DEPTH) * best))]
+            half *= 0.5
+            centres = np.sort(np.concatenate([left - half, left + half]))
+        return Violation(first, best + plane - float(ends[0])) if np.isfinite(first) else None
+
+
+# ---- One steady motion whose blows take time: the bar as a whole between them, and what a blow carries
+
+_STRONG_RINGING = 0.05  # of the speed of the blow, from which on it is warned of
+_LONG = 0.05  # share of the load period from which on the duration of a blow is warned of
+_LOOKED_AT = 8  # elastic modes among which the slowest is looked for
+
+
+@dataclass(frozen=True)
+class TimedOrbit(Shown):
+    """A steady motion with one blow every `periods` load periods under a law `Timed`; made by `timed_states`.
+
+    Times are in radians of the load after the centroid of the blow's force; all quantities are dimensionless. The bar
+    moves as a whole: the ringing that a blow leaves is taken to die out before the next one.
+
+    Parameters
+    ----------
+    system, law
+        What vibrates, and the law of its blow.
+    periods
+        m, the load periods per blow.
+    phase
+        φ_J, the phase of the load at the centroid of the force, in [0, 2π).
+    fold
+        Whether two steady motions meet here.
+    force
+        p(φ_J); of a blow during which the load jumps, the load that acts on average.
+    b77
+        The motion of B77's law with the same restitution that this one continues, or None.
+    """
+
+    system: System
+    law: Timed
+    periods: int
+    phase: float
+    fold: bool
+    force: float
+    b77: Orbit | None = None
+
+    @property
+    def phase_b77(self) -> float | None:
+        """The impact phase of B77's motion, or None."""
+        return None if self.b77 is None else self.b77.phase
+
+    @property
+    def phase_shift(self) -> float | None:
+        """How much later than in B77's motion the centroid of the force is, from −π to π; or None."""
+        return None if self.b77 is None else math.remainder(self.phase - self.b77.phase, 2.0 * math.pi)
+
+    @property
+    def period(self) -> float:
+        """T = 2πm, from blow to blow."""
+        return 2.0 * math.pi * self.periods
+
+    # -- the blow --
+
+    @property
+    def impulse(self) -> float:
+        """J of a blow: p_0 T without drag."""
+        return self.law.steady_impulse(self.system.load.mean, self.period, self.system.d)
+
+    @property
+    def advance(self) -> float:
+        """a, by which the impact plane moves on from blow to blow."""
+        return self.law.advance_per_impulse * self.impulse
+
+    @property
+    def rigid_velocity(self) -> float:
+        """V(φ_J): mean velocity of the bar that it would reach at the centroid of the force without the blow."""
+        return self.law.velocity(self.impulse, self.force, self.system.d)
+
+    @property
+    def contact_velocity(self) -> float:
+        """Mean velocity of the bar at the start of the contact."""
+        return float(self.rigid_motion(np.array([self.period - self.law.force_centroid]))[1][0])
+
+    @property
+    def rebound_velocity(self) -> float:
+        """Mean velocity after the blow, brought back to the centroid of the force: V − J."""
+        return self.rigid_velocity - self.impulse
+
+    @property
+    def blow_energy(self) -> float:
+        """½ V², the kinetic energy of the rigid motion; of B77's motion half the square of its `rigid_velocity`."""
+        return 0.5 * self.rigid_velocity**2
+
+    @property
+    def ringing_energy(self) -> float:
+        """What of the blow's energy rings on in the bar, as in the one blow that the law was taken from."""
+        return self.law.ringing_share * self.blow_energy
+
+    @property
+    def delivered_energy(self) -> float:
+        """What of the blow's energy goes through the face into what is struck: all but rebound and ringing."""
+        return self.law.delivered_share * self.blow_energy
+
+    @property
+    def energy_change(self) -> float | None:
+        """By how much the energy of the blow is greater than that of B77's rigid motion, relative; or None."""
+        return None if self.b77 is None else (self.rigid_velocity / self.b77.rigid_velocity) ** 2 - 1.0
+
+    @property
+    def contact(self) -> tuple[float, float]:
+        """Start and end of the contact, in radians after the centroid of the force."""
+        return -self.law.force_centroid, self.law.after_centroid
+
+    @cached_property
+    def forces(self) -> tuple[float, ...]:
+        """The values of the load that count at the blow: of a load of steps every one that it has during the contact,
+        and both sides of a jump at an instantaneous one.
+        """
+        load = self.system.load
+        if not load.is_piecewise:
+            return (self.force,)
+        breaks, (start, end) = np.asarray(load.breaks), self.contact
+        jumps = self.phase + start + np.mod(breaks - self.phase - start, 2.0 * math.pi)
+        first = float(load.value(self.phase + start, "left"))
+        passed = sorted(float(x) for x in jumps if x <= self.phase + end)
+        return tuple(dict.fromkeys([first, *(float(load.value(x)) for x in passed)]))
+
+    @property
+    def straddles(self) -> bool:
+        """Whether the load jumps where the law says that the blow is, so that it acts with a value between two."""
+        return self.law.arm != 0.0 and self.force not in self.forces
+
+    @property
+    def ringing_left(self) -> float:
+        """Ringing that a blow leaves to the next one, as a speed over that of the blow."""
+        return self.law.ringing_left(_slowest_decay(self.system), self.period)
+
+    # -- the flight --
+
+    @cached_property
+    def _flight(self) -> RigidFlight:
+        return RigidFlight(self.system, self.phase, self.rebound_velocity)
+
+    def rigid_motion(self, t: Array) -> tuple[Array, Array]:
+        """Displacement since the centroid of the force, and velocity, of the mean of the bar; shapes of `t`.
+
+        From the end of the contact to the start of the next one.
+        """
+        return self._flight.motion(t)
+
+    @cached_property
+    def violation(self) -> Violation | None:
+        """Where the bar as a whole would pass through the impact plane between two blows, or None.
+
+        Decided by bounds, for the rigid motion, to second order in the duration: what passes the plane by less than
+        half the greatest load times t_c² counts as none. The elastic motion is that of B77's motion, which `b77` has.
+        """
+        start, end = self.contact
+        undecided = 0.5 * self._flight.greatest_force * self.law.duration**2
+        return self._flight.passage(end, self.period + start, undecided)
+
+    @property
+    def obstacle(self) -> Reason | None:
+        """Why the motion is not physical; None for one that is."""
+        if not (self.contact_velocity > 0.0 and self.rigid_velocity > 0.0):
+            return Reason.NO_BLOW
+        return None if self.violation is None else Reason.THROUGH_WALL
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the motion is physical as far as the motion of the bar as a whole tells."""
+        return self.obstacle is None
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What of the law's assumptions this motion does not keep, one sentence each."""
+        texts = []
+        if self.law.contacts > 1:
+            texts.append(
+                f"the blow has {self.law.contacts} contacts and the law holds for one: take its figures for a first "
+                "guess, and resolve the contacts by waves ('percuss simulate CASE --contact waves')"
+            )
+        if self.ringing_left > _STRONG_RINGING:
+            texts.append(
+                f"of the ringing that a blow leaves {100.0 * self.ringing_left:.3g} % of the striking speed is left at "
+                "the next blow; the law takes it to have died out"
+            )
+        if len(self.forces) > 1 and self.law.duration > 0.0:
+            texts.append("the load jumps during the contact; the law takes it to change slowly")
+        if self.law.duration > _LONG * 2.0 * math.pi:
+            share = 100.0 * self.law.duration / (2.0 * math.pi)
+            texts.append(f"the contact takes {share:.3g} % of the load period; the law is right for short ones")
+        return tuple(texts)
+
+    def __str__(self) -> str:
+        where = "admissible" if self.admissible else "not admissible"
+        also = "" if self.phase_b77 is None else f" (B77 {self.phase_b77:.6f})"
+        return (
+            f"TimedOrbit z=1/{self.periods}: phase {self.phase:.6f} rad{also}, speed {self.rigid_velocity:.6g}, {where}"
+        )
+
+
+def _slowest_decay(system: System) -> float:
+    """The rate by which the slowest of the first elastic modes dies out, per radian: d_1/2 as a rule."""
+    modes = system.body.modes(_LOOKED_AT)
+    half = 0.5 * modes.damping
+    swinging = half <= modes.omega
+    rest = np.sqrt(np.where(swinging, 0.0, half**2 - modes.omega**2))
+    return float(np.where(swinging, half, modes.omega**2 / (half + rest + (half == 0.0))).min())
+
+
+# ---- Which load phases are impact phases when the blow takes time (`percuss.model.Timed`): all of them, with proof
+#
+# With W the mean velocity that the bar would reach at the centroid of the blow's force, J the impulse and a = A J the
+# advance of the impact plane, the flight from W − J to W over T moves the bar by a. That asks for J = p_0 T − d a and
+#
+#     v_f(φ) − e p(φ) = c − a E/(T φ1(dT)) − [p_0 T/(1 + R) − J/((1 + R)(1 + δ))]
+#
+# with c of B77 (14) and δ of the drag during the contact; without damping c − a/T. Under harmonics the left side is a
+# sum of waves. Under a load of steps it jumps by −e Δp where the load does; a level inside such a jump is met by a blow
+# during which the load jumps, whose mean load lies between the two values.
+
+_SAME = 1e-9  # phases this near are one root, if the curve passes in the same direction
+
+
+class TimedRoot(NamedTuple):
+    """An impact phase, whether two motions meet there, and the load that acts on average during the blow."""
+
+    phase: float
+    fold: bool
+    force: float
+
+
+@dataclass(frozen=True)
+class TimedCondition:
+    """The curve v_f − e p and the level that it meets at the impact phases.
+
+    Parameters
+    ----------
+    system, law
+        The bar, its load, and the law of its blow.
+    level
+        The right-hand side above.
+    """
+
+    system: System
+    law: Timed
+    level: float
+
+    def curve(self, theta: Array) -> Array:
+        """v_f − e p, right-sided at a jump of the load; shape of `theta`."""
+        return forced_response(self.system).rigid_velocity(theta) - self.law.arm * self.system.load.value(theta)
+
+    @property
+    def highest(self) -> float:
+        """The greatest v_f − e p: motions exist while the level is not above it."""
+        if self._stepwise:
+            arcs, lifted = self._arcs, self.law.arm * self._forces
+            return float(max((arcs.velocities[:-1] - lifted).max(), (arcs.velocities[1:] - lifted).max()))
+        return self._arcs.highest - self.law.arm * self._kept_mean
+
+    @cached_property
+    def roots(self) -> tuple[TimedRoot, ...]:
+        """All impact phases, increasing."""
+        if self._stepwise:
+            return self._among_steps()
+        phases, folds = self._arcs.roots(self.level + self.law.arm * self._kept_mean)
+        forces = self.system.load.value(phases)
+        return tuple(TimedRoot(*one) for one in zip(phases.tolist(), folds.tolist(), forces.tolist(), strict=True))
+
+    @property
+    def _stepwise(self) -> bool:
+        """Whether the curve jumps."""
+        return self.system.load.is_piecewise and self.law.arm != 0.0
+
+    @property
+    def _kept_mean(self) -> float:
+        return self.system.load.mean
+
+    @property
+    def _forces(self) -> Array:
+        return np.asarray(self.system.load.values)
+
+    @cached_property
+    def _arcs(self) -> Arcs:
+        arm = self.law.arm if not self.system.load.is_piecewise else 0.0
+        return Arcs.of(forced_response(self.system) if arm == 0.0 else _armed(self.system, arm))
+
+    def _among_steps(self) -> tuple[TimedRoot, ...]:
+        """On the pieces, where v_f meets the level raised by e p_i, and at the breaks between them."""
+        arcs, forces = self._arcs, self._forces
+        raised = self.level + self.law.arm * forces
+        noise = arcs.tolerance + 8.0 * np.finfo(float).eps * abs(self.law.arm) * float(np.abs(forces).max())
+        start, end = arcs.velocities[:-1] - raised, arcs.velocities[1:] - raised
+        flat = arcs.response.flat & (np.abs(start) <= noise)
+        start, end = (np.where(np.abs(x) <= noise, 0.0, x) for x in (start, end))
+        found = [
+            TimedRoot(0.5 * float(arcs.ends[i] + arcs.ends[i + 1]), True, float(forces[i]))
+            for i in np.flatnonzero(flat)
+        ]
+        inside = np.flatnonzero(start * end < 0.0)
+        phases = arcs.invert(inside, raised[inside])
+        found += [TimedRoot(float(x), False, float(forces[i])) for x, i in zip(phases, inside, strict=True)]
+        for i in range(forces.size):
+            before, after = float(end[i - 1]), float(start[i])
+            if before * after > 0.0 or flat[i] or flat[i - 1]:
+                continue
+            # just before the break the curve comes from the end of its piece, or from its start where that is the level
+            comes, goes = before or float(start[i - 1]), after or float(end[i])
+            force = (float(arcs.velocities[i]) - self.level) / self.law.arm
+            found.append(TimedRoot(float(arcs.ends[i]), comes * goes > 0.0, force))
+        return tuple(sorted(TimedRoot(float(on_circle(np.array(x))), fold, force) for x, fold, force in found))
+
+
+@lru_cache(maxsize=32)
+def _armed(system: System, arm: float) -> HarmonicResponse:
+    """The response with v_f − e p in place of v_f, for `Arcs`; without the mean load."""
+    response = HarmonicResponse(system)
+    response.rigid_factor = response.rigid_factor - arm * response.p
+    return response
+
+
+def timed_condition(system: System, law: Timed, periods: int) -> TimedCondition:
+    """The condition for impacts once in `periods` load periods."""
+    period, d, mean = 2.0 * math.pi * periods, system.d, system.load.mean
+    impulse = law.steady_impulse(mean, period, d)
+    weight = math.exp(-d * period) / (period * float(phi1(d * period)))
+    slower = law.velocity(mean * period, 0.0) - law.velocity(impulse, 0.0, d)  # by the drag; 0 without it
+    lowered = law.advance_per_impulse * impulse * weight + slower
+    return TimedCondition(system, law, float(level_at(mean, d, impedance_ratio(law.restitution), period)) - lowered)
+
+
+def matched_roots(phases: Array, phases_b77: Array, curve: Array, curve_b77: Array) -> list[int | None]:
+    """Of each root of one curve the root of the other one that it continues, or None.
+
+    Between the two laws the condition moves in proportion: (1 − ε) of the one plus ε of the other. A root of the one
+    goes over to a root of the other, without meeting a fold that ends it, exactly if both curves pass their levels in
+    the same direction there and neither has another root between the two.
+
+    Parameters
+    ----------
+    phases, phases_b77
+        Roots in [0, 2π), increasing.
+    curve, curve_b77
+        Each curve less its level in the middle between each root and the one after it; shapes of the roots.
+    """
+    rises, rises_b77 = _directions(curve), _directions(curve_b77)
+    found: list[int | None] = []
+    for phase, rise in zip(phases, rises, strict=True):
+        ahead, back = np.mod(phases_b77 - phase, TURN), np.mod(phase - phases_b77, TURN)
+        near = [int(np.argmin(away)) for away in (ahead, back)] if phases_b77.size else []
+        choice = [i for i in near if rises_b77[i] == rise and _clear(float(phase), float(phases_b77[i]), phases)]
+        found.append(min(choice, key=lambda i: min(ahead[i], back[i]), default=None))
+    return found
+
+
+def _directions(between: Array) -> Array:
+    """1 where a curve passes its level upwards, −1 downwards, 0 where it touches it."""
+    return np.asarray((np.sign(between) - np.sign(np.roll(between, 1))) / 2.0)
+
+
+def _clear(phase: float, other: float, phases: Array) -> bool:
+    """Whether no other root lies between a root and one of the other law, the shorter way."""
+    way = math.remainder(other - phase, TURN)
+    if abs(way) <= _SAME:
+        return True
+    along = np.mod((phases - phase) * math.copysign(1.0, way), TURN)
+    return not np.any((along > 0.0) & (along < abs(way)) & (phases != phase))
+
+
+# ---- All steady motions of a system whose blows take time, beside those of B77's law
 
 
 @dataclass(frozen=True)

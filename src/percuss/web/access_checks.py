@@ -12,12 +12,12 @@ from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
 
-from percuss.web.problem_json import problem, refused
+from percuss.web.request_bodies import problem, refused
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from percuss.web.problem_json import Refusal
+    from percuss.web.request_bodies import Refusal
     from percuss.web.settings import Settings
 
 __all__ = ["CONTENT_SECURITY_POLICY", "Guard", "overcrowded", "plain_refusal"]

@@ -30,11 +30,9 @@ from percuss.web.access_checks import Guard
 from percuss.web.kernel_loading import Kernels
 from percuss.web.lanes import Gate
 from percuss.web.page_files import Shelf
-from percuss.web.problem_json import Refusal, problem, problems_of
+from percuss.web.request_bodies import Refusal, problem, problems_of
 from percuss.web.settings import Settings
 from percuss.web.shared_by_routes import plain_json
-
-__all__ = ["create_app"]
 
 _log = logging.getLogger("percuss.web")
 

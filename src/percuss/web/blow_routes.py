@@ -9,17 +9,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case.answers.blow_frames import blow_frames
-from percuss.web.packed_arrays import packed
 from percuss.web.questions import BlowAsked
 from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import answer_of, binary, limits_of
+from percuss.web.shared_by_routes import answer_of, binary, limits_of, packed
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.web.lanes import Halt
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 

@@ -10,20 +10,21 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import branch_answer, diagram_job_of, orbits_answer, rest_branch_answer, rest_cycles_answer
-from percuss.case.answers.branch_frames import branch_frames, rest_branch_frames
-from percuss.case.answers.diagram_json import diagram_dict
-from percuss.case.answers.orbits_answer import parsed_label
-from percuss.case.answers.orbits_json import branch_dict, curve_dict, orbits_dict, rest_curve_dict
-from percuss.case.answers.rest_branch_answer import rest_branch_dict
-from percuss.case.answers.rest_cycles_answer import is_rest_label, rest_cycles_dict
-from percuss.case.answers.watched_curves import watched_curves
-from percuss.case.answers.watched_diagram import watched_diagram
+from percuss.case.answers.diagram_answer import diagram_dict, watched_diagram
+from percuss.case.answers.motion_frames import branch_frames, rest_branch_frames
+from percuss.case.answers.orbits_answer import (
+    branch_dict,
+    curve_dict,
+    is_rest_label,
+    orbits_dict,
+    parsed_label,
+    rest_branch_dict,
+    rest_curve_dict,
+    rest_cycles_dict,
+)
+from percuss.case.answers.point_curves_answer import watched_curves
 from percuss.halting import halting
-from percuss.web.asked_cases import case_asked
-from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
 from percuss.web.lanes import Halt
-from percuss.web.packed_arrays import packed
-from percuss.web.problem_json import refused
 from percuss.web.questions import (
     AlongAsked,
     BranchMotionAsked,
@@ -32,16 +33,28 @@ from percuss.web.questions import (
     OrbitsAsked,
     PointCurvesAsked,
 )
-from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, compiled, gate_of, limits_of, plain_json
+from percuss.web.request_bodies import StrictRoute, refused
+from percuss.web.shared_by_routes import (
+    PROBLEMS,
+    STREAM,
+    Tell,
+    answer_of,
+    binary,
+    case_asked,
+    compiled,
+    failures_told,
+    gate_of,
+    limits_of,
+    packed,
+    plain_json,
+    streamed,
+)
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import PointCurve, RestPointCurve
     from percuss.explore.diagrams.diagram_job import DiagramJob
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 

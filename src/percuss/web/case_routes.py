@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from fastapi import APIRouter, Path, Query
 from starlette.requests import Request
@@ -12,18 +12,16 @@ from starlette.responses import Response
 from percuss._version import __version__
 from percuss.case import MACHINES
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
+from percuss.case.file_format.body_tables import MATERIALS
 from percuss.case.file_format.plain_tables import without_files
-from percuss.case.file_format.section_tables import MATERIALS
 from percuss.case.parameters.description import case_dict
-from percuss.case.parameters.moved_case import placed
+from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
-from percuss.web.problem_json import refused
+from percuss.web.kernel_loading import Part
 from percuss.web.questions import CaseAsked, PlaceAsked
-from percuss.web.request_bodies import StrictRoute, bounded_body
+from percuss.web.request_bodies import StrictRoute, bounded_body, refused
 from percuss.web.shared_by_routes import PROBLEMS, answer_of, gate_of, limits_of, plain_json
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -32,10 +30,11 @@ _FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margi
 
 @router.get("/api/about", summary="What this server is, and what one request may ask for")
 async def about(request: Request) -> Response:
-    """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait."""
+    """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait. `preparing`:
+    of all `kernels` those that are not compiled yet; the first is under way."""
     from percuss.explore import QUANTITIES, REASONS
     from percuss.steady import Reason
-    from percuss.steady.si import CARDS
+    from percuss.steady.figures import CARDS
 
     settings = request.app.state.settings
     quantities = [
@@ -58,6 +57,8 @@ async def about(request: Request) -> Response:
             "token": bool(settings.token),
             "case": bool(settings.case),
             "ready": request.app.state.kernels.settled("machines"),
+            "preparing": request.app.state.kernels.preparing(),
+            "kernels": list(get_args(Part)),
             "limits": settings.limits.to_json_dict(),
             "quantities": quantities,
             "palette": palette_dict(),
@@ -75,7 +76,7 @@ async def about(request: Request) -> Response:
 
 def _card(key: str) -> dict[str, Any]:
     """A figure of the report: the key of its value in the JSON of an orbit, and the factor from there to its unit."""
-    from percuss.steady.si import REPORTED
+    from percuss.steady.figures import REPORTED
 
     figure, factor, unit = REPORTED[key]
     whole = figure.unit if unit != "blows/min" else unit

@@ -12,14 +12,22 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import experiment_job_of
-from percuss.case.answers.exploration_json import experiment_dict
-from percuss.case.answers.watched_experiment import watched_experiment
-from percuss.web.asked_cases import Memory, case_asked, case_key
-from percuss.web.event_stream import STREAM, Tell, failures_told, streamed
-from percuss.web.problem_json import refused
+from percuss.case.answers.exploration import experiment_dict, watched_experiment
 from percuss.web.questions import ExperimentAsked, ExperimentFileAsked
-from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import attachment, compiled, gate_of, limits_of
+from percuss.web.request_bodies import StrictRoute, refused
+from percuss.web.shared_by_routes import (
+    STREAM,
+    Memory,
+    Tell,
+    attachment,
+    case_asked,
+    case_key,
+    compiled,
+    failures_told,
+    gate_of,
+    limits_of,
+    streamed,
+)
 from percuss.web.steady_routes import BINARY, bytes_of
 
 if TYPE_CHECKING:
@@ -28,8 +36,6 @@ if TYPE_CHECKING:
     from percuss.explore.attractors.experiments import ExperimentJob
     from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 

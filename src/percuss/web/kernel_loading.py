@@ -7,12 +7,11 @@ import gc
 import logging
 import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
-from typing import Literal
-
-__all__ = ["Kernels", "Part", "load"]
+from typing import Literal, Self
 
 Part = Literal["multipliers", "motions", "blows", "machines", "orbits"]
 """Those of the planes of exact multipliers, those of the simulator and what is made with it, those of blows, those of
@@ -46,14 +45,13 @@ class Kernels:
 
         def work() -> None:
             _tried(before, "what is done before the kernels failed")
-            with _Patience():
-                settle("multipliers", _loaded("multipliers"))
-                settle("motions", _loaded("motions"))
-                settle("blows", _loaded("blows"))
-                settle("machines", _loaded("machines"))
-                good = _loaded("orbits")
-            gc.freeze()  # all that was loaded stays: else a look for cycles in it holds up an answer for 0.1 s
-            settle("orbits", good)
+            with _Patience() as patience:
+                for part in _USES:
+                    good = _loaded(part)
+                    patience.done(part)
+                    if part == "orbits":
+                        gc.freeze()  # all that was loaded stays: a look for cycles in it holds up an answer for 0.1 s
+                    settle(part, good)
 
         # a daemon: the end of the server does not wait for a compiler
         threading.Thread(target=work, name="percuss-kernels", daemon=True).start()
@@ -61,6 +59,10 @@ class Kernels:
     def settled(self, part: Part) -> bool:
         """Whether these are loaded, or cannot be: nobody need wait any more."""
         return part not in self._settled or self._settled[part].is_set()
+
+    def preparing(self) -> list[Part]:
+        """Those that are not settled, in the order in which they will be: the first is under way."""
+        return [part for part in _USES if not self.settled(part)]
 
     def work(self, part: Part) -> bool:
         """Whether these can be used at once."""
@@ -91,7 +93,7 @@ def load() -> bool:
 
 def _use_multipliers() -> None:
     from percuss.case import load_case
-    from percuss.case.answers.steady_curves import curves_dict
+    from percuss.case.answers.quick_answer import curves_dict
 
     curves_dict(load_case("mini-breaker"), points=3, branches=3)
 
@@ -117,7 +119,7 @@ def _use_blows() -> None:
 
 def _use_machines() -> None:
     from percuss.case import load_case, machine_motion, sweep_job_of
-    from percuss.explore.axis import Axis
+    from percuss.explore.family import Axis
 
     case = load_case("valve-drifter")
     machine_motion(case.changed(simulation={"impacts": 2, "modes": 2}))
@@ -160,20 +162,30 @@ def _tried(work: Callable[[], object], else_: str) -> bool:
 
 
 class _Patience:
-    """Says that something takes long when it does."""
+    """Says that something takes long when it does, and how far it is."""
 
-    def __enter__(self) -> None:
-        self._timer = threading.Timer(_PATIENCE, _tell_of_compiling)
+    def __enter__(self) -> Self:
+        self._begun = time.monotonic()
+        self._told = False
+        self._timer = threading.Timer(_PATIENCE, self._tell)
         self._timer.daemon = True
         self._timer.start()
+        return self
 
     def __exit__(self, *_: object) -> None:
         self._timer.cancel()
 
+    def _tell(self) -> None:
+        self._told = True
+        text = (
+            "percuss: compiling the kernels, once on this computer, for a minute or for several where it is busy; "
+            "steady motions are answered already, simulations wait for it, and later runs take the kernels from a cache"
+        )
+        print(text, file=sys.stderr, flush=True)
 
-def _tell_of_compiling() -> None:
-    text = (
-        "percuss: compiling the kernels, which takes up to a minute; steady motions are answered already, "
-        "simulations wait for it, and later runs take the kernels from a cache"
-    )
-    print(text, file=sys.stderr, flush=True)
+    def done(self, part: Part) -> None:
+        """A part has been loaded, or cannot be."""
+        if self._told:
+            place, seconds = list(_USES).index(part) + 1, time.monotonic() - self._begun
+            text = f"percuss: kernels of {part}: done, {place} of {len(_USES)} parts in {seconds:.0f} s"
+            print(text, file=sys.stderr, flush=True)

@@ -11,14 +11,12 @@ from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from percuss.errors import Interrupted
-from percuss.web.problem_json import refused
+from percuss.web.request_bodies import refused
 
 if TYPE_CHECKING:
     from starlette.requests import Request
 
     from percuss.web.settings import Limits
-
-__all__ = ["Gate", "Halt", "Lane"]
 
 T = TypeVar("T")
 

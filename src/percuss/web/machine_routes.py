@@ -9,20 +9,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import machine_motion
-from percuss.case.answers.machine_frames import machine_frames
-from percuss.case.answers.machine_start_frames import start_frames
-from percuss.web.packed_arrays import packed
-from percuss.web.problem_json import refused
+from percuss.case.answers.machine_frames import machine_frames, start_frames
 from percuss.web.questions import MachineAsked, MachineStartAsked
-from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import answer_of, binary, limits_of, simulated_case
+from percuss.web.request_bodies import StrictRoute, refused
+from percuss.web.shared_by_routes import answer_of, binary, limits_of, packed, simulated_case
 from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.web.lanes import Halt
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 

@@ -12,18 +12,17 @@ from starlette.responses import Response
 
 from percuss.case import simulation_answer
 from percuss.case.answers.motion_frames import motion_frames, orbit_frames
-from percuss.web.asked_cases import Memory
-from percuss.web.packed_arrays import packed
-from percuss.web.problem_json import refused
 from percuss.web.questions import CaseAsked, MotionAsked, SimulateAsked
-from percuss.web.request_bodies import StrictRoute
+from percuss.web.request_bodies import StrictRoute, refused
 from percuss.web.shared_by_routes import (
     PROBLEMS,
+    Memory,
     answer_of,
     attachment,
     binary,
     limits_of,
     motion_key,
+    packed,
     plain_json,
     simulated_case,
 )
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from percuss.case import Case, SimulationAnswer
     from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 

@@ -15,12 +15,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.errors import MissingExtraError
-from percuss.web.problem_json import refused
+from percuss.web.request_bodies import refused
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
-
-__all__ = ["Shelf"]
 
 _KINDS = {
     ".html": "text/html; charset=utf-8",

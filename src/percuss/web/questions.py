@@ -6,32 +6,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-__all__ = [
-    "AlongAsked",
-    "AxisAsked",
-    "BlowAsked",
-    "BoundariesAsked",
-    "BranchMotionAsked",
-    "CaseAsked",
-    "CurvesAsked",
-    "DiagramAsked",
-    "ExperimentAsked",
-    "ExperimentFileAsked",
-    "FollowAsked",
-    "MachineAsked",
-    "MachineStartAsked",
-    "MapAsked",
-    "MotionAsked",
-    "OrbitsAsked",
-    "PlaceAsked",
-    "PointCurvesAsked",
-    "QuickAsked",
-    "RangeAsked",
-    "ReportAsked",
-    "SimulateAsked",
-    "SteadyAsked",
-]
-
 Name = Annotated[str, Field(min_length=1, max_length=64)]
 Periods = Annotated[int, Field(ge=1, le=100, description="load periods per impact, m")]
 Modes = Annotated[int, Field(ge=0, le=256, description="elastic modes")]

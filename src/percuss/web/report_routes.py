@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.web.lanes import Halt
 
-__all__ = ["router"]
-
 router = APIRouter(route_class=StrictRoute)
 
 _drawing = threading.Lock()

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
     from types import FrameType
 
-__all__ = ["address", "bound", "serve", "to_open"]
-
 _GRACE = 1
 """Seconds that requests under way have to end after the server is told to stop."""
 

@@ -7,8 +7,6 @@ import socket
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-__all__ = ["Limits", "Settings", "is_loopback"]
-
 
 @dataclass(frozen=True)
 class Limits:

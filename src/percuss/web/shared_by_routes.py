@@ -2,42 +2,157 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+import logging
+import struct
+import threading
+from collections import OrderedDict
+from collections.abc import AsyncIterator, Awaitable, Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 from pydantic_core import PydanticSerializationError, to_json
 from starlette.requests import Request
-from starlette.responses import Response
+from starlette.responses import Response, StreamingResponse
 
+from percuss.case.catalogue.sample_cases import is_sample, load_case
+from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.reading import parsed
+from percuss.errors import CaseError, PercussError
 from percuss.halting import halting
-from percuss.web.asked_cases import case_asked, case_key, is_known
 from percuss.web.lanes import Halt
-from percuss.web.problem_json import refused
+from percuss.web.request_bodies import problem, problems_of, refused
 
 if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
     from percuss.case import Case
     from percuss.model import System
     from percuss.web.kernel_loading import Kernels, Part
-    from percuss.web.lanes import Gate
+    from percuss.web.lanes import Gate, Lane
     from percuss.web.questions import CaseAsked
     from percuss.web.settings import Limits
 
-__all__ = [
-    "PROBLEMS",
-    "answer_of",
-    "attachment",
-    "binary",
-    "check_steady",
-    "compiled",
-    "gate_of",
-    "limits_of",
-    "motion_key",
-    "plain_json",
-    "simulated_case",
-]
+
+# ---- From a request to its case; a case that was asked for a moment ago is not read again
 
 T = TypeVar("T")
+
+MOST_MODES = 256
+"""Of a structure that is told by a table of its modes."""
+
+
+class Memory(Generic[T]):
+    """The last few answers, bounded in number and in size; safe for threads.
+
+    Parameters
+    ----------
+    most
+        How many.
+    size
+        Of all together; what alone is larger is not kept.
+    size_of
+        The size of one, from its key and itself.
+    """
+
+    def __init__(self, most: int, size: float, size_of: Callable[[Any, T], float]) -> None:
+        self._most, self._room, self._size_of = most, size, size_of
+        self._kept: OrderedDict[Hashable, T] = OrderedDict()
+        self._sizes: dict[Hashable, float] = {}
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What is kept for a key, else what `make` gives."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        made = make()
+        self.put(key, made)
+        return made
+
+    def put(self, key: Hashable, value: T) -> None:
+        """Keep a value, and let the oldest go."""
+        with self._lock:
+            self._forget(key)
+            size = self._size_of(key, value)
+            while self._kept and (len(self._kept) >= self._most or size > self._room):
+                self._forget(next(iter(self._kept)))
+            if size <= self._room:
+                self._kept[key], self._sizes[key] = value, size
+                self._room -= size
+
+    def _forget(self, key: Hashable) -> None:
+        if key in self._kept:
+            del self._kept[key]
+            self._room += self._sizes.pop(key)
+
+    def find(self, key: Hashable) -> T | None:
+        """What is kept for a key."""
+        with self._lock:
+            return self._kept.get(key)
+
+
+_cases: Memory[Case] = Memory(64, 1_000_000, lambda key, _: len(key))
+"""By the characters of their requests; what is made of these takes some thirty times as many bytes."""
+
+
+def case_key(asked: CaseAsked) -> str:
+    """A text that is the same for two requests when they ask for the same case."""
+    if asked.machine is not None:
+        return f"machine {asked.machine}"
+    if asked.toml is not None:
+        return f"toml {asked.toml}"
+    return f"case {json.dumps(asked.case, sort_keys=True)}"
+
+
+def case_asked(asked: CaseAsked, harmonics: int) -> Case:
+    """The case of a request.
+
+    Raises
+    ------
+    Refusal
+        When it names none or several.
+    CaseError
+        When it is not a case.
+    """
+    given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
+    if len(given) != 1:
+        raise refused(422, "expected exactly one of case, toml and machine", "", given[1] if given else "case")
+    return _cases.get(case_key(asked), lambda: _made(asked, harmonics))
+
+
+def is_known(asked: CaseAsked) -> bool:
+    """Whether the case of a request was read a moment ago."""
+    return _cases.find(case_key(asked)) is not None
+
+
+def _made(asked: CaseAsked, harmonics: int) -> Case:
+    if asked.machine is not None:
+        if not is_sample(asked.machine):
+            remedy = "GET /api/machines lists them"
+            raise CaseError("machine", "machine", asked.machine, "no machine of this name", remedy)
+        case = load_case(asked.machine)
+    elif asked.toml is not None:
+        if "\0" in asked.toml:
+            raise CaseError("case", "toml", None, "is not text")
+        case = case_of(parsed(asked.toml, "case"), harmonics=harmonics)
+    else:
+        assert asked.case is not None
+        case = case_of(asked.case, harmonics=harmonics)
+    table = case.tables.body
+    if table is not None and len(table.omega or ()) > MOST_MODES:
+        remedy = "leave out the highest, or use the command line"
+        raise CaseError(case.file, "body.omega", len(table.omega or ()), f"more than {MOST_MODES} modes", remedy)
+    case.machine() if case.is_machine else case.system()
+    return case
+
+
+# ---- What all routes share: the place in a lane, the answer as JSON or bytes, the checks that need the case
 
 _FEW = 64
 """Modes and harmonics of a small question."""
@@ -187,7 +302,7 @@ def plain_json(tree: Any, status: int = 200) -> Response:
 
 
 def binary(data: bytes) -> Response:
-    """What `percuss.web.packed_arrays.packed` made."""
+    """What `percuss.web.shared_by_routes.packed` made."""
     return Response(data, media_type="application/octet-stream")
 
 
@@ -227,3 +342,143 @@ def simulated_case(
 def motion_key(asked: CaseAsked, start: Mapping[str, Any] | None, simulation: Mapping[str, Any] | None) -> str:
     """A text that is the same for two requests when they ask for the same simulation."""
     return f"{case_key(asked)} {json.dumps([start, simulation], sort_keys=True)}"
+
+
+# ---- Arrays on their way to the page: a short JSON header and then the numbers as they lie in memory
+
+_KINDS = {"f": "<f4", "b": "|u1", "u": "|u1", "i": "<i2"}
+"""What each kind of numpy's travels as."""
+
+
+def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
+    """Header and arrays as one byte string: the length of the header in 4 bytes, the header, the arrays.
+
+    Everything is little endian; the header is padded so that every array begins at a multiple of 8. Numbers beyond
+    32 bits become infinite, whole numbers are clipped to 16 bits, truth values are 0 and 1.
+
+    Examples
+    --------
+    >>> data = packed({"title": "x"}, {"t": np.array([0.0, 0.5])})
+    >>> (4 + int.from_bytes(data[:4], "little")) % 8
+    0
+    """
+    parts: list[bytes] = []
+    told: list[dict[str, Any]] = []
+    offset = 0
+    for name, values in arrays.items():
+        kind = _KINDS[values.dtype.kind]
+        given = np.clip(values, -32768, 32767) if kind == "<i2" else values
+        with np.errstate(over="ignore"):
+            raw = np.ascontiguousarray(given, dtype=kind).tobytes()
+        told.append({"name": name, "dtype": kind[1:], "shape": list(values.shape), "offset": offset, "bytes": len(raw)})
+        room = -len(raw) % 8
+        parts += [raw, b"\0" * room]
+        offset += len(raw) + room
+    text = json.dumps({**header, "arrays": told}, allow_nan=False, ensure_ascii=False).encode()
+    text += b" " * (-(4 + len(text)) % 8)
+    return b"".join([struct.pack("<I", len(text)), text, *parts])
+
+
+# ---- Long computations told while they go on: server-sent events from a thread, until the last or the client leaves
+
+Tell = Callable[[str, Any], None]
+"""Sends an event: its name, and what it says."""
+
+_PING = 1.0
+"""Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
+
+_LOOK_AFTER = 0.1
+"""Seconds between two looks at whether the client is still there, and the server not ending."""
+
+_log = logging.getLogger("percuss.web")
+
+STREAM: dict[int | str, dict[str, Any]] = {
+    200: {"description": "server-sent events", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+    **PROBLEMS,
+}
+
+
+async def streamed(request: Request, lane: Lane, seconds: float, work: Callable[[Halt, Tell], object]) -> _Stream:
+    """The events that a piece of work tells, the last of them ``done`` or ``error``; it stops when the client leaves.
+
+    Raises
+    ------
+    Refusal
+        As `percuss.web.lanes.Lane.place`, before the stream begins.
+    """
+    place = lane.place(seconds)
+    halt = await place.__aenter__()  # a refusal must come before the stream begins
+    events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()
+    loop = asyncio.get_running_loop()
+
+    def tell(kind: str, what: Any) -> None:
+        if not halt():
+            loop.call_soon_threadsafe(events.put_nowait, (kind, what))
+
+    running = lane.submit(lambda: work(halt, tell))
+
+    async def end() -> None:
+        halt.stop()
+        lane.hold(running)
+        await place.__aexit__(None, None, None)
+
+    return _Stream(_told(request, events, running, halt), end)
+
+
+@contextmanager
+def failures_told(tell: Tell, what: str) -> Iterator[None]:
+    """What goes wrong in the block is the event ``error``; what nobody foresaw is logged besides."""
+    try:
+        yield
+    except Exception as error:
+        tell("error", {"problems": problems_of(error)})
+        if not isinstance(error, PercussError):
+            _log.exception("%s failed", what)
+
+
+class _Stream(StreamingResponse):
+    """Events, and what must be done when they have ended, even when the client left before the first."""
+
+    def __init__(self, events: AsyncIterator[bytes], end: Callable[[], Awaitable[None]]) -> None:
+        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+        super().__init__(events, media_type="text/event-stream", headers=headers)
+        self._end = end
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            await self._end()
+
+
+async def _told(
+    request: Request, events: asyncio.Queue[tuple[str, Any]], running: Future[Any], halt: Halt
+) -> AsyncIterator[bytes]:
+    """The events as text, until the last one or until the client leaves."""
+    yield b": begun\n\n"
+    silent = 0.0
+    while True:
+        try:
+            kind, what = await asyncio.wait_for(events.get(), _LOOK_AFTER)
+        except TimeoutError:
+            silent += _LOOK_AFTER
+            if await request.is_disconnected():
+                return
+            if halt():
+                late = problem("", None, "it took too long" if halt.late else "the server is stopping", "take fewer")
+                yield _event("error", {"problems": [late]})
+                return
+            if running.done() and events.empty():
+                return
+            if silent >= _PING:
+                silent = 0.0
+                yield b": still here\n\n"
+            continue
+        silent = 0.0
+        yield _event(kind, what)
+        if kind in ("done", "error"):
+            return
+
+
+def _event(kind: str, what: Any) -> bytes:
+    return f"event: {kind}\ndata: {json.dumps(what, allow_nan=False)}\n\n".encode()

@@ -11,30 +11,33 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import steady_answer, structure_answer, sweep_job_of
-from percuss.case.answers.quick_answer import quick_dict
-from percuss.case.answers.quick_structure import quick_structure_dict
-from percuss.case.answers.steady_curves import boundaries_dict, curves_dict
+from percuss.case.answers.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.parameters.moved_case import placed
-from percuss.web.asked_cases import case_asked
-from percuss.web.packed_arrays import packed
-from percuss.web.problem_json import refused
+from percuss.case.parameters.moves import placed
 from percuss.web.questions import AxisAsked, BoundariesAsked, CurvesAsked, MapAsked, QuickAsked, SteadyAsked
-from percuss.web.request_bodies import StrictRoute
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, binary, check_steady, gate_of, limits_of, plain_json
+from percuss.web.request_bodies import StrictRoute, refused
+from percuss.web.shared_by_routes import (
+    PROBLEMS,
+    answer_of,
+    binary,
+    case_asked,
+    check_steady,
+    gate_of,
+    limits_of,
+    packed,
+    plain_json,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from percuss.case import Case
     from percuss.explore import Sweep
-    from percuss.explore.axis import Axis
-    from percuss.explore.sweep_job import SweepJob
+    from percuss.explore.family import Axis
+    from percuss.explore.sweeps import SweepJob
     from percuss.web.kernel_loading import Part
     from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
-
-__all__ = ["router"]
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -134,7 +137,7 @@ def axis_of(asked: AxisAsked, key: str) -> Axis:
     ParameterError
         When its values make no axis.
     """
-    from percuss.explore.axis import Axis
+    from percuss.explore.family import Axis
 
     if asked.values is not None:
         if (asked.from_, asked.to, asked.count) != (None, None, None):
@@ -153,8 +156,7 @@ def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
     ParameterError
         For a quantity that there is not.
     """
-    from percuss.explore.machine_quantities import MACHINE_QUANTITIES
-    from percuss.explore.quantities import QUANTITIES, checked, needs
+    from percuss.explore.quantities import MACHINE_QUANTITIES, QUANTITIES, checked, needs
 
     known = MACHINE_QUANTITIES if case.is_machine else QUANTITIES
     groups = needs(checked(quantities, known), known)
@@ -178,7 +180,7 @@ def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Ha
 
 
 def _check_size(job: SweepJob, limits: Limits) -> None:
-    from percuss.explore.planes import AXES, fits_plane
+    from percuss.explore.cells import AXES, fits_plane
 
     fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
     most = limits.cells if fast else limits.slow_cells

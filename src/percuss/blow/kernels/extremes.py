@@ -6,7 +6,7 @@ N = Z (f(s) − g(r)), at the time (s + r + τ)/2, which is in the window; so th
 from __future__ import annotations
 
 from percuss.blow.kernels.chebyshev import derivative, value
-from percuss.blow.kernels.sums import part, piece_at, piece_end
+from percuss.blow.kernels.rows import part, piece_at, piece_end
 from percuss.compiled import entry, inner
 
 SAMPLES = 65  # of a slope, between which it falls through 0

@@ -2,10 +2,115 @@
 
 from __future__ import annotations
 
-from percuss.blow.kernels.chebyshev import chopped, restricted
-from percuss.blow.kernels.joining import joined
-from percuss.blow.kernels.layout import CHOPPED, JOINED, MOST_DEGREE, TRACED
-from percuss.compiled import inner
+import math
+
+import numpy as np
+
+from percuss.blow.kernels.chebyshev import (
+    antiderivative,
+    chopped,
+    integral,
+    left,
+    product_integral,
+    restricted,
+    right,
+    value,
+)
+from percuss.blow.kernels.wave_records import APART, CHOPPED, JOINED, MOST_DEGREE, MOST_JOINED, TRACED
+from percuss.compiled import entry, inner
+
+# ---- Neighbouring pieces that are one polynomial but for next to nothing, joined
+#
+# How wrong that makes a blow: a joined piece is nowhere further than APART from the pieces that it stands for, so a row
+# of impedance Z is changed by at most APART √(Z t) in the norm (Z ∫ w² dt)^½ of the energy until the time t. Steps,
+# free and fixed ends and walls keep this norm, masses and the rock take away from it, so that errors are passed on but
+# never grow: as long as faces and rock meet and part as before, the error of all waves together is at most APART Σ √(Z
+# t), the sum over the rows.
+
+MORE = 2  # degrees that a joined piece may have beyond its parts
+DROPPED = 2e-16  # coefficients below it end the polynomial; the error that is found has them in it
+BENDS = 0.01  # no polynomial of these degrees is nearer to a bend than this share of its slopes' difference × length
+_SIZE = MOST_JOINED + 1
+_DEGREES = range(1, _SIZE)
+
+PLACES = np.zeros((_SIZE, _SIZE))
+"""Where a polynomial of degree n is interpolated, both ends included: cos(π j/n), shape (n, j)."""
+
+COSINES = np.zeros((_SIZE, _SIZE, _SIZE))
+"""Its coefficients from the values there, shape (n, k, j); at the ends of both sums a term counts half."""
+
+for _n in _DEGREES:
+    _j = np.arange(_n + 1)
+    _half = np.where(_j % _n == 0, 0.5, 1.0)
+    PLACES[_n, : _n + 1] = [math.cos(j / _n * math.pi) for j in _j]
+    COSINES[_n, : _n + 1, : _n + 1] = 2.0 / _n * np.cos(np.outer(_j, _j) * (np.pi / _n)) * np.outer(_half, _half)
+
+
+@inner
+def joined(p, m, before, c, n, after, spent, out, work):
+    """One polynomial in place of p and the c that follows it, of lengths `before` and `after`; its degree and error.
+
+    The degree is −1 where none is found that is, with the error `spent` in p before, within APART of both. `work` has
+    three rows.
+    """
+    if _bent(p, m, before, c, n, after):
+        return -1, 0.0
+    share = before / (before + after)
+    degree = chopped(out, _interpolated(p, m, c, n, share, out, work[2]), DROPPED)
+    error = _apart(out, degree, 2.0 * share - 1.0, 1.0, c, n, work)
+    if spent + error > APART:
+        return -1, 0.0
+    error = max(error, _apart(out, degree, -1.0, 2.0 * share - 1.0, p, m, work))
+    if spent + error > APART:
+        return -1, 0.0
+    return degree, error
+
+
+@inner
+def _bent(p, m, before, c, n, after):
+    """Whether value or slope jump by more than a polynomial can follow: most that cannot be joined are found by it."""
+    if abs(left(c, n) - right(p, m)) > APART:
+        return True
+    slopes, sign = 0.0, 1.0
+    for k in range(1, m + 1):
+        slopes -= k * k * p[k] / before
+    for k in range(1, n + 1):
+        slopes += sign * k * k * c[k] / after
+        sign = -sign
+    return BENDS * abs(slopes) * 2.0 * min(before, after) > APART
+
+
+@inner
+def _interpolated(p, m, c, n, share, out, values):
+    """The polynomial of a few degrees more through p and c, p on that share of the interval; its degree."""
+    top = min(max(m, n) + MORE, MOST_JOINED)
+    for j in range(top + 1):
+        x = 0.5 * (1.0 + PLACES[top, j])
+        if x <= share:
+            values[j] = value(p, m, min(1.0, 2.0 * x / share - 1.0))
+        else:
+            values[j] = value(c, n, max(-1.0, 2.0 * (x - share) / (1.0 - share) - 1.0))
+    for k in range(top + 1):
+        total = 0.0
+        for j in range(top + 1):
+            total += COSINES[top, k, j] * values[j]
+        out[k] = total
+    return top
+
+
+@inner
+def _apart(whole, n, low, high, c, m, work):
+    """What the difference of a polynomial on [low, high] and c does not exceed: |T_k| ≤ 1."""
+    part, total = work[2], 0.0
+    for k in range(n + 1):
+        part[k] = whole[k]
+    restricted(part, n, low, high, part, work)
+    for k in range(max(n, m) + 1):
+        total += abs((part[k] if k <= n else 0.0) - (c[k] if k <= m else 0.0))
+    return total
+
+
+# ---- Rows of pieces: what leaves an end of a section is written, what arrives at the other end is read
 
 
 @inner
@@ -94,3 +199,74 @@ def _keep(waves, row, k, rest, c, n):
     waves.degree[row, k], waves.first[row, k], waves.rest[row, k] = n, c[0], rest
     for j in range(n):
         waves.pool[rest + j] = c[j + 1]
+
+
+# ---- Integrals and values of rows of pieces
+
+
+@inner
+def piece_at(waves, row, time):
+    """The last piece that begins at a time or before, the first one where none does."""
+    low, high = 0, waves.pieces[row]
+    while high - low > 1:
+        middle = (low + high) >> 1
+        if waves.start[row, middle] <= time:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inner
+def piece_end(waves, row, k):
+    """Where a piece ends."""
+    return waves.start[row, k + 1] if k + 1 < waves.pieces[row] else waves.known[row]
+
+
+@inner
+def part(waves, row, k, begin, end, out, work):
+    """A piece from begin to end, which it covers; its degree."""
+    n = waves.degree[row, k]
+    out[0] = waves.first[row, k]
+    for j in range(n):
+        out[j + 1] = waves.pool[waves.rest[row, k] + j]
+    start, stop = waves.start[row, k], piece_end(waves, row, k)
+    if n > 0 and (begin != start or end != stop):
+        span = 2.0 / (stop - start)
+        restricted(out, n, span * (begin - start) - 1.0, span * (end - start) - 1.0, out, work)
+    return n
+
+
+@entry
+def integrals(waves, row, begin, end, tick, work):
+    """∫ p dt, ∫ p² dt and ∫ p (t − begin) dt from begin to end."""
+    plain, square, moment = 0.0, 0.0, 0.0
+    c, h = work[6], work[7]
+    k = piece_at(waves, row, begin)
+    while k < waves.pieces[row] and waves.start[row, k] < end:
+        low, high = max(begin, waves.start[row, k]), min(end, piece_end(waves, row, k))
+        if high > low and waves.degree[row, k] == 0:
+            span, level = tick * (high - low), waves.first[row, k]
+            plain += span * level
+            square += span * level * level
+            moment += span * level * (0.5 * span + tick * (low - begin))
+        elif high > low:
+            n = part(waves, row, k, low, high, c, work)
+            half = 0.5 * tick * (high - low)
+            here = half * integral(c, n)
+            plain += here
+            square += half * product_integral(c, n, c, n)
+            # ∫ p (t − low) = (high − low) P(high) − ∫ P
+            antiderivative(c, n, half, h)
+            moment += 2.0 * half * right(h, n + 1) - half * integral(h, n + 1) + here * tick * (low - begin)
+        k += 1
+    return plain, square, moment
+
+
+@entry
+def value_before(waves, row, time, near, work):
+    """The value just before a time; a break that is near is at that time."""
+    k = piece_at(waves, row, time - 4 * near)
+    start, stop = waves.start[row, k], piece_end(waves, row, k)
+    n = part(waves, row, k, start, stop, work[6], work)
+    return value(work[6], n, min(1.0, 2.0 * (time - start) / (stop - start) - 1.0))

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from percuss.blow.bodies import Rod, Target, Wall
+from percuss.blow.kernels.lattice_records import Bit, Chain, Drag, Face, Machine
 from percuss.errors import ParameterError
+from percuss.model import Load, System
+from percuss.model.body import Damping, External, SteppedBar, UniformBar
 from percuss.model.checks import Array
 from percuss.shown import Shown
-
-__all__ = ["Lattice", "lattice_of"]
 
 _TURN = 2.0 * math.pi
 _SPREAD = 2.0  # times the steps asked for are the most that are tried
@@ -103,3 +105,207 @@ def _rounding(transit_times: Array, whole: float, tried: npt.NDArray[np.int64]) 
     steps = transit_times[None, :] * (tried[:, None] / _TURN)
     changes = np.abs(np.maximum(np.rint(steps), 1.0) - steps).max(axis=1)
     return np.asarray(changes * _TURN / tried / whole)
+
+
+# ---- The law of damping on the lattice: what it takes from the velocities of the cells
+
+_MOST_BLOCKS = 100  # whose velocities a matrix is for: its modes are those that last
+_INTERVAL = 0.381966011250105  # of a wave's way through the bar; its multiples stay away from whole numbers
+_CELLS_AT_ONCE = 0.012  # lost by the velocity of the first mode at each moment, unless …
+_MOST_PARTS = 16  # … that would make the interval shorter than this part
+_PATIENCE = 6.0  # transit times: contacts of blows are shorter, what lasts longer is a bar that is pressed
+_QUIET = 0.12  # lost by every elastic mode in that time, where ringing is to be gone
+_NONE = np.zeros((0, 0))
+
+
+def drag_of(lattice: Lattice, damping: Damping) -> Drag:
+    """What `damping` takes at each of its moments.
+
+    The velocities are slowed as u_n' → u_n' exp(−d_n Δt), the strain stays: the second half of u_n'' + d_n u_n' +
+    ω_n² u_n = p when the waves have had the first (splitting). The golden interval meets every mode at all of its
+    phases, so that it loses d_n/2 of its amplitude per time. A bar that is pressed and at rest loses nothing. A blow
+    takes too short a time for damping to matter, and is left alone: else its impulse would depend on where in it a
+    moment of damping falls.
+    """
+    cells = sum(lattice.cells[: lattice.striker])
+    interval = 0.0 if damping.is_zero else _interval(damping, cells * lattice.step) * cells
+    time = interval * lattice.step
+    if damping.is_zero or isinstance(damping, External):
+        return _drag(lattice, interval, factor=math.expm1(-damping.rigid * time))
+    block, impedance, steps = _blocks(lattice, max(1, round(cells / _MOST_BLOCKS)))
+    mass = impedance * steps * lattice.step
+    omega, shapes = _modes(mass, 0.5 * steps * lattice.step / impedance, float(steps.mean()) * lattice.step)
+    taken = np.expm1(-time * np.append(damping.rigid, damping.of(omega)))
+    root = np.sqrt(mass)
+    matrix = np.ascontiguousarray((shapes * taken) @ shapes.T * root / root[:, None])
+    return _drag(lattice, interval, finer=float(taken[-1]), matrix=matrix, block=block)
+
+
+def _interval(damping: Damping, transit: float) -> float:
+    """In transit times: so short that the first mode loses little at once."""
+    lost = float(damping.of(np.array([math.pi / transit]))[0]) * _INTERVAL * transit
+    return _INTERVAL / min(max(1, math.ceil(lost / _CELLS_AT_ONCE)), _MOST_PARTS)
+
+
+def quiet_drag(lattice: Lattice) -> Drag:
+    """What ends all ringing between blows: the same for all elastic modes, out of contact only."""
+    cells = sum(lattice.cells[: lattice.striker])
+    return _drag(lattice, _INTERVAL * cells, factor=math.expm1(-_QUIET), carried=True, patience=math.inf)
+
+
+def _drag(
+    lattice: Lattice,
+    interval: float,
+    *,
+    factor: float = 0.0,
+    finer: float = 0.0,
+    carried: bool = False,
+    matrix: Array = _NONE,
+    patience: float | None = None,
+    block: np.typing.NDArray[np.int64] | None = None,
+) -> Drag:
+    mass = np.repeat(lattice.impedances[: lattice.striker], lattice.cells[: lattice.striker]) * lattice.step
+    wait = _PATIENCE * mass.size * lattice.step if patience is None else patience
+    number = np.zeros(mass.size, dtype=np.int64) if block is None else block
+    total = np.asarray(np.bincount(number, mass), dtype=float)
+    room = np.zeros(mass.size), np.zeros(total.size), np.zeros(total.size)
+    return Drag(factor, finer, carried, matrix, interval, wait, number, mass, total, *room)
+
+
+def _blocks(lattice: Lattice, size: int) -> tuple[np.typing.NDArray[np.int64], Array, Array]:
+    """The block of each cell, and the impedance and the steps of each block; blocks end where sections do."""
+    numbers, impedance, steps, count = [], [], [], 0
+    for z, cells in zip(lattice.impedances[: lattice.striker], lattice.cells, strict=False):
+        blocks = max(1, round(cells / size))
+        own = np.arange(cells) * blocks // cells
+        numbers.append(count + own)
+        impedance += [z] * blocks
+        steps.append(np.bincount(own, minlength=blocks))
+        count += blocks
+    return np.concatenate(numbers), np.asarray(impedance), np.concatenate(steps).astype(float)
+
+
+def _modes(mass: Array, half: Array, step: float) -> tuple[Array, Array]:
+    """Frequencies of the elastic modes, and all shapes, of masses that springs of their own half widths join.
+
+    Leapfrog with one step for each mass moves a chain of equal ones as waves move: λ = (2/Δt)² sin² ωΔt/2.
+    """
+    spring = 1.0 / (half[:-1] + half[1:])
+    stiffness = np.diag(np.append(spring, 0.0) + np.append(0.0, spring)) - np.diag(spring, 1) - np.diag(spring, -1)
+    root = np.sqrt(mass)
+    square, shapes = np.linalg.eigh(stiffness / np.outer(root, root))
+    angle = np.arcsin(np.clip(0.5 * step * np.sqrt(np.maximum(square[1:], 0.0)), 0.0, 1.0))
+    return 2.0 / step * angle, shapes
+
+
+# ---- A system and what it strikes as the records of the compiled room
+
+_WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its mass on the rock: then it may be fed
+
+
+def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
+    """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless.
+
+    Raises
+    ------
+    ParameterError
+        For masses between the sections, or a rod in SI before a striker that is not.
+    """
+    none = np.zeros(0)
+    if isinstance(target, Wall):
+        return none, none, math.inf
+    if any(mass > 0.0 for _, mass in target.joint_masses):
+        raise ParameterError("joint_masses", target.joint_masses, "none", "give a short section instead")
+    if target.impedance is not None:
+        return none, none, target.impedance / _impedance_scale(system)
+    pieces = target.pieces
+    if not system.is_si:
+        raise ParameterError("target", "a rod in SI", "an impedance", "use Rod.of_impedance before a dimensionless bar")
+    impedances = np.array([piece.impedance for piece in pieces]) / _impedance_scale(system)
+    own = pieces[:-1] if target.end == "infinite" else pieces
+    times = np.array([piece.transit_time for piece in own]) * system.angular_frequency
+    return impedances[: len(own)], times, float(impedances[-1]) if target.end == "infinite" else math.inf
+
+
+def _is_fed(target: Target) -> bool:
+    """Whether the rod is fed between blows: it has an end that nothing holds, or only rock does."""
+    return isinstance(target, Rod) and target.end in ("free", "rock")
+
+
+_NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
+
+
+def _bit(system: System, target: Target, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
+    """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
+    if not (isinstance(target, Rod) and _is_fed(target)):
+        return _NO_BIT
+    bar, rate, rock = system.bar, system.angular_frequency, target.rock
+    assert bar is not None  # a rod that is not endless is one in SI
+    if rock is None and not pushed_back:
+        raise ParameterError("pushed_back", False, "True for a rod with a free end, which nothing else brings back")
+    stiffness = 0.0 if rock is None else rock.stiffness / (bar.mass * rate**2)
+    ratio, gap = (1.0, 0.0) if rock is None else (rock.unloading_ratio, rock.gap / bar.length)
+    mass = target.bit_mass / bar.mass * scale
+    wait = _WAYS * transit
+    if stiffness:
+        whole = sum(piece.mass for piece in target.pieces) + target.bit_mass
+        wait += math.pi * math.sqrt(whole / bar.mass / stiffness)
+    return Bit(True, impedance, mass, stiffness * scale, ratio, gap, not pushed_back, wait)
+
+
+def _impedance_scale(system: System) -> float:
+    """M Ω in N·s/m, or 1 for a dimensionless system."""
+    return system.bar.mass * system.angular_frequency if system.bar is not None else 1.0
+
+
+def machine_record(
+    system: System, target: Target, cells: int, *, pushed_back: bool, quiet: bool
+) -> tuple[Lattice, Machine]:
+    """The lattice of at least so many cells in the striker, and a machine at rest on it."""
+    own_z, own_times = _striker_sections(system)
+    z, times, behind = rod_sections(system, target)
+    lattice = lattice_of(np.concatenate([own_z, z]), np.concatenate([own_times, times]), own_z.size, cells)
+    scaled, k = np.asarray(lattice.impedances), own_z.size
+    bar = _chain(scaled[:k], lattice.cells[:k])
+    rod = _chain(scaled[k:], lattice.cells[k:])
+    scale = scaled[0] / own_z[0]
+    behind *= scale
+    struck = float(scaled[k]) if z.size else behind
+    striker = float(scaled[k - 1])
+    moves = not _is_fed(target)
+    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, moves and pushed_back)
+    ends = {"impedance": float(scaled[-1]), "transit": sum(lattice.cells[k:]) * lattice.step}
+    bit = _bit(system, target, scale, pushed_back=pushed_back, **ends)
+    drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
+    load = load_means(system.load, lattice.steps)
+    return lattice, Machine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
+
+
+def _striker_sections(system: System) -> tuple[Array, Array]:
+    body = system.body
+    if isinstance(body, UniformBar):
+        return np.array([body.s]), np.array([1.0 / body.s])
+    if isinstance(body, SteppedBar):
+        return body.sections.impedance, body.sections.transit
+    raise ParameterError("body", body.kind, "a bar of sections: waves need impedances and transit times")
+
+
+def _chain(impedances: Array, cells: tuple[int, ...]) -> Chain:
+    numbers = np.asarray(cells, dtype=np.int64)
+    first: npt.NDArray[np.int64] = np.cumsum(numbers) - numbers
+    total = int(numbers.sum())
+    slot = np.zeros(numbers.size, dtype=np.int64)
+    return Chain(np.array(impedances), first, numbers, slot, np.zeros(total), np.zeros(total))
+
+
+def load_means(load: Load, steps: int) -> Array:
+    """Mean of the load over each of the equal steps of a period; shape (steps,)."""
+    step = _TURN / steps
+    if load.is_piecewise:
+        return np.asarray(load.mean + np.diff(load.antiderivative(np.arange(steps + 1) * step)) / step)
+    k = np.arange(load.coefficients.size)
+    waves = load.coefficients.copy()
+    waves[1:] *= np.expm1(1j * k[1:] * step) / (1j * k[1:] * step)
+    folded = np.zeros(steps, dtype=complex)
+    np.add.at(folded, k % steps, waves)
+    return np.asarray((np.fft.ifft(folded) * steps).real)

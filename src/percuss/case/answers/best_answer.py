@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.figures import FIGURES
+from percuss.blow.blow_figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.case import checked_case
-from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held, with_generic_places
-from percuss.case.parameters.quantity_text import parsed_quantity
-from percuss.errors import ParameterError, PercussError
-from percuss.explore.axis import Axis
+from percuss.case.parameters.moves import parsed_quantity
+from percuss.errors import CaseError, ParameterError, PercussError
+from percuss.explore.family import Axis
 from percuss.model.checks import finite, instance, several, text
 from percuss.shown import Shown
 from percuss.units import DIMENSIONS, unit_scale
@@ -23,8 +23,6 @@ from percuss.units import DIMENSIONS, unit_scale
 if TYPE_CHECKING:
     from percuss.blow import Blow
     from percuss.case.case import Case
-
-__all__ = ["BestAnswer", "Span", "best_answer"]
 
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
@@ -189,6 +187,8 @@ def best_answer(
     keys = _keys(family, spans)
     own = blow_answer(case)
     _check_figure(own, objective)
+    for span in spans:
+        _check_ends(family, span)
     own_values = tuple(_own(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
 
     def varied(values: Sequence[float]) -> Case:
@@ -238,6 +238,17 @@ def _keys(family: CaseFamily, spans: Sequence[Span]) -> list[str]:
             )
         found.append(key)
     return found
+
+
+def _check_ends(family: CaseFamily, span: Span) -> None:
+    """Refuse a range with an end that is no value of its key, such as a length of 0; others may depend on it."""
+    for end in (span.low, span.high):
+        try:
+            family.varied({span.name: end})
+        except CaseError as error:
+            if error.key == family.key(span.name):
+                told = f"{end:g} {span.unit}".rstrip()
+                raise ParameterError(span.name, told, error.accepted.removeprefix("expected "), error.remedy) from None
 
 
 def _unknown(name: str, known: Sequence[str], remedy: str = "") -> ParameterError:

@@ -2,29 +2,513 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import json
+import math
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.blow_formulas import Formula, formulas, left_out
-from percuss.case.answers.blow_in_words import blow_in_words
-from percuss.case.answers.blow_json import blow_dict
-from percuss.case.answers.told_blow import ToldBlow
+from percuss.case.answers.numerals import counted, number, percent, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, ParameterError
+from percuss.errors import CaseError, MissingExtraError, ParameterError
 from percuss.model.body import Body, SizedBody
+from percuss.model.body.uniform import Piece
 from percuss.model.checks import Array, flag, non_negative, positive
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.blow import Blow
+    import xarray
+
+    from percuss.blow import Blow, Peak, Rod, Trace, Waves
     from percuss.blow.question import Field
     from percuss.case.case import Case
-    from percuss.case.file_format.tool_building import BlowQuestion
+    from percuss.case.file_format.body_building import BlowQuestion
     from percuss.steady import Orbit
 
-__all__ = ["BlowAnswer", "blow_answer"]
+
+# ---- A record of a strain gauge, as it lies over the computed force of a blow
+
+
+@dataclass(frozen=True)
+class MeasuredGauge(Shown):
+    """A record of strain, stress or force at a gauge, laid over the computed force there.
+
+    Attributes
+    ----------
+    file
+        Where it was read.
+    quantity
+        "strain", "stress" or "force"; times E A, times A or as it is, it is the force at the gauge.
+    sign
+        1 where compression is positive in the record, −1 where it is negative.
+    shift
+        What is added to the record's time to make it that of the blow, s.
+    zero
+        What the record shows without a force, N in its own sign; it is taken off.
+    scale
+        The factor on the computed force that fits the record best; 1 where they agree.
+    residual
+        Root mean square of measured less computed force in the window, over the greatest computed force.
+    residual_scaled
+        The same with the factor.
+    overlap
+        Share of the blow's window that the record covers.
+    time, force
+        Shape (n,): the record on the clock of the blow, s, and N with compression positive.
+    notes
+        What was assumed, one sentence each.
+    """
+
+    file: str
+    quantity: Literal["strain", "stress", "force"]
+    sign: int
+    shift: float
+    zero: float
+    scale: float
+    residual: float
+    residual_scaled: float
+    overlap: float
+    time: Array = field(repr=False)
+    force: Array = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """The lines of a report."""
+        compression = "positive" if self.sign > 0 else "negative"
+        return (
+            ("record", f"{self.file}, {self.quantity}, compression {compression}"),
+            ("clock", f"{quantity(self.shift, 's', 5)} added to the time of the record"),
+            ("zero", f"{quantity(self.zero, 'N')} taken off"),
+            ("scale", f"the record is {number(self.scale)} times the computed force"),
+            (
+                "residual",
+                f"{percent(self.residual)} of the computed peak (rms); {percent(self.residual_scaled)} after scaling",
+            ),
+            ("overlap", f"the record covers {percent(self.overlap)} of the window"),
+            *(("note", note) for note in self.notes),
+        )
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """Its numbers in plain values, without the series."""
+        names = ("file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap")
+        return {name: getattr(self, name) for name in names} | {"notes": list(self.notes)}
+
+
+# ---- One blow of a case, and what of it is told: the waves at a gauge, sections with their sizes, values with units
+
+
+@dataclass(frozen=True)
+class BlowUnits:
+    """Values of a blow in words, with their units; those of a dimensionless bar as plain numbers."""
+
+    is_si: bool
+
+    def time(self, value: float, digits: int = 4) -> str:
+        """A time with its unit."""
+        return quantity(value, "s", digits) if self.is_si else f"{number(value, digits)} rad"
+
+    def force(self, value: float, digits: int = 4) -> str:
+        """A force with its unit."""
+        return quantity(value, "N", digits) if self.is_si else number(value, digits)
+
+    def energy(self, value: float, digits: int = 4) -> str:
+        """An energy with its unit."""
+        return quantity(value, "J", digits) if self.is_si else number(value, digits)
+
+    def momentum(self, value: float, digits: int = 4) -> str:
+        """An impulse with its unit."""
+        return f"{number(value, digits)} N·s" if self.is_si else number(value, digits)
+
+    def stress(self, value: float, digits: int = 4) -> str:
+        """A stress with its unit; the force of a dimensionless bar."""
+        return quantity(value, "Pa", digits) if self.is_si else number(value, digits)
+
+    def place(self, value: float, digits: int = 4) -> str:
+        """A place along a body with its unit."""
+        return quantity(value, "m", digits) if self.is_si else number(value, digits)
+
+    def speed(self, value: float, digits: int = 4) -> str:
+        """A velocity with its unit."""
+        return f"{number(value, digits)} m/s" if self.is_si else number(value, digits)
+
+
+@dataclass(frozen=True)
+class ToldBlow(Shown):
+    """One blow of a case, resolved by waves.
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    blow
+        The blow: contacts, forces, energies, stresses.
+    speed
+        Where the speed comes from, in words.
+    gauge
+        Place on the rod, from the struck face, that waves are told of: m, or dimensionless a time of a wave; None
+        where there is no rod.
+    notes
+        What was assumed, one sentence each.
+    measured
+        What a strain gauge measured there, laid over the blow; None without a record.
+    """
+
+    name: str
+    title: str
+    blow: Blow
+    speed: str
+    gauge: float | None
+    notes: tuple[str, ...] = ()
+    measured: MeasuredGauge | None = None
+
+    @property
+    def is_si(self) -> bool:
+        """Whether the striker has sizes; else mass, length and angular frequency are 1."""
+        return isinstance(self.blow.striker, SizedBody)
+
+    @property
+    def waves(self) -> Waves | None:
+        """The waves at the gauge."""
+        return None if self.gauge is None else self.blow.waves_at(self.gauge)
+
+    @property
+    def rod(self) -> Rod | None:
+        """The rod that is struck; None for a wall."""
+        from percuss.blow import Rod
+
+        return self.blow.target if isinstance(self.blow.target, Rod) else None
+
+    @property
+    def beta(self) -> float | None:
+        """β = K₁T/Z of the first pulse, T long, in the longest section of the rod (Lundberg 1973).
+
+        None without rock, pulse or energy, and on elastic rock, which keeps nothing.
+        """
+        rod, pulse, before = self.rod, self.blow.first_pulse, self.blow.energy_before
+        if rod is None or rod.rock is None or pulse is None or not before > 0.0 or rod.rock.unloading_ratio == 1.0:
+            return None
+        longest = max(rod.pieces, key=lambda piece: piece.end - piece.start)
+        return rod.rock.stiffness * pulse.length / longest.impedance
+
+    @property
+    def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]:
+        """Sections of the striker and of the rod with their sizes; empty where these are not known."""
+        rod = self.rod
+        own = self.blow.striker.pieces if isinstance(self.blow.striker, SizedBody) else ()
+        return own, () if rod is None or not own else rod.pieces
+
+    @property
+    def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]:
+        """The greatest stresses of the striker's sections, and of the rod's."""
+        from percuss.blow.bodies import striker_sections
+
+        own = striker_sections(self.blow.striker).impedance.size
+        return self.blow.peaks[:own], self.blow.peaks[own:]
+
+    @property
+    def units(self) -> BlowUnits:
+        """How its values are told."""
+        return BlowUnits(self.is_si)
+
+
+# ---- One blow in plain values
+
+_ALWAYS = (
+    "striker_mass",
+    "mean_velocity_before",
+    "mean_velocity_after",
+    "striker_momentum_after",
+    "impulse",
+    "effective_restitution",
+    "restitution_from_impulse",
+    "contact_duration",
+    "force_centroid",
+    "gap_after",
+    "energy_before",
+    "kinetic_energy_before",
+    "load_work",
+    "rigid_energy_after",
+    "vibration_energy_after",
+    "work_through_face",
+)
+_OF_ROD = {
+    "rod_energy_after": "rod_energy",
+    "rod_momentum_after": "rod_momentum",
+    "bit_kinetic_energy_after": "bit_kinetic_energy_after",
+}
+_OF_ROCK = {
+    "rock_work": "rock_work",
+    "rock_work_dissipated": "rock_dissipated",
+    "rock_work_stored": "rock_stored",
+    "efficiency": "efficiency",
+    "efficiency_with_rebound": "efficiency_with_rebound",
+    "greatest_penetration": "greatest_penetration",
+    "residual_penetration": "residual_penetration",
+    "penetration_after": "penetration_after",
+}
+
+
+def blow_dict(answer: ToldBlow) -> dict[str, Any]:
+    """The answer as JSON has it: SI units, or the scales of a dimensionless bar (mass, length, frequency 1)."""
+    blow = answer.blow
+    told: dict[str, Any] = {
+        "case": answer.name,
+        "title": answer.title,
+        "units": "SI" if answer.is_si else "dimensionless",
+        "notes": list(answer.notes),
+        "velocity": None if blow.velocity is None else blow.velocity.tolist(),
+        "velocity_from": answer.speed,
+        "until": blow.until,
+        "outcome": blow.outcome.name.lower(),
+        "outcome_in_words": blow.outcome.value,
+        "contacts": [[one.start, one.end, one.impulse, one.peak_force] for one in blow.contacts],
+        "touches_without_impulse": blow.grazes,
+    }
+    told |= {name: getattr(blow, name) for name in _ALWAYS}
+    if answer.rod is not None:
+        told |= {name: getattr(blow, source) for name, source in _OF_ROD.items()}
+        told |= _rod_dict(answer)
+    if blow.penetration is not None and blow.bit_force is not None:
+        told |= {name: getattr(blow, source) for name, source in _OF_ROCK.items()}
+        told["greatest_rock_force"] = blow.bit_force.peak
+        told["beta"] = answer.beta
+    if answer.measured is not None:
+        told["measured"] = answer.measured.to_json_dict()
+    told |= _stress_dict(answer)
+    told |= {"momentum_error": blow.momentum_error, "energy_error": blow.energy_error}
+    found: dict[str, Any] = plain(told)
+    return found
+
+
+def _rod_dict(answer: ToldBlow) -> dict[str, Any]:
+    """The first pulse, and the waves at the gauge."""
+    pulse, waves = answer.blow.first_pulse, answer.waves
+    assert waves is not None  # there is a rod
+    names = ("length", "rise", "peak", "energy", "momentum")
+    return {
+        "first_pulse": None if pulse is None else {name: getattr(pulse, name) for name in names},
+        "gauge": {
+            "place": answer.gauge,
+            "impedance": waves.impedance,
+            "incident_energy": waves.incident_energy,
+            "reflected_energy": waves.reflected_energy,
+            "tool_energy": waves.tool_energy,
+        },
+    }
+
+
+def _stress_dict(answer: ToldBlow) -> dict[str, Any]:
+    """The greatest compression and tension of each section: stress, or force of a dimensionless bar."""
+    kind = "stress" if answer.is_si else "force"
+    own, rod = answer.peaks
+    found = {
+        f"peak_compressive_{kind}": [peak.compression for peak in own],
+        f"peak_tensile_{kind}": [peak.tension for peak in own],
+        "peaks_of_striker": [_peak_dict(peak) for peak in own],
+    }
+    return found | ({"peaks_of_rod": [_peak_dict(peak) for peak in rod]} if rod else {})
+
+
+def _peak_dict(peak: Peak) -> dict[str, Any]:
+    names = ("compression", "compression_place", "compression_time", "tension", "tension_place", "tension_time")
+    return {name: getattr(peak, name) for name in names}
+
+
+# ---- What formulas say of a blow beside what its waves gave, and what the theory of such waves leaves out
+
+_ALIKE = 1e-9
+"""Relative difference of two impedances, or two times, that counts as none."""
+
+
+class Formula(NamedTuple):
+    """A closed form that applies: its name, and what it says beside what the waves gave."""
+
+    name: str
+    text: str
+    value: float
+    found: float
+
+
+def formulas(answer: ToldBlow) -> tuple[Formula, ...]:
+    """The closed forms that apply to a blow; none under a load, or where sections have different speeds."""
+    from percuss.blow.bodies import striker_sections
+
+    blow = answer.blow
+    alike = blow.velocity is not None and bool((blow.velocity == blow.velocity[0]).all())
+    if not alike or blow.load_work != 0.0 or not blow.contacts:
+        return ()
+    z, tau = striker_sections(blow.striker).impedance, striker_sections(blow.striker).transit
+    if z.size == 1:
+        return _of_uniform(answer, float(z[0]), float(tau[0]))
+    if z.size == 2 and answer.rod is None and abs(tau[0] - tau[1]) <= _ALIKE * tau[0]:
+        return _of_two(answer, float(z[0]), float(z[1]))
+    return ()
+
+
+def _of_uniform(answer: ToldBlow, z: float, tau: float) -> tuple[Formula, ...]:
+    """A uniform striker on a wall, on an endless rod (St Venant 1867), on a bit in rock (Lundberg 1973)."""
+    from percuss.blow.closed_forms import uniform_blow
+
+    blow, rod = answer.blow, answer.rod
+    speed, force = blow.mean_velocity_before, blow.contacts[0].peak_force
+    if not speed > 0.0:
+        return ()
+    z2 = math.inf if rod is None else blow.waves_at(0.0).impedance
+    known = uniform_blow(z, tau, speed, z2)
+    found = [
+        Formula("first step", _beside(answer.units.force(known.force), answer.units.force(force)), known.force, force)
+    ]
+    lasts = blow.contacts[0].end
+    if known.restitution >= 0.0 and lasts is not None and _reaches_nothing(answer):
+        took = lasts - blow.contacts[0].start
+        said = f"2τ = {answer.units.time(known.duration)}"
+        found.append(Formula("contact", _beside(said, answer.units.time(took)), known.duration, took))
+        value, of_waves = known.restitution, blow.effective_restitution or 0.0
+        said = "R = (Z₂ − Z₁)/(Z₂ + Z₁) = " + number(value, 6) if rod is not None else "R = 1"
+        found.append(Formula("restitution", _beside(said, number(of_waves, 6)), value, of_waves))
+    if known.restitution < 0.0 and _reaches_nothing(answer):
+        said = f"each step of 2τ leaves {percent(-known.restitution)} of the speed: the striker stays on the rod"
+        found.append(Formula("staircase", said, -known.restitution, -known.restitution))
+    matched = abs(z - z2) <= _ALIKE * z
+    if matched and rod is not None and rod.rock is not None and rod.bit_mass == 0.0 and len(rod.pieces) == 1:
+        found += _on_rock(answer, z, tau)
+    return tuple(found)
+
+
+def _reaches_nothing(answer: ToldBlow) -> bool:
+    """Whether nothing comes back from the far end of what is struck."""
+    return answer.rod is None or (answer.rod.end == "infinite" and len(answer.rod.sections) <= 1)
+
+
+def _on_rock(answer: ToldBlow, z: float, tau: float) -> list[Formula]:
+    """One rectangular wave on a bit without mass: β = K₁ T/Z, T = 2τ (Lundberg 1973)."""
+    from percuss.blow.closed_forms import BEST_BETA, best_efficiency, matched_efficiency
+
+    rod, blow = answer.rod, answer.blow
+    assert rod is not None and rod.rock is not None
+    beta, gamma = 2.0 * tau * rod.rock.stiffness / z, rod.rock.unloading_ratio
+    one, best = matched_efficiency(beta, gamma), matched_efficiency(BEST_BETA, gamma)
+    wave, done = best_efficiency(beta, gamma), blow.rock_dissipated / blow.energy_before
+    said = f"2(1 − γ)(1 − e^−β)²/β = {percent(one, 4)} at β = {number(beta)}"
+    return [
+        Formula("Lundberg 1973", f"{_beside(said, percent(done, 4))}, later waves included", one, done),
+        Formula("best β", f"{number(BEST_BETA)} gives {percent(best, 4)} with a rectangular wave", best, done),
+        Formula("best wave", f"one that rises as e^(K₁t/Z) gives {percent(wave, 4)} at this β", wave, done),
+    ]
+
+
+def _of_two(answer: ToldBlow, rear: float, head: float) -> tuple[Formula, ...]:
+    """Two sections of equal transit time on a wall: R = 1 − 2ρ²."""
+    from percuss.blow.closed_forms import two_section_restitution
+
+    try:
+        value = two_section_restitution(rear, head)
+    except ParameterError:  # the blow has another course
+        return ()
+    found = answer.blow.effective_restitution or 0.0
+    said = f"R = 1 − 2ρ² = {number(value, 6)} with ρ = (Z₁ − Z₂)/(Z₁ + Z₂)"
+    return (Formula("two sections", _beside(said, number(found, 6)), value, found),)
+
+
+def _beside(said: str, found: str) -> str:
+    return f"{said}; the waves give {found}"
+
+
+# -- what is left out -------------------------------------------------------------------------------------------------
+
+
+def left_out(answer: ToldBlow) -> tuple[tuple[str, str], ...]:
+    """What the theory leaves out, with its own numbers; nothing for a dimensionless bar."""
+    own, rod = answer.pieces
+    if not own:
+        return ()
+    widest = max((*own, *rod), key=lambda piece: piece.diameter)
+    speed = math.sqrt(widest.youngs_modulus / widest.density)
+    cross = widest.diameter / speed
+    rows = [
+        (
+            "rise",
+            f"a wave takes {quantity(cross, 's', 3)} across the widest section, {quantity(widest.diameter, 'm')}: "
+            "steps of the force rise over about that time, and ripples follow them (Pochhammer and Chree)",
+        )
+    ]
+    pulse = answer.blow.first_pulse
+    if pulse is not None and math.isfinite(pulse.length):
+        ratio = pulse.length / cross
+        rows.append(("pulse", f"{number(ratio, 2)} times as long as that" + ("" if ratio > 10.0 else ": short for it")))
+    first = own[-1]
+    stress = 0.5 * math.sqrt(first.youngs_modulus * first.density) * abs(answer.blow.mean_velocity_before)
+    rows.append(
+        (
+            "yield",
+            f"ρ c v/2 = {quantity(stress, 'Pa', 3)} is the stress of the head on a rod like it; beyond the yield "
+            "stress of the faces, and where they are crowned, contact is no longer elastic and flat",
+        )
+    )
+    return tuple(rows)
+
+
+# ---- A blow in one sentence: where its energy went
+
+_NEGLIGIBLE = 1e-3
+"""Share of the energy that is not worth a clause."""
+
+
+def blow_in_words(answer: ToldBlow) -> str:
+    """What one blow does, the first line of its report.
+
+    Examples
+    --------
+    >>> from percuss.case import blow_answer, load_case
+    >>> blow_in_words(blow_answer(load_case("laboratory-striker"))).split(" puts ")[0]
+    'A blow of 29.8 J at 10 m/s'
+    """
+    blow = answer.blow
+    before = blow.energy_before
+    head = f"A blow of {answer.units.energy(before, 3)} at {answer.units.speed(blow.mean_velocity_before, 3)}"
+    if not blow.contacts:
+        return f"{head} does not reach the target in {answer.units.time(blow.until, 3)}."
+    clauses = [_given(answer, before)]
+    if blow.rigid_energy_after > _NEGLIGIBLE * before:
+        way = "come back" if blow.mean_velocity_after < 0.0 else "stay"
+        clauses.append(f"{answer.units.energy(blow.rigid_energy_after, 3)} {way} with the striker")
+    if blow.vibration_energy_after > _NEGLIGIBLE * before:
+        clauses.append(f"{answer.units.energy(blow.vibration_energy_after, 3)} ring in it")
+    left = blow.rod_energy + blow.bit_kinetic_energy_after
+    if blow.penetration is not None and left > _NEGLIGIBLE * before:
+        clauses.append(f"{answer.units.energy(left, 3)} stay in the rod")
+    sentence = f"{head} {clauses[0]}" + "".join(f"; {clause}" for clause in clauses[1:])
+    return f"{sentence}; {_stress(answer)}{_how_often(answer)}."
+
+
+def _given(answer: ToldBlow, before: float) -> str:
+    blow = answer.blow
+
+    def share(value: float) -> str:
+        return f"{answer.units.energy(value, 3)}" + (f" ({percent(value / before)})" if before > 0.0 else "")
+
+    if blow.penetration is not None:
+        return f"puts {share(blow.rock_work)} into the rock"
+    if answer.rod is not None:
+        return f"puts {share(blow.work_through_face)} into the rod"
+    return f"gives nothing to the wall: R = {number(blow.effective_restitution or 0.0)}"
+
+
+def _stress(answer: ToldBlow) -> str:
+    own = answer.peaks[0]
+    name = "head" if len(own) > 1 else "striker"
+    return f"the {name} sees {answer.units.stress(own[-1].compression, 3)}"
+
+
+def _how_often(answer: ToldBlow) -> str:
+    contacts = len(answer.blow.contacts)
+    return "" if contacts == 1 else f", in {counted(contacts, 'contact')}"
+
+
+# ---- The dispatcher's answer to "what does one blow of this hammer do?"
 
 _MIDDLE = 0.5
 """Where a gauge is unless told otherwise, as a share of the first section of the rod."""
@@ -173,6 +657,25 @@ def _motion(case: Case) -> tuple[Orbit, str]:
     return chosen.orbit, str(number)
 
 
+def own_speed(case: Case) -> float:
+    """The mean velocity of the bar just before the blow of the motion of a case, in the units of the case.
+
+    Raises
+    ------
+    CaseError
+        When there is no steady motion, or no cycle with one blow.
+    """
+    if not case.is_machine:
+        return _mean_speed(_motion(case)[0])
+    from percuss.steady import self_excited_motion
+
+    machine = case.machine()
+    cycle = self_excited_motion(machine, modes=0, room=case.room()).cycle
+    if cycle is None or cycle.blows > 1:
+        raise CaseError(case.file, "blow.velocity", None, "a machine that runs with one blow in a cycle")
+    return float(cycle.blow_speed * (machine.speed_scale if machine.is_si else 1.0))
+
+
 def _mean_speed(orbit: Orbit) -> float:
     """Mean velocity of the bar just before the impact, in the units of the case."""
     system = orbit.system
@@ -181,7 +684,7 @@ def _mean_speed(orbit: Orbit) -> float:
 
 def _field_of(orbit: Orbit, striker: SizedBody | Body) -> Field:
     """Velocity and compressive force along the bar just before the impact, in the units of the case."""
-    from percuss.blow.striker import striker_sections
+    from percuss.blow.bodies import striker_sections
 
     system, sections = orbit.system, striker_sections(striker)
     scale = system.length_scale / system.time_scale if system.is_si else 1.0
@@ -195,3 +698,40 @@ def _field_of(orbit: Orbit, striker: SizedBody | Body) -> Field:
         return -stiffness[np.searchsorted(ends, x, side="right")] * orbit.strain(x, orbit.period)[:, 0]
 
     return velocity, force
+
+
+# ---- Forces and waves of a blow over time, as a dataset for files
+
+POINTS = 4001
+"""Equal steps of the window, less one."""
+
+
+def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
+    """Forces, waves and penetration at equal steps of the window; at a jump the later value.
+
+    Raises
+    ------
+    MissingExtraError
+        Without xarray.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("xarray", "io") from None
+    blow, waves, si = answer.blow, answer.waves, answer.is_si
+    time = np.linspace(0.0, blow.until, POINTS)
+    force = "N" if si else "1"
+    traces: dict[str, tuple[Trace, str, str]] = {"face_force": (blow.face_force, force, "force between the faces")}
+    if waves is not None:
+        traces["incident"] = (waves.incident, force, "force of the wave from the face, at the gauge")
+        traces["reflected"] = (waves.reflected, force, "force of the wave that comes back, at the gauge")
+    if blow.bit_force is not None and blow.penetration is not None:
+        traces["bit_force"] = (blow.bit_force, force, "force on the rock")
+        traces["penetration"] = (blow.penetration, "m" if si else "1", "place of the bit, from the rock's surface")
+    variables: dict[str, Any] = {
+        name: ("time", trace.at(time), {"units": unit, "long_name": meaning})
+        for name, (trace, unit, meaning) in traces.items()
+    }
+    about = {"units": "s" if si else "1", "long_name": "time from the start of the window"}
+    attributes = {"title": answer.title, "answer": json.dumps(answer.to_json_dict(), allow_nan=False)}
+    return xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)

@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-from percuss.case.answers.blow_in_words import blow_in_words
-from percuss.case.answers.blow_json import blow_dict
-from percuss.case.answers.json_values import plain
+from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_dict, blow_in_words
 from percuss.case.answers.motion_frames import Frames
+from percuss.case.answers.numerals import plain
 from percuss.model.body import SizedBody
 from percuss.model.checks import Array
 
 if TYPE_CHECKING:
     from percuss.blow import Blow, Trace
+    from percuss.blow.bodies import Sections
     from percuss.blow.over_time import CellsOverTime
-    from percuss.blow.striker import Sections
     from percuss.case.case import Case
-
-__all__ = ["Part", "blow_frames"]
 
 Part = Literal["start", "contact", "window"]
 """What is shown: the first 300 µs (6 transit times of a dimensionless striker), until it has parted, or all of it."""
@@ -76,8 +72,8 @@ def blow_frames(
     >>> found.arrays["striker_stress"].shape, found.header["rod"]["end"]
     ((31, 20), 'rock')
     """
+    from percuss.blow.bodies import rod_sections, striker_sections
     from percuss.blow.over_time import cells_over_time, energy_over_time
-    from percuss.blow.striker import rod_sections, striker_sections
 
     until = None if whole or show != "start" else _shortened(case)
     answer = blow_answer(case, until=until, most_pieces=most_pieces)
@@ -137,7 +133,7 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
 
 def _shortened(case: Case) -> float:
     """The end of the window when only the start is asked for."""
-    from percuss.blow.striker import striker_sections
+    from percuss.blow.bodies import striker_sections
 
     question = case.blow_question()
     short = _start(question.striker, striker_sections(question.striker))

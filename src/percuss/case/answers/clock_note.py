@@ -13,12 +13,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
-from percuss.model.switching import switching_of
+from percuss.model.machine import switching_of
 
 if TYPE_CHECKING:
     from percuss.model import Load
-
-__all__ = ["CLOCKED", "NEAR_FOLD", "Clocked", "clock_in_short", "clock_note", "clocked_because"]
 
 Clocked = Literal["no motion", "unstable", "near the fold"]
 """Why a verdict turns on the clock of the load."""

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.exploration_jobs import stop_when_found
+import numpy as np
+
+from percuss.case.answers.exploration import stop_when_found
+from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.orbits_answer import parsed_label
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore.axis import Axis
 from percuss.explore.diagrams.diagram import carried_diagram
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_VALUES, diagram_job
+from percuss.explore.family import Axis
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
-    from percuss.explore import Diagram
+    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, DiagramRestBranch, SettledMotion
     from percuss.explore.diagrams.diagram_job import DiagramJob
-
-__all__ = ["DEFAULT_MODES", "diagram_answer", "diagram_job_of"]
 
 DEFAULT_MODES = 8
 """Elastic modes of a diagram, where neither the question nor the case names a number."""
@@ -108,7 +111,7 @@ def diagram_answer(
     >>> case = load_case("pneumatic-jackleg")
     >>> found = diagram_answer(case, "load_factor=0.35:0.45:4", up_to="1/1", searched=1, switch=0, runs=0, modes=0)
     >>> found.labels[:2], [branch.label for branch in found.branches]
-    (('z=1/1', 'chatter/1'), ['z=1/1', 'z=2/1'])
+    (('z=1/1', 'chatter/1'), ['z=1/1', 'z=2/1', 'z=2/2', 'z=4/2'])
     """
     job = diagram_job_of(
         case, along, up_to=up_to, searched=searched, switch=switch, tries=tries, starts=starts, runs=runs,
@@ -127,3 +130,141 @@ def _modes(case: Case) -> int:
     table = case.tables.simulation
     named = table is not None and "modes" in table.model_fields_set
     return case.simulation().modes if named else DEFAULT_MODES
+
+
+# ---- Diagrams as JSON, and as a table of text
+
+
+def diagram_dict(case: Case, found: Diagram) -> dict[str, Any]:
+    """A diagram as a tree of dict, list, str, bool, int, finite float and None."""
+    return {
+        "case": case.file,
+        "title": case.title,
+        "notes": list(case.notes),
+        "parameter": found.axis.name,
+        "unit": found.axis.unit,
+        "values": found.axis.values.tolist(),
+        "modes": found.modes,
+        "done": found.done,
+        "left_out": found.left_out,
+        "settled": [_settled(one) for one in found.settled],
+        "branches": [_branch(line) for line in found.branches],
+        "rest_branches": [_rest_branch(line) for line in found.rest_branches],
+        "impossible": [_branch(line) for line in found.impossible],
+    }
+
+
+def _settled(one: SettledMotion) -> dict[str, Any]:
+    speed, energy = one.scales or (math.nan, math.nan)
+    return {
+        "value": one.value,
+        "label": one.label,
+        "members": one.members,
+        "phases": one.phases.tolist(),
+        "speeds": one.speeds.tolist(),
+        "energy": number(one.energy),
+        "speeds_m_s": None if one.scales is None else (one.speeds * speed).tolist(),
+        "energy_J": number(one.energy * energy),
+    }
+
+
+def _branch(line: DiagramBranch) -> dict[str, Any]:
+    scales = line.scales
+    return {
+        "label": line.label,
+        "points": [_point(point) for point in line.points],
+        "branch": {
+            "value": line.values.tolist(),
+            "phases": line.phases.tolist(),
+            "times": line.times.tolist(),
+            "speeds": line.speeds.tolist(),
+            "energy": [number(energy) for energy in line.energies.tolist()],
+            "stable": line.stable.tolist(),
+            "speeds_m_s": None if scales is None else _finite(line.speeds * scales[:, :1]),
+            "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
+        },
+    }
+
+
+def _rest_branch(line: DiagramRestBranch) -> dict[str, Any]:
+    """Its impacts in the form of a cycle with rest that is followed: those of all its rests in one list."""
+    known, scales = np.isfinite(line.times), line.scales
+
+    def listed(values: np.ndarray) -> list[list[float]]:
+        return [row[there].tolist() for row, there in zip(values, known, strict=True)]
+
+    return {
+        "label": line.label,
+        "points": [_point(point) for point in line.points],
+        "branch": {
+            "value": line.values.tolist(),
+            "phases": listed(line.phases),
+            "times": listed(line.times),
+            "speeds": listed(line.speeds),
+            "energy": _finite(line.energies),
+            "stable": line.stable.tolist(),
+            "impacts": known.sum(axis=-1).tolist(),
+            "release_phases": line.release_phases.tolist(),
+            "rest_phases": line.rest_phases.tolist(),
+            "speeds_m_s": None if scales is None else listed(line.speeds * scales[:, :1, None]),
+            "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
+        },
+    }
+
+
+def _point(point: DiagramPoint) -> dict[str, Any]:
+    return {
+        "type": point.kind.value,
+        "value": point.value,
+        "label": point.label,
+        "phases": point.phases.tolist(),
+        "speeds": point.speeds.tolist(),
+        "energy": number(point.energy),
+        "beyond": point.beyond,
+        "impact": point.impact,
+        "touch_phase": point.touch_phase,
+    }
+
+
+def _finite(values: np.ndarray) -> Any:
+    """Numbers as lists, None for those that are not known."""
+    if values.ndim > 1:
+        return [_finite(row) for row in values]
+    return [number(value) for value in values.tolist()]
+
+
+# ---- A diagram that is watched: what is settled on so far while it goes on, the same numbers at its end
+
+
+def watched_diagram(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Diagram]:
+    """Carry out a diagram item by item; the last one yielded is whole.
+
+    Parameters
+    ----------
+    job
+        The diagram.
+    stopped
+        Asked now and then; when it says so nothing more is yielded.
+
+    Examples
+    --------
+    >>> from percuss.case import diagram_job_of, load_case
+    >>> sizes = {"up_to": None, "starts": 2, "runs": 0, "modes": 0}
+    >>> job = diagram_job_of(load_case("pneumatic-jackleg"), "load_factor=0.38:0.4:3", **sizes)
+    >>> [look.done for look in watched_diagram(job, lambda: False)]
+    [0.5, 1.0]
+    """
+    from percuss.explore import Diagram
+
+    columns = {
+        name: np.full((job.size, *column.shape), column.empty, dtype=column.dtype)
+        for name, column in job.columns.items()
+    }
+    columns["branch_bytes"][...] = -1  # not done
+    for i in range(job.size):
+        row = job.compute(i, i + 1, stopped)
+        if stopped():
+            return
+        for name, values in row.items():
+            columns[name][i] = values[0]
+        yield Diagram.of(job, columns)

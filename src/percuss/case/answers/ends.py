@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.simulate import Ensemble
 
-__all__ = ["DISTRIBUTION", "SEED", "STARTS", "End", "Ends", "ends_of", "not_followed"]
-
 STARTS = 24
 """Starts that `percuss steady` follows: of those that end otherwise one in ten is missed once in twelve times."""
 
@@ -137,7 +135,7 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
     >>> sum(end.starts for end in ends.ends), sorted(end.label for end in ends.ends)
     (24, ['z=1/1'])
     """
-    from percuss.case.answers.exploration_jobs import experiment_job_of
+    from percuss.case.answers.exploration import experiment_job_of
 
     number = count("starts", starts, most=_MOST_STARTS)
     simulation = case.simulation()
@@ -151,7 +149,7 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
         raise
     except PercussError as error:  # an undamped mode in resonance has no bounded motion
         return not_followed(error.message)
-    from percuss.explore.attractors.start_distributions import named
+    from percuss.explore.attractors.drawn_starts import named
     from percuss.simulate import simulate_many
 
     most = _EVALUATIONS * impacts

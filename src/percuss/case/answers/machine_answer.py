@@ -2,20 +2,358 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.machine_json import machine_dict
-from percuss.case.answers.told_machine import ToldMachine
+from percuss.case.answers.machine_figures import (
+    Sensitivity,
+    ToldBlank,
+    course_of,
+    in_units,
+    machine_figures,
+    pressure_curve,
+    sensitivities,
+    told_blank,
+)
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import number as numerals_number
+from percuss.case.answers.numerals import numbers, plain, quantity
 from percuss.case.case import checked_case
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
+from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
+from percuss.errors import ParameterError
 from percuss.model.checks import count
+from percuss.shown import Shown
+from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
+from percuss.steady.self_excited import RigidCycle, slow_pressure, valve_margins
 
 if TYPE_CHECKING:
+    from percuss.case.answers.machine_figures import Course, Running
     from percuss.case.case import Case
+    from percuss.model import Machine
+    from percuss.steady.self_excited import Obstacle, Ringing, SelfExcited, SlowPressure, ValveCycle, ValveMargins
 
-__all__ = ["MachineAnswer", "machine_answer"]
+
+# ---- How a machine runs that switches itself, and what of it is told: outcome and label, warnings, margins
+
+
+@dataclass(frozen=True)
+class ToldMachine(Shown):
+    """How a machine runs, or what keeps it from running; `MachineAnswer` says what the fields are."""
+
+    name: str
+    title: str
+    motion: SelfExcited
+    rigid: SelfExcited
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def margins(self) -> ValveMargins | None:
+        """How far it is from what would stop it; None when it does not run."""
+        return valve_margins(self.rigid) if self.motion.runs and self.rigid.runs else None
+
+    @cached_property
+    def pressure(self) -> SlowPressure | None:
+        """The pressure over the cycle, where a supply makes it follow the piston; None without one, or a cycle."""
+        cycle = self.motion.cycle
+        fed = isinstance(cycle, RigidCycle) and self.machine.valve.supply is not None
+        return slow_pressure(cycle) if fed and isinstance(cycle, RigidCycle) else None
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
+        return sensitivities(self.motion)
+
+    @cached_property
+    def curve(self) -> tuple[Running, ...]:
+        """Energy and rate over the pressure, with a supply over the flow; empty when it does not run."""
+        return pressure_curve(self.motion)
+
+    @cached_property
+    def blank(self) -> ToldBlank | None:
+        """What it does that finds no tool, from the cycle of a rigid piston; None without one."""
+        return told_blank(self.rigid)
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+        return self.motion.machine
+
+    @property
+    def cycle(self) -> ValveCycle | None:
+        """The periodic motion, also one that is not possible, such as one for which there is no room."""
+        return self.motion.cycle
+
+    @property
+    def runs(self) -> bool:
+        """Whether there is a stable cycle with one blow."""
+        return self.motion.runs
+
+    @cached_property
+    def course(self) -> Course:
+        """The cycle over time.
+
+        Raises
+        ------
+        ParameterError
+            When there is none.
+        """
+        if self.cycle is None:
+            raise ParameterError("course", self.outcome, "a machine with a cycle")
+        return course_of(self.machine, self.cycle)
+
+    @property
+    def outcome(self) -> str:
+        """What the machine does in one word or few: "runs", "stalls", "double blow", "cycles without a blow", …."""
+        return _outcome(self.motion)
+
+    @property
+    def label(self) -> str:
+        """Blows per valve cycle and valve cycles per period, "1/1", or where a machine stalls: "on the tool"."""
+        return _label(self.motion)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the figures should know, one sentence each."""
+        return tuple(_warnings(self))
+
+
+def _outcome(motion: SelfExcited) -> str:
+    obstacle, cycle = motion.obstacle, motion.cycle
+    if obstacle is None:
+        assert cycle is not None
+        return "runs with rest" if cycle.rests else "runs"
+    word: str = obstacle.value
+    return _WORDS.get(word, word)
+
+
+_WORDS = {"stays on the wall": "stalls", "reaches no port": "stalls", "order overtaken": "double blow"}
+"""What a machine does that meets an obstacle whose own word says why."""
+
+
+def _label(motion: SelfExcited) -> str:
+    obstacle: Obstacle | None = motion.obstacle
+    if obstacle is not None and obstacle.value == "stays on the wall":
+        return "on the tool"
+    if obstacle is not None and obstacle.value == "reaches no port":
+        return "in the chamber" if motion.machine.valve.chamber.stiffness > 0.0 else "leaves"
+    return "" if motion.cycle is None else f"{motion.cycle.blows}/1"
+
+
+_NEAR = 1e-9
+
+
+def _warnings(answer: ToldMachine) -> list[str]:
+    found, machine = [], answer.machine
+    if answer.runs and not answer.motion.starts_from_rest:
+        found.append("the machine runs, but does not start from rest on the wall: it must be pushed off")
+    cycle = answer.cycle
+    if cycle is None:
+        return found
+    latest = max((port.delay for port in machine.valve.ports), default=0.0)
+    if latest > cycle.period:
+        found.append("a delay is longer than the cycle: orders of several cycles are under way at a time")
+    used = {uncovering.port for uncovering in cycle.uncoverings}
+    idle = [i for i, port in enumerate(machine.valve.ports) if port.on != "impact" and i not in used]
+    if idle and answer.runs:
+        which = ", ".join(f"ports[{i}]" for i in idle)
+        found.append(f"no switch of the cycle comes from {which}: never reached, or its state was demanded before")
+    for i in idle:
+        edge = machine.valve.ports[i].behind
+        if edge is not None and abs(edge - cycle.stroke) <= _NEAR * cycle.stroke:
+            found.append(f"the piston turns at the edge of ports[{i}]: the least change decides whether it is passed")
+    if answer.runs and not answer.rigid.runs and answer.rigid.obstacle is not None:
+        found.append(f"a rigid piston would not run: {answer.rigid.obstacle.words}")
+    if _ringing(answer) > _hysteresis(answer):
+        found.append("the ports are so near each other that the ringing of the bar may pass both")
+    return found
+
+
+def _ringing(answer: ToldMachine) -> float:
+    """How far a place of the bar swings about its centre after the blow, at most: v/ω_1, v L/(π C) of a uniform one."""
+    reads = any(port.reads != "centre" for port in answer.machine.valve.ports)
+    assert answer.cycle is not None
+    slowest = float(answer.machine.body.frequencies(1)[0])
+    return answer.cycle.blow_speed / slowest if reads and answer.motion.modes else 0.0
+
+
+def _hysteresis(answer: ToldMachine) -> float:
+    """The least distance of two ports that demand different states."""
+    ports = [port for port in answer.machine.valve.ports if port.behind is not None]
+    apart = [abs((a.behind or 0.0) - (b.behind or 0.0)) for a in ports for b in ports if a.to != b.to]
+    return min(apart, default=math.inf)
+
+
+# ---- The answer for a machine that switches itself in plain values, with the names that other programs read
+
+SHOWN_MULTIPLIERS = 16
+"""The greatest multipliers, which are told."""
+
+
+def machine_dict(answer: ToldMachine) -> dict[str, Any]:
+    """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None."""
+    motion, machine = answer.motion, answer.machine
+    return {
+        **cycle_dict(answer),
+        "starts_from_rest": bool(motion.starts_from_rest),
+        "margins": _margins(answer),
+        "supply": _supply(answer),
+        "sensitivities": [
+            {
+                "parameter": one.parameter,
+                "energy": number(one.energy),
+                "rate": number(one.rate),
+                "stops": list(one.stops),
+            }
+            for one in answer.sensitivities
+        ],
+        "pressure_curve": [plain(asdict(one)) for one in answer.curve],
+        "blank_blow": None if answer.blank is None else answer.blank.to_json_dict(),
+        "rigid": None if answer.rigid is motion else _cycle(answer.rigid),
+        "rigid_si": None if answer.rigid is motion else _si(machine, answer.rigid.cycle),
+        "warnings": list(answer.warnings),
+    }
+
+
+def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
+    """What of it tells of the cycle itself."""
+    motion, machine = answer.motion, answer.machine
+    return {
+        "case": answer.name,
+        "title": answer.title,
+        "machine": machine_numbers(machine),
+        "modes": motion.modes,
+        "outcome": answer.outcome,
+        "label": answer.label,
+        **_cycle(motion),
+        "failed_condition": _condition(motion),
+        "stable": None if motion.cycle is None else bool(motion.cycle.stable),
+        "si": _si(machine, motion.cycle),
+        "notes": list(answer.notes),
+    }
+
+
+def machine_numbers(machine: Machine) -> dict[str, Any]:
+    """The numbers of a machine: its body, its valve and its gas, dimensionless."""
+    valve = machine.valve
+    ports = [
+        {
+            "to": port.to,
+            "behind": number(port.behind),
+            "side": port.side,
+            "delay": number(port.delay),
+            "reads": port.reads if port.reads == "centre" else number(port.reads),
+            "on": port.on,
+        }
+        for port in valve.ports
+    ]
+    return {
+        "s": number(machine.body.s),
+        "d": number(machine.drag),
+        "restitution": number(machine.contact.restitution),
+        "states": {name: number(force) for name, force in valve.pairs},
+        "chamber": {"force": number(valve.chamber.force), "stiffness": number(valve.chamber.stiffness)},
+        "supply": None if valve.supply is None else plain(asdict(valve.supply)),
+        "ports": ports,
+        "start_state": valve.start,
+    }
+
+
+def _cycle(motion: SelfExcited) -> dict[str, Any]:
+    cycle = motion.cycle
+    if cycle is None:
+        return dict.fromkeys(("period", "stroke", "duty", "work_per_cycle"), None) | {
+            name: [] for name in ("blows", "ports", "valve", "multipliers")
+        }
+    blows = zip(numbers(cycle.blow_times), numbers(cycle.blow_speeds), numbers(cycle.blow_energies), strict=True)
+    return {
+        "period": number(cycle.period),
+        "blows": [{"time": time, "speed": speed, "energy": energy} for time, speed, energy in blows],
+        "ports": [
+            {"port": one.port, "time": number(one.time), "speed": number(-one.velocity)} for one in cycle.uncoverings
+        ],
+        "valve": [
+            {
+                "time": number(one.time),
+                "to": one.to,
+                "behind": number(one.behind),
+                "speed": number(-one.velocity),
+                "work": number(one.work),
+            }
+            for one in cycle.switches
+        ],
+        "stroke": number(cycle.stroke),
+        "duty": number(cycle.duty),
+        "work_per_cycle": number(cycle.work),
+        "multipliers": [[number(z.real), number(z.imag)] for z in cycle.multipliers[:SHOWN_MULTIPLIERS].tolist()],
+    }
+
+
+def _condition(motion: SelfExcited) -> dict[str, Any] | None:
+    obstacle = motion.obstacle
+    if obstacle is None:
+        return None
+    return {
+        "condition": obstacle.value,
+        "words": obstacle.words,
+        "remedy": obstacle.remedy,
+        "found": number(motion.found),
+        "needed": number(motion.needed),
+    }
+
+
+def _margins(answer: ToldMachine) -> dict[str, Any] | None:
+    margins, cycle = answer.margins, answer.cycle
+    if margins is None or cycle is None:
+        return None
+    rigid, own, ringing = answer.rigid.cycle, cycle.rhythm_multiplier, cycle.ringing
+    rhythm = rigid.multiplier if own is None and rigid is not None else own
+    return {
+        "margin": number(1.0 - abs(cycle.multiplier)),
+        "margin_rhythm": None if rhythm is None else number(1.0 - abs(rhythm)),
+        "rhythm_of": "rigid" if own is None else "machine",
+        "margin_ringing": None if ringing is None else number(1.0 - abs(ringing.multiplier)),
+        "ringing": None if ringing is None else _ringing_json(ringing),
+        "return_time": number(margins.return_time),
+        "latest_return": number(margins.latest_return),
+        "beyond": None if margins.beyond is None else margins.beyond.value,
+        "chamber_to_run": number(margins.chamber_to_run),
+        "chamber_to_start": number(margins.chamber_to_start),
+        "flow_to_run": number(margins.flow_to_run),
+        "accumulator_to_run": number(margins.accumulator_to_run),
+    }
+
+
+def _supply(answer: ToldMachine) -> dict[str, Any] | None:
+    """The pressure over the cycle; in Pa where that of the states is known."""
+    found, unit = answer.pressure, answer.machine.pressure or 1.0
+    if found is None:
+        return None
+    z = found.multiplier
+    return {
+        **{name: number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")},
+        "ripple": number(found.ripple),
+        "multiplier": [number(z.real), number(z.imag)],
+        "slow_multiplier": number(found.slow_multiplier),
+        "memory": number(found.memory),
+    }
+
+
+def _ringing_json(ringing: Ringing) -> dict[str, Any]:
+    return {
+        "multiplier": [number(ringing.multiplier.real), number(ringing.multiplier.imag)],
+        "decay_cycles": number(ringing.decay),
+        "modes": [{"mode": one.mode, "share": number(one.share)} for one in ringing.told],
+    }
+
+
+def _si(machine: Machine, cycle: ValveCycle | None) -> dict[str, Any] | None:
+    return plain(asdict(machine_figures(machine, cycle))) if machine.is_si and cycle is not None else None
+
+
+# ---- The dispatcher's answer to "how does this machine run, whose piston switches its own valve?"
 
 
 @dataclass(frozen=True)
@@ -66,3 +404,64 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
     return MachineAnswer(case.file, case.title, motion, rigid, case.notes)
+
+
+# ---- The first sentences of the answer for a machine that switches itself: one home for the terminal and for reports
+
+
+def headline(answer: ToldMachine) -> str:
+    """What the machine does, in one or two sentences."""
+    cycle, obstacle = answer.cycle, answer.motion.obstacle
+    if obstacle is None:
+        assert cycle is not None
+        starts = "It starts" if answer.motion.starts_from_rest else "It does not start"
+        rest = ", with a rest on the wall" if cycle.rests else ""
+        return (
+            f"The machine runs with one blow a cycle{rest}: {figures_in_short(answer.machine, cycle)}; stable, a "
+            f"disturbance is down to {numerals_number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
+            f"{starts} from rest on the wall."
+        )
+    text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
+    text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
+    if cycle is not None and cycle.blows > 1:
+        strongest = figures_in_short(answer.machine, cycle)
+        text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
+    return text
+
+
+def figures_in_short(machine: Machine, cycle: ValveCycle) -> str:
+    """Energy, rate and striking speed of a cycle."""
+    if not machine.is_si:
+        return f"striking speed {numerals_number(cycle.blow_speed, 5)}, period {numerals_number(cycle.period, 5)}"
+    si = machine_figures(machine, cycle)
+    rate = f"{numerals_number(si.blow_rate_Hz)} Hz ({numerals_number(si.blow_rate_per_min)} blows/min)"
+    return f"{quantity(si.blow_energy_J, 'J')} at {rate}, {numerals_number(si.impact_velocity_m_s)} m/s"
+
+
+_DECIDES = {
+    "stays on the wall": ("force", "force at the wall {found}, which must be below {needed}"),
+    "reaches no port": ("length", "it goes {found} behind the wall, and the port is at {needed}"),
+    "no room": ("length", "a stroke of {found}, and room for {needed}"),
+    "cycles without a blow": ("length", "it turns {found} before the wall"),
+    "flip": ("", "multiplier of modulus {found}"),
+    "double blow": ("time", "the return comes {found} after the blow, and must come within {needed}"),
+}
+"""The number that decides, by the word of the obstacle: its kind, and what is said of it."""
+
+
+def decided_by(motion: SelfExcited) -> str:
+    """The number that decides, in brackets behind a sentence; nothing where there is none."""
+    if motion.obstacle is None or motion.found is None or motion.obstacle.value not in _DECIDES:
+        return ""
+    kind, text = _DECIDES[motion.obstacle.value]
+    if motion.needed is None:
+        text = text.partition(", and the port")[0]
+    found = in_units(motion.machine, motion.found, kind)
+    return f" ({text.format(found=found, needed=in_units(motion.machine, motion.needed or 0.0, kind))})"
+
+
+def decided_by_rigid(answer: ToldMachine) -> str:
+    """The number that decides for a rigid piston, where it meets the same obstacle."""
+    rigid = answer.rigid
+    same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle
+    return f"{decided_by(rigid)[:-1]}, as a rigid piston)" if same and decided_by(rigid) else ""

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.json_values import number, plain
-from percuss.case.answers.machine_answer import machine_answer
-from percuss.case.answers.machine_course import course_of
-from percuss.case.answers.machine_in_words import headline
-from percuss.case.answers.machine_json import cycle_dict, machine_dict
+from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_dict, machine_numbers
+from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.motion_frames import Frames
+from percuss.case.answers.numerals import counted, plain, quantity
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import number as numerals_number
+from percuss.model.checks import count
 
 if TYPE_CHECKING:
-    from percuss.case.answers.machine_course import Course
+    from percuss.case.answers.machine_figures import Course
+    from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.model.checks import Array
-
-__all__ = ["course_arrays", "machine_frames", "of_machine"]
+    from percuss.simulate import MachineTrajectory
+    from percuss.simulate.machine.machine_events import MachineEvent
 
 
 def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
@@ -111,3 +114,92 @@ def _scales(machine: Machine) -> dict[str, float] | None:
         return None
     units = {"length": "m", "time": "s", "speed": "m_s", "force": "N", "energy": "J"}
     return {f"{kind}_{unit}": float(getattr(machine, f"{kind}_scale")) for kind, unit in units.items()}
+
+
+# ---- The first sentence of the answer for a machine that switches itself from a start: one home for terminal and page
+
+
+def from_this_start(answer: MachineMotion) -> str:
+    """How the motion ends, in one sentence."""
+    motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
+    text = f"From this start the machine {_in_words(motion.label)}"
+    if cycle is None or not motion.impacts:
+        return f"{text}."
+    if not machine.is_si:
+        return f"{text}: strongest blow {numerals_number(cycle.blow_speed)}, period {numerals_number(cycle.period)}."
+    rate = cycle.blows / (cycle.period * machine.time_scale)
+    energy = float(motion.blow_energies[-max(cycle.blows, 1) :].max()) * machine.energy_scale
+    return (
+        f"{text}: {quantity(energy, 'J')} at {numerals_number(rate)} Hz ({numerals_number(60.0 * rate)} blows/min), "
+        f"{numerals_number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
+    )
+
+
+def _in_words(label: str) -> str:
+    """The label behind "the machine"."""
+    if label.startswith(("runs", "stalls", "cycles")):
+        return label
+    return {"undecided": "has not settled yet", "irregular": "strikes irregularly"}.get(label, f"ends as '{label}'")
+
+
+# ---- A machine that switches itself from a start, as pictures in time: its first blows, in the form of a cycle
+
+
+def start_frames(found: MachineMotion, blows: int = 12, points: int = 2000) -> Frames:
+    """The first blows of a simulated motion, with the header and the arrays of a cycle.
+
+    Parameters
+    ----------
+    blows
+        Shown at most.
+    points
+        Instants; at each blow and each change of the state there are more.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case, machine_motion
+    >>> found = start_frames(machine_motion(load_case("valve-drifter").changed(simulation={"modes": 0})), blows=3)
+    >>> found.header["label"], len(found.header["answer"]["blows"])
+    ('runs 1/1', 3)
+    """
+    motion, machine = found.motion, found.machine
+    count("blows", blows)
+    course = course_from_start(motion, blows, count("points", points, least=2))
+    length = float(course.times[-1])
+    events = motion.events
+    shown = [event for event in events if event.time - motion.begin_time <= length]
+    header = {
+        "title": found.title,
+        "modes": motion.modes,
+        "label": motion.label,
+        "sentence": f"{from_this_start(found)} {_shown(motion, shown)}",
+        "answer": _answer_from_start(found, course, shown),
+        **of_machine(machine),
+    }
+    struck = events.of("impact").time - motion.begin_time
+    return Frames(plain(header), course_arrays(machine, course, struck))
+
+
+def _shown(motion: MachineTrajectory, shown: Sequence[MachineEvent]) -> str:
+    words = counted(sum(event.kind == "impact" for event in shown), "blow")
+    return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
+
+
+def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[MachineEvent]) -> dict[str, Any]:
+    """The part of the answer for a cycle that a picture reads, of a motion from its start."""
+    motion, machine = found.motion, found.machine
+    begin = motion.begin_time
+    each = {kind: [event for event in shown if event.kind == kind] for kind in ("impact", "port", "valve")}
+    return {
+        "machine": machine_numbers(machine),
+        "period": number(float(course.times[-1])),
+        "stroke": number(max(-float(course.striking_end.min()), 0.0)),
+        "first_state": machine.valve.pairs[motion.first_state][0],
+        "blows": [
+            {"time": number(e.time - begin), "speed": number(e.velocity), "energy": number(e.kinetic_energy)}
+            for e in each["impact"]
+        ],
+        "ports": [{"port": e.port, "time": number(e.time - begin)} for e in each["port"]],
+        "valve": [{"time": number(e.time - begin), "to": e.state} for e in each["valve"]],
+        "si": None,
+    }

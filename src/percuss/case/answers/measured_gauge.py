@@ -7,19 +7,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from percuss.case.answers.gauge_record import MeasuredGauge
+from percuss.case.answers.blow_answer import MeasuredGauge, ToldBlow
 from percuss.case.answers.numerals import number, percent
-from percuss.case.answers.told_blow import ToldBlow
 from percuss.errors import HistoryError, ParameterError
 from percuss.model.checks import choice, instance
 
 if TYPE_CHECKING:
     from percuss.blow import Waves
-    from percuss.blow.record_fit import RecordFit
-    from percuss.model.body.sized import Piece
+    from percuss.blow.gauges import RecordFit
+    from percuss.model.body.uniform import Piece
     from percuss.recordings import Recording
-
-__all__ = ["measured_gauge"]
 
 _SIGNS = {"auto": None, "positive": 1, "negative": -1}
 _FEW = 10
@@ -71,7 +68,7 @@ def measured_gauge(
     >>> found.sign, round(found.scale, 2)
     (-1, 1.02)
     """
-    from percuss.blow.record_fit import fitted_record
+    from percuss.blow.gauges import fitted_record
     from percuss.recordings import read_recording
 
     instance("answer", answer, ToldBlow)
@@ -128,7 +125,7 @@ def _piece(answer: ToldBlow) -> Piece | None:
 
 
 def _notes(answer: ToldBlow, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
-    from percuss.blow.striker import striker_sections
+    from percuss.blow.bodies import striker_sections
 
     found = []
     if chosen:

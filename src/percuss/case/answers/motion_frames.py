@@ -10,24 +10,167 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.framed_stretch import Stretch, stretch_of
-from percuss.case.answers.json_values import number, plain
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import plain
+from percuss.case.answers.orbits_answer import orbit_dict, rest_cycle_dict
+from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.model.body import ModalBody
 from percuss.model.checks import Array
+from percuss.simulate import Start, Stop, run
 from percuss.simulate.events import IMPACT
-from percuss.steady import steady_states
+from percuss.stability import orbit_multipliers
+from percuss.steady import PeriodicOrbit, orbit_near, steady_states
+from percuss.steady.resting.rest_cycles import cycle_through
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import System
     from percuss.simulate import Trajectory
 
-__all__ = ["Frames", "motion_frames", "orbit_frames", "stretch_frames"]
+
+# ---- Which stretch of a simulated motion is framed: its first periods, or whole cycles of what it settles on
+
+_FEWEST = 240
+"""Points of the striking end's history that a cycle has at least, however often it is told."""
+
+_Numbers = npt.NDArray[np.float64]
+
+_TURN = 2.0 * math.pi
+_NEAR = 1e-5
+"""Rad within which an impact of a cycle and the one of the cycle after are at the same place."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of a motion, which may be told several times over: one that repeats is simulated for few cycles.
+
+    Attributes
+    ----------
+    motion
+        Of which it is.
+    begin, end
+        The part of the simulation that it shows, in rad.
+    copies
+        How often.
+    """
+
+    motion: Trajectory
+    begin: float
+    end: float
+    copies: int = 1
+
+    @property
+    def once(self) -> float:
+        """Rad that are told once."""
+        return self.end - self.begin
+
+    @property
+    def length(self) -> float:
+        """Rad in all."""
+        return self.copies * self.once
+
+    def moments(self, times: _Numbers) -> _Numbers:
+        """Times of the simulation that stand for `times` after the beginning of the stretch."""
+        if self.copies == 1:
+            return np.clip(self.begin + times, self.begin, self.end)
+        return self.begin + np.where(times >= self.length, self.once, np.mod(times, self.once))
+
+    def events(self) -> list[tuple[int, float]]:
+        """Numbers of the events, and their times after the beginning; where copies join there is one and not two."""
+        time = self.motion.events.time
+        inside = np.flatnonzero((time >= self.begin) & (time <= self.end))
+        later = inside[time[inside] > self.begin + _NEAR]
+        first = [(int(i), float(time[i] - self.begin)) for i in inside]
+        return first + [
+            (int(i), float(time[i] - self.begin) + k * self.once) for k in range(1, self.copies) for i in later
+        ]
+
+    def end_point(self, points: int) -> tuple[_Numbers, _Numbers, _Numbers]:
+        """Time after the beginning, gap and velocity of the striking end; NaN where its velocity jumps."""
+        time = self.motion.events.time
+        jumps = time[(time >= self.begin) & (time <= self.end)]
+        each = max(points // self.copies, min(points, _FEWEST))
+        times, gap, velocity = _history(self.motion, self.begin, self.end, jumps, each)
+        times = times - self.begin
+        parts = [(times, gap, velocity)]
+        later = times > _NEAR
+        parts += [(times[later] + k * self.once, gap[later], velocity[later]) for k in range(1, self.copies)]
+        found = [np.concatenate([part[i] for part in parts]) for i in range(3)]
+        return found[0], found[1], found[2]
+
+
+def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> Stretch:
+    """The first load periods of a motion, or what it settles on.
+
+    A periodic motion is shown from an impact on, in whole cycles and never with anything of the way there: where it was
+    followed for fewer cycles than are wanted, the last one is told again.
+
+    Parameters
+    ----------
+    settled
+        What it settles on.
+    cycles
+        Load periods.
+    """
+    first, last = motion.begin_time, motion.end_time
+    length = cycles * _TURN
+    if not settled:
+        return Stretch(motion, first, min(first + length, last))
+    if motion.cycle is None:
+        return Stretch(motion, max(last - length, first, _half(motion)), last)
+    once = motion.cycle.periods * _TURN
+    wanted = max(cycles // motion.cycle.periods, 1)
+    struck = motion.events.time[motion.events.code == IMPACT]
+    begun = float(struck[motion.cycle.first])
+    last = float(struck[-1])
+    known = math.floor((last - begun + _NEAR) / once)  # whole cycles
+    if known < wanted:
+        begin = _impact(struck, last - once)
+        return Stretch(motion, begin, _impact(struck, begin + once), wanted)
+    begin = _impact(struck, last - wanted * once)
+    return Stretch(motion, begin, _impact(struck, begin + wanted * once))
+
+
+def _half(motion: Trajectory) -> float:
+    """From when on a motion without a cycle may count as settled: its second half, if it has enough impacts."""
+    struck = motion.events.time[motion.events.code == IMPACT]
+    return float(struck[motion.summary.first]) if motion.summary.first else motion.begin_time
+
+
+def _impact(struck: _Numbers, time: float) -> float:
+    """The last impact until then, with some room for rounding."""
+    before = struck[struck <= time + _NEAR]
+    return float(before[-1]) if before.size else time
+
+
+def _history(
+    motion: Trajectory, begin: float, end: float, jumps: _Numbers, points: int
+) -> tuple[_Numbers, _Numbers, _Numbers]:
+    """Time, gap and velocity of the striking end: equal steps, and both sides of every jump with NaN between them."""
+    if jumps.size > points // 4:
+        jumps = jumps[:0]
+    times = np.linspace(begin, end, max(points - 3 * jumps.size, 2))
+    gap, velocity = motion.gap(times), motion.bar_velocity(1.0, times)[0]
+    if not jumps.size:
+        return times, gap, velocity
+    before, after = (motion.bar_velocity(1.0, jumps, side)[0] for side in ("left", "right"))
+    touch, nothing = motion.gap(jumps), np.full(jumps.size, np.nan)
+    rank = np.concatenate([np.zeros(times.size), *(np.full(jumps.size, i) for i in (1, 2, 3))])
+    clock = np.concatenate([times, jumps, jumps, jumps])
+    rows: tuple[npt.NDArray[Any], ...] = (
+        clock,
+        np.concatenate([gap, touch, nothing, touch]),
+        np.concatenate([velocity, before, nothing, after]),
+    )
+    order = np.lexsort((rank, clock))
+    return rows[0][order], rows[1][order], rows[2][order]
+
+
+# ---- A motion as pictures in time: displacement and strain along the bar, the striking end's history, and every blow
 
 Arrays = dict[str, npt.NDArray[Any]]
 
-_TURN = 2.0 * math.pi
 _MOST_BLOWS = 2000
 _MOST_POINCARE = 20_000
 
@@ -263,3 +406,149 @@ def _blows(system: System, rows: list[tuple[str, float, float, float, float, flo
         }
         for kind, at, phase, impact, rebound, lost in rows
     ]
+
+
+# ---- A motion of a branch as pictures in time: one cycle of it, simulated from an impact or a release and told again
+
+_LOOKS = 121
+"""Points of the load over its period."""
+
+_MOST_IMPACTS = 20_000  # of a chatter that is simulated
+
+
+def branch_frames(
+    case: Case,
+    name: str,
+    value: float,
+    times: Sequence[float],
+    periods: int,
+    *,
+    unit: str = "",
+    modes: int = 32,
+    cycles: int = 1,
+    frames: int = 240,
+    places: int = 33,
+    points: int = 2000,
+) -> Frames:
+    """Whole cycles of the orbit near given times of impacts, at another value of a parameter, stable or not.
+
+    One cycle is simulated and told again and again, so that an unstable orbit stays what it is.
+
+    Parameters
+    ----------
+    case
+        The hammer.
+    name, value, unit
+        Of the parameter, as for `percuss.case.CaseFamily`.
+    times
+        Of the impacts in rad, increasing, as the branch has them; shape (p,).
+    periods
+        n, the load periods of a cycle.
+    modes
+        N.
+    cycles
+        How many.
+    frames, places, points
+        As for `percuss.case.answers.motion_frames.motion_frames`.
+
+    Returns
+    -------
+    Frames
+        As of a simulated motion; besides, the orbit in the header, and the load over its period in ``load``.
+
+    Raises
+    ------
+    ParameterError
+        When there is no such orbit, or no such parameter.
+    CaseError, LoadError, ResonanceError
+        When there is no such hammer, or it has no steady impacts.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> found = branch_frames(load_case("mini-breaker"), "load_factor", 0.35, [1.9], 1, modes=0)
+    >>> found.header["label"], found.header["orbit"]["stable"]
+    ('z=1/1', True)
+    """
+    system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
+    orbit = orbit_near(system, times, periods, modes=modes)
+    if orbit is None:
+        raise ParameterError("times", list(times), f"times near those of an orbit z={len(times)}/{periods}")
+    motion = _one_cycle(orbit)
+    struck = motion.events.time
+    end = float(struck[-1]) if struck.size else motion.end_time
+    stretch = Stretch(motion, motion.begin_time, end, cycles)
+    about = {"label": orbit.label, "orbit": orbit_dict(orbit, orbit_multipliers(orbit).values)}
+    return _framed(stretch, about, orbit.period, frames=frames, places=places, points=points)
+
+
+def rest_branch_frames(
+    case: Case,
+    name: str,
+    value: float,
+    release: float,
+    periods: int,
+    *,
+    unit: str = "",
+    modes: int = 32,
+    cycles: int = 1,
+    frames: int = 240,
+    places: int = 33,
+    points: int = 2000,
+) -> Frames:
+    """Whole cycles of the cycle with rest that leaves the wall near a phase, at another value of a parameter.
+
+    Parameters
+    ----------
+    case, name, value, unit, modes, cycles, frames, places, points
+        As for `branch_frames`.
+    release
+        Phase of the load at which the bar is let go, rad.
+    periods
+        n, the load periods of a cycle.
+
+    Returns
+    -------
+    Frames
+        As of a simulated motion from the release on; besides, the cycle in the header as ``orbit``, and the load over
+        its period in ``load``.
+
+    Raises
+    ------
+    ParameterError
+        When there is no such cycle, or no such parameter.
+    CaseError, ResonanceError
+        When there is no such hammer.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> found = rest_branch_frames(load_case("laboratory-striker"), "load_factor", 0.6, 2.2, 1, modes=0)
+    >>> found.header["label"], [blow["kind"] for blow in found.header["blows"]][-2:]
+    ('chatter/1', ['chatter', 'rest'])
+    """
+    system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
+    cycle, _, _ = cycle_through(system, release, modes=modes, most=periods)
+    if cycle is None or cycle.periods != periods:
+        raise ParameterError("release", release, f"a phase near that at which a cycle of {periods} load periods leaves")
+    stop = Stop(_MOST_IMPACTS, time=cycle.period, periodic=False)
+    motion = run(system, Start.rigid(0.0, 0.0, cycle.release_phase), modes=modes, stop=stop)
+    stretch = Stretch(motion, motion.begin_time, motion.end_time, cycles)
+    about = {"label": cycle.label, "orbit": rest_cycle_dict(cycle)}
+    return _framed(stretch, about, cycle.period, frames=frames, places=places, points=points)
+
+
+def _framed(stretch: Stretch, about: dict[str, Any], period: float, **sizes: Any) -> Frames:
+    """A cycle again and again, with the load that drives it."""
+    header: dict[str, Any] = {"source": "branch", "outcome": None, "summary": None, **about}
+    found = stretch_frames(stretch, header, period, **sizes)
+    return Frames(found.header, {**found.arrays, "load": _load(stretch.motion.system)})
+
+
+def _one_cycle(orbit: PeriodicOrbit) -> Trajectory:
+    stop = Stop(orbit.impacts, time=1.5 * orbit.period, periodic=False)
+    return run(orbit.system, Start.orbit(orbit), modes=orbit.modes, stop=stop)
+
+
+def _load(system: System) -> np.ndarray:
+    return np.asarray(system.load.value(np.linspace(0.0, 2.0 * np.pi, _LOOKS)))

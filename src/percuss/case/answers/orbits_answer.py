@@ -4,28 +4,107 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from itertools import combinations, islice
+from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.orbit_phases import orbit_at_phases
+import numpy as np
+
+from percuss.case.answers.numerals import json_number as plain_number
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
-from percuss.case.parameters.parameter_list import quantity_of
+from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
-from percuss.explore import Axis, follow, orbit_seeds, switched_seeds
+from percuss.explore import Axis, RestEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
-from percuss.model.checks import count, flag, text
-from percuss.steady import FoundOrbits, PeriodicOrbit, orbits
+from percuss.model import System
+from percuss.model.checks import Array, count, flag, text
+from percuss.stability import orbit_multipliers
+from percuss.stability.multipliers import NEUTRAL
+from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch
+    from percuss.explore import Branch, BranchPoint, PointCurve, RestBranch, RestBranchPoint, RestPointCurve
+    from percuss.model.checks import ComplexArray
+    from percuss.steady import FoundRestCycles, RestCycle
 
-__all__ = ["branch_answer", "orbits_answer", "parsed_label", "value_of"]
+
+# ---- The orbit of a label that is near the phases of its impacts, whatever load periods these fall into
+
+_TURN = 2.0 * math.pi
+_NEAR = 0.5  # rad, by which each phase may be off
+_MOST = 500  # ways in which the impacts may fall into the load periods
+
+
+def orbit_at_phases(
+    system: System, asked: str, phases: list[float], label: tuple[int, int], modes: int
+) -> PeriodicOrbit:
+    """The nearest orbit whose phases are near those given, in order of time.
+
+    Parameters
+    ----------
+    system, modes
+        What moves, with N modes.
+    asked
+        What was asked, for errors.
+    phases
+        Of the impacts, in rad; any number of turns more or less says the same.
+    label
+        p and n.
+
+    Raises
+    ------
+    ParameterError
+        When there is none near.
+    """
+    given = np.array(phases)
+    if not np.all(np.abs(given) < 1e6):
+        raise ParameterError("orbit", asked, "phases in rad")
+    given = np.mod(given, _TURN)
+    best, least, nearest = None, math.inf, None
+    for times in islice(_unwrapped(given, label[1]), _MOST):
+        found = orbit_near(system, times, label[1], modes=modes)
+        if found is None:
+            continue
+        off = _off(found.phases, given)
+        if off < least:
+            nearest, least = found, off
+        if off < _NEAR and (best is None or (found.admissible, -off) > (best.admissible, -_off(best.phases, given))):
+            best = found
+    if best is None:
+        told = "" if nearest is None else f"the nearest has {', '.join(f'{phase:.6g}' for phase in nearest.phases[:4])}"
+        raise ParameterError("orbit", asked, "phases near those of an orbit, in order of time", told)
+    return best
+
+
+def _unwrapped(phases: Array, periods: int) -> Iterator[Array]:
+    """Times with these phases in order, within so many load periods: the turns that are left go to any flights."""
+    flights = np.mod(np.diff(phases, append=phases[:1]), _TURN)
+    flights = np.where(flights > 0.0, flights, _TURN if phases.size == 1 else 0.0)
+    spare = periods - round(float(flights.sum()) / _TURN)
+    if spare < 0:
+        return
+    p = phases.size
+    for bars in combinations(range(spare + p - 1), p - 1):
+        places = (-1, *bars, spare + p - 1)
+        turns = np.diff(places) - 1
+        longer = flights + _TURN * turns
+        if np.all(longer > 0.0):
+            yield phases[0] + np.append(0.0, np.cumsum(longer)[:-1])
+
+
+def _off(phases: Array, given: Array) -> float:
+    """How far phases are off, at most, whichever impact is the first."""
+    shifts = [np.abs(np.mod(np.roll(phases, -k) - given + math.pi, _TURN) - math.pi).max() for k in range(phases.size)]
+    return float(min(shifts))
+
+
+# ---- The orbits of a case with several impacts in a cycle: searched for by their labels, and followed
 
 _LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
 _CHOICE = "P/N:NUMBER or P/N:phases=1.2,4.5"
@@ -224,3 +303,340 @@ def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: in
     if len(given) != label[0]:
         raise ParameterError("orbit", orbit, f"{label[0]} phases, one of each impact")
     return orbit_at_phases(case.system(), orbit, given, label, modes)
+
+
+# ---- Orbits and their branches as JSON
+
+
+def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
+    """What a search found."""
+    return {
+        "label": found.label,
+        "modes": found.modes,
+        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "complete": found.complete,
+        "unseen": found.unseen,
+        "unseen_bound": found.unseen_bound,
+        "halted": found.halted,
+        "ended": found.ended,
+        "tries": found.tries,
+        "sources": {name: tally._asdict() for name, tally in found.sources.items()},
+        "resonant_modes": list(found.resonant_modes),
+        "dropped": {reason.value: number for reason, number in found.dropped.items()},
+    }
+
+
+def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
+    """A branch, and all that were switched to from it; and curves of their points over two parameters."""
+    others = [other for other in branch.family() if other is not branch]
+    return {
+        "parameter": branch.parameter,
+        "modes": branch.modes,
+        **_branch(branch),
+        "switched": [_branch(other) for other in others],
+        "cascade": [row._asdict() for row in branch.cascade],
+        "curves": [curve_dict(curve) for curve in curves],
+    }
+
+
+def curve_dict(curve: PointCurve) -> dict[str, Any]:
+    """Points of a branch followed through two parameters."""
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {
+                "type": point.kind.value,
+                "values": list(point.values),
+                "phases": point.orbit.phases.tolist(),
+                "speeds": point.orbit.speeds.tolist(),
+                "beyond": point.beyond,
+            }
+            for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "phases": curve.phases.tolist(),
+            "is_orbit": curve.is_orbit.tolist(),
+            "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
+        },
+    }
+
+
+def rest_curve_dict(curve: RestPointCurve) -> dict[str, Any]:
+    """A curve of ends of cycles with rest."""
+    return {
+        "type": curve.event.value,
+        "label": curve.label,
+        "parameters": list(curve.parameters),
+        "units": list(curve.units),
+        "points": [
+            {"type": point.kind.value, "values": list(point.values), "beyond": point.beyond} for point in curve.points
+        ],
+        "curve": {
+            "values": curve.values.tolist(),
+            "release_phases": curve.release_phases.tolist(),
+            "event_phases": [plain_number(phase) for phase in curve.event_phases.tolist()],
+            "is_orbit": curve.is_orbit.tolist(),
+        },
+    }
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
+    return {
+        "label": branch.label,
+        "points": [_point(point) for point in branch.points],
+        "branch": {
+            "value": branch.values.tolist(),
+            "phases": branch.phases.tolist(),
+            "times": branch.times.tolist(),
+            "speeds": branch.speeds.tolist(),
+            "stable": branch.stable.tolist(),
+        },
+    }
+
+
+def _point(point: BranchPoint) -> dict[str, Any]:
+    return {
+        "type": point.kind.value,
+        "value": point.value,
+        "orbit": orbit_dict(point.orbit, point.multipliers),
+        "beyond": point.beyond,
+        "impact": point.impact,
+        "touch_phase": point.touch_phase,
+    }
+
+
+def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
+    """An orbit; its multipliers are null where they grow without bound."""
+    impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
+    values = None if multipliers is None else multipliers.tolist()
+    return {
+        "label": orbit.label,
+        "impacts": [{"phase": phase, "speed": speed} for phase, speed in impacts],
+        "flight_times": orbit.flight_times.tolist(),
+        "multipliers": [[value.real, value.imag] for value in multipliers.tolist()]
+        if multipliers is not None
+        else None,
+        "stable": None if values is None else max(abs(value) for value in values) < 1.0 - NEUTRAL,
+        "admissible": orbit.admissible,
+        "reason": orbit.obstacle.value if orbit.obstacle is not None else None,
+    }
+
+
+# ---- Branches of orbits as a table of text, a line for each orbit and impact
+
+
+def branch_table(branch: Branch) -> str:
+    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
+
+    Examples
+    --------
+    >>> from percuss.case import branch_answer, load_case
+    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1", "load_factor=0.39:0.41", modes=0)
+    >>> branch_table(branch).splitlines()[0]
+    'branch,label,point,load_factor,stable,impact,phase,speed'
+    """
+    lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed"]
+    for number, one in enumerate(branch.family(), 1):
+        rows = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
+        for point, (value, phases, speeds, stable) in enumerate(rows, 1):
+            for impact, (phase, speed) in enumerate(zip(phases, speeds, strict=True), 1):
+                told = f"{one.label},{point},{value!r},{int(stable)},{impact},{phase!r},{speed!r}"
+                lines.append(f"{number},{told}")
+    return "\n".join([*lines, ""])
+
+
+# ---- The cycles with rest of a case: by their labels, in words and as JSON
+
+_REST_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*([1-9]\d{0,2})\s*", re.ASCII)
+
+
+def is_rest_label(label: str) -> bool:
+    """Whether a label is one of a cycle with rest.
+
+    Examples
+    --------
+    >>> is_rest_label("chatter/1"), is_rest_label("rest/2"), is_rest_label("2/1")
+    (True, True, False)
+    """
+    return _REST_LABEL.fullmatch(label) is not None
+
+
+def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) -> FoundRestCycles:
+    """All cycles of a case in which the bar rests on the wall; see `percuss.steady.rest_cycles`.
+
+    Parameters
+    ----------
+    case
+        A hammer whose load keeps time.
+    modes
+        N, in the forced motion, too; None for the case's, or 32.
+    most
+        Load periods of a cycle, 1 to 256.
+
+    Raises
+    ------
+    CaseError, ResonanceError, ParameterError
+        When there is nothing to follow.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> rest_cycles_answer(load_case("pneumatic-jackleg"), modes=0).modes
+    0
+    """
+    checked_case(case)
+    return rest_cycles(case.system(), modes=case.simulation().modes if modes is None else modes, most=most)
+
+
+def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
+    """The cycles of a label, in the form of the answers of a search for orbits."""
+    told = re.sub(r"\s", "", label)
+    return {
+        "label": told,
+        "modes": found.modes,
+        "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
+        "complete": True,
+        "halted": False,
+        "unseen": 0.0,
+        "unseen_bound": 0.0,
+        "ended": 0,
+        "tries": len(found.releases),
+        "sources": {},
+        "resonant_modes": [],
+        "dropped": {},
+    }
+
+
+def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
+    """A cycle with rest."""
+    impacts = zip(cycle.phases.tolist(), cycle.speeds.tolist(), strict=True)
+    return {
+        "label": cycle.label,
+        "release_phase": cycle.release_phase,
+        "impacts": [{"phase": phase, "speed": speed} for phase, speed in impacts],
+        "rest_phase": cycle.rest_phase,
+        "flight_times": cycle.flight_times.tolist(),
+        "multipliers": [[0.0, 0.0]],
+        "stable": cycle.stable,
+        "admissible": cycle.admissible,
+        "reason": None,
+    }
+
+
+# ---- A cycle with rest of a case followed through a parameter: the branch, and it as JSON and as a table
+
+_REST_CHOICE = "chatter/N:NUMBER or rest/N:NUMBER"
+
+
+def rest_branch_answer(
+    case: Case, orbit: str, along: str, *, modes: int | None = None, halt: Callable[[], bool] | None = None
+) -> RestBranch:
+    """A cycle with rest of a case followed through a parameter; see `percuss.explore.follow_rest_cycle`.
+
+    Parameters
+    ----------
+    case
+        A hammer whose load keeps time.
+    orbit
+        ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles of a label; ``chatter/1`` for the first.
+    along
+        A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
+        Without a range, ``load_factor``, the branch is followed to its ends.
+    modes
+        N, in the forced motion, too; None for the case's, or 32.
+    halt
+        As for `percuss.explore.follow_rest_cycle`.
+
+    Raises
+    ------
+    CaseError, ResonanceError, ParameterError
+        When there is no such cycle or parameter.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> branch = rest_branch_answer(load_case("laboratory-striker"), "chatter/1", "load_factor=0.6:0.61", modes=0)
+    >>> branch.label, [point.kind.value for point in branch.points]
+    ('chatter/1', ['limit', 'limit'])
+    """
+    checked_case(case)
+    name, family, ends = followed(case, along)
+    value = value_of(case, family, name, ends)
+    start = _chosen_cycle(case, orbit, modes)
+    return follow_rest_cycle(start, name, ends, family=family, value=value, halt=halt)
+
+
+def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
+    """The cycle that a text names."""
+    label, _, which = text("orbit", orbit, _REST_CHOICE).partition(":")
+    number = re.fullmatch(r"\s*(\d{1,4})\s*", which or "1", re.ASCII)
+    if not is_rest_label(label) or number is None or int(number[1]) < 1:
+        raise ParameterError("orbit", orbit, _REST_CHOICE)
+    found = rest_cycles_answer(case, modes=modes)
+    cycles = found.labelled(re.sub(r"\s", "", label))
+    if int(number[1]) > len(cycles):
+        others = ", ".join(cycle.label for cycle in found.cycles) or "none"
+        told = f"one of the {len(cycles)} cycles {label.strip()} of this case"
+        raise ParameterError("orbit", orbit, told, f"all its cycles with rest: {others}")
+    return cycles[int(number[1]) - 1]
+
+
+def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) -> dict[str, Any]:
+    """A branch of cycles with rest and curves of its ends, in the form of the answers of an orbit that is followed."""
+    return {
+        "parameter": branch.parameter,
+        "modes": branch.modes,
+        "label": branch.label,
+        "points": [_rest_point(point) for point in branch.points],
+        "branch": {
+            "value": branch.values.tolist(),
+            "phases": [cycle.phases.tolist() for cycle in branch.cycles],
+            "times": [list(cycle.times) for cycle in branch.cycles],
+            "speeds": [cycle.speeds.tolist() for cycle in branch.cycles],
+            "stable": [cycle.stable for cycle in branch.cycles],
+            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in branch.cycles],
+            "release_phases": [cycle.release_phases.tolist() for cycle in branch.cycles],
+            "rest_phases": [cycle.rest_phases.tolist() for cycle in branch.cycles],
+        },
+        "switched": [],
+        "cascade": [],
+        "curves": [rest_curve_dict(curve) for curve in curves],
+    }
+
+
+def _rest_point(point: RestBranchPoint) -> dict[str, Any]:
+    dies = point.kind is RestEvent.DEATH
+    return {
+        "type": point.kind.value,
+        "value": point.value,
+        "orbit": rest_cycle_dict(point.cycle),
+        "beyond": point.beyond,
+        "impact": point.impact if dies else None,
+        "touch_phase": None if dies else point.touch_phase,
+    }
+
+
+def rest_branch_table(branch: RestBranch) -> str:
+    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> branch = rest_branch_answer(load_case("laboratory-striker"), "chatter/1", "load_factor=0.6:0.61", modes=0)
+    >>> rest_branch_table(branch).splitlines()[0]
+    'branch,label,point,load_factor,stable,impact,phase,speed,release_phase,rest_phase'
+    """
+    lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed,release_phase,rest_phase"]
+    for point, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True), 1):
+        head = f"1,{cycle.label},{point},{value!r},{int(cycle.stable)}"
+        impact = 0
+        for release, rest, chain in zip(cycle.release_phases, cycle.rest_phases, cycle.chains, strict=True):
+            for _ in chain.impacts:
+                told = f"{float(cycle.phases[impact])!r},{float(cycle.speeds[impact])!r}"
+                impact += 1
+                lines.append(f"{head},{impact},{told},{float(release)!r},{float(rest)!r}")
+    return "\n".join([*lines, ""])

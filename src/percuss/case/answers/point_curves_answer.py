@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+import json
 import re
+import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, overload
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
-from percuss.case.answers.orbits_answer import followed, value_of
+import numpy as np
+
+from percuss.case.answers.orbits_answer import branch_answer, followed, is_rest_label, rest_branch_answer, value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import BranchEvent, RestBranch, RestEvent, follow_point
+from percuss.explore import (
+    Axis,
+    BranchEvent,
+    BranchPoint,
+    PointCurve,
+    RestBranch,
+    RestEvent,
+    RestPointCurve,
+    follow_point,
+)
 from percuss.explore.point_curves.following_points import FOLLOWED
-from percuss.explore.point_curves.rest_start import REST_FOLLOWED
+from percuss.explore.point_curves.rest_conditions import REST_FOLLOWED
 from percuss.model.checks import having, text
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve, RestBranchPoint, RestPointCurve
-
-__all__ = ["followed_points", "point_curves_answer"]
+    from percuss.explore import Branch, RestBranchPoint
+    from percuss.model.checks import Array
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
 _NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
@@ -141,3 +153,182 @@ def _one(every: Sequence[Any], names: Mapping[str, BranchEvent | RestEvent], wor
         numbers = f"a number from 1 to {len(those)}" if len(those) > 1 else "the only one, number 1"
         raise ParameterError("curve", given, f"{numbers}, of its points {kind.value}", f"there are: {known}")
     return those[number - 1]
+
+
+# ---- Curves of points over two parameters as a table of text, and read again from JSON to be laid over a map
+
+_WHAT = "curves as 'percuss follow … --curve … --json' prints them"
+
+
+class LaidCurve(NamedTuple):
+    """A curve as a map takes it: its kind, the names of the parameters, their units, and both along it, (m, 2).
+
+    Where the motion is no orbit both are NaN; see `percuss.explore.PointCurve.real`.
+    """
+
+    kind: str
+    parameters: tuple[str, str]
+    units: tuple[str, str]
+    real: Array
+
+
+def point_curves_table(curves: Sequence[PointCurve | RestPointCurve]) -> str:
+    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest.
+
+    Examples
+    --------
+    >>> point_curves_table([])
+    'curve,type,label,point,is_orbit,impact,phase\\n'
+    """
+    names = "".join(f"{name}," for name in curves[0].parameters) if curves else ""
+    resting = [one for one in curves if isinstance(one, RestPointCurve)]
+    if resting:
+        return _rest_table(resting, names)
+    lines = [f"curve,type,label,point,{names}is_orbit,impact,phase"]
+    for number, one in enumerate((one for one in curves if isinstance(one, PointCurve)), 1):
+        rows = zip(one.values.tolist(), one.phases.tolist(), one.is_orbit.tolist(), strict=True)
+        for point, ((first, second), phases, real) in enumerate(rows, 1):
+            head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
+            lines += [f"{head},{impact},{phase!r}" for impact, phase in enumerate(phases, 1)]
+    return "\n".join([*lines, ""])
+
+
+def _rest_table(curves: Sequence[RestPointCurve], names: str) -> str:
+    lines = [f"curve,type,label,point,{names}is_orbit,release_phase,event_phase"]
+    for number, one in enumerate(curves, 1):
+        phases = zip(one.release_phases.tolist(), one.event_phases.tolist(), strict=True)
+        rows = zip(one.values.tolist(), one.is_orbit.tolist(), phases, strict=True)
+        for point, ((first, second), real, (release, event)) in enumerate(rows, 1):
+            head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
+            lines.append(f"{head},{release!r},{event!r}")
+    return "\n".join([*lines, ""])
+
+
+def laid_curves(name: str, content: bytes) -> tuple[LaidCurve, ...]:
+    """The curves in a file with the answer of ``percuss follow … --curve … --json``.
+
+    Raises
+    ------
+    ParameterError
+        When it is none.
+    """
+    try:
+        answer = json.loads(content)
+        return tuple(_laid(one) for one in answer["curves"])
+    except (ValueError, KeyError, TypeError, IndexError, RecursionError):
+        raise ParameterError("overlay", name, _WHAT) from None
+
+
+def _laid(one: dict[str, Any]) -> LaidCurve:
+    values = np.array(one["curve"]["values"], dtype=float).reshape(-1, 2)
+    real = np.array(one["curve"]["is_orbit"], dtype=bool)
+    (first, second), (unit, other) = one["parameters"], one["units"]
+    named = all(isinstance(word, str) for word in (one["type"], first, second, unit, other))
+    if not named or real.shape != values.shape[:1]:
+        raise ValueError
+    return LaidCurve(one["type"], (first, second), (unit, other), np.where(real[:, None], values, np.nan))
+
+
+# ---- What happens to an orbit, as curves over a plane: each told as soon as it has been followed
+
+_NEAR = 3e-3  # of the plane, within which a point is on a curve that is known
+
+Watched = tuple[float, tuple["PointCurve | RestPointCurve", ...]]
+
+
+def watched_curves(
+    case: Case,
+    orbit: str,
+    across: str,
+    up: str,
+    *,
+    modes: int | None = None,
+    patience: float = 8.0,
+    halt: Callable[[], bool] = lambda: False,
+) -> Iterator[Watched]:
+    """The curves of all that happens to an orbit of a case on the two lines through it, along either parameter.
+
+    Parameters
+    ----------
+    case, orbit, modes
+        As for `percuss.case.branch_answer`, or `percuss.case.rest_branch_answer` for a cycle with rest.
+    across, up
+        The parameters of the plane, each with its range: ``restitution=0:0.9``.
+    patience
+        Seconds after which a curve is left as it is.
+    halt
+        As for `percuss.explore.follow`.
+
+    Yields
+    ------
+    tuple
+        The share that is done, and the curves so far; the last share is 1.
+
+    Raises
+    ------
+    CaseError, ParameterError
+        As `percuss.case.branch_answer`.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> case, plane = load_case("pneumatic-jackleg"), ("restitution=0.149:0.151", "load_factor=0.39:0.45")
+    >>> *_, (done, curves) = watched_curves(case, "1/1", *plane, modes=0)
+    >>> done, [curve.event.value for curve in curves]
+    (1.0, ['fold'])
+    """
+    axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
+    family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
+    here = {name: value_of(case, family, name) for name in axes}
+    spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
+    found: list[PointCurve | RestPointCurve] = []
+    for line, (along, over) in enumerate(((up, across), (across, up))):
+        branch = _followed(case, orbit, along, modes, halt)
+        names = tuple(Axis.spanned(text).name for text in (along, over))
+        points: Sequence[Any] = followed_points(branch)
+        for i, point in enumerate(points):
+            if halt():
+                return
+            place = here | {names[0]: point.value}
+            if any(_is_on(curve, point, place, spans) for curve in found):
+                continue
+            ranges, values = [spans[name] for name in names], [place[name] for name in names]
+            late = _late(patience, halt)
+            found.append(follow_point(point, names, ranges, family=family, values=values, halt=late))
+            yield 0.5 * line + 0.5 * (i + 1) / (len(points) + 1), tuple(found)
+    yield 1.0, tuple(found)
+
+
+def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch | RestBranch:
+    if is_rest_label(orbit.partition(":")[0]):
+        return rest_branch_answer(case, orbit, along, modes=modes, halt=halt)
+    return branch_answer(case, orbit, along, modes=modes, halt=halt)
+
+
+def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
+    """What says so after some time, or when `halt` does."""
+    until = time.monotonic() + seconds
+    return lambda: halt() or time.monotonic() > until
+
+
+def _is_on(
+    curve: PointCurve | RestPointCurve,
+    point: BranchPoint | RestBranchPoint,
+    place: dict[str, float],
+    spans: dict[str, tuple[float, float]],
+) -> bool:
+    """Whether a point of a branch lies on a curve of such points."""
+    label = point.orbit.label if isinstance(point, BranchPoint) else point.cycle.label
+    if (curve.event, curve.label) != (point.kind, label) or len(curve.values) < 2:
+        return False
+    size = np.array([spans[name][1] - spans[name][0] for name in curve.parameters])
+    off = (curve.values - np.array([place[name] for name in curve.parameters])) / size
+    return _distance(off) < _NEAR
+
+
+def _distance(off: Array) -> float:
+    """Of a line through points from the origin."""
+    steps = np.diff(off, axis=0)
+    lengths = np.maximum((steps**2).sum(axis=1), 1e-300)
+    shares = np.clip(-(off[:-1] * steps).sum(axis=1) / lengths, 0.0, 1.0)
+    return float(np.hypot(*(off[:-1] + shares[:, None] * steps).T).min())

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss.case.answers.clock_note import CLOCKED, clocked_because
-from percuss.case.answers.json_values import number, numbers, plain
-from percuss.case.answers.steady_json import reduced_dict, waveform_dict, with_blow
-from percuss.case.answers.timed_answer import timed_period
-from percuss.case.answers.timed_in_words import ENDED, timed_in_words
-from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, waveform_criterion
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import numbers, plain
+from percuss.case.answers.sentences import ENDED, timed_in_words
+from percuss.case.answers.steady_answer import reduced_dict, timed_period, waveform_dict, with_blow
+from percuss.case.answers.structure_answer import StructureMotion, structure_answer
+from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, stability_plane, waveform_criterion
+from percuss.stability.verdict import waveform_bounds
 from percuss.steady import steady_states
-from percuss.steady.figures import FIGURES
-from percuss.steady.si import figures_in_si
+from percuss.steady.figures import FIGURES, figures_in_si
 
 if TYPE_CHECKING:
-    from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod
+    from percuss.case.answers.steady_answer import TimedAnswer, TimedPeriod
     from percuss.case.case import Case
+    from percuss.explore import Boundaries
+    from percuss.model import System
     from percuss.stability import ExactPlane
     from percuss.steady import Orbit, SteadyStates
-
-__all__ = ["quick_dict"]
 
 _DIMENSIONLESS = ("phase", "impact_velocity", "rigid_velocity", "blow_energy")
 _IN_SI = (
@@ -189,4 +191,200 @@ def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
         "phase": numbers(phase),
         "rigid_velocity": numbers(states.rigid_velocity(phase)),
         "load": numbers(states.system.load.value(phase)),
+    }
+
+
+# ---- The answer of a structure that is held while a value is being moved: its motions with one impact, and verdicts
+
+
+def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
+    """All motions of a structure with one impact in `periods` load periods, in the form of `quick_dict`.
+
+    What that has of a free bar alone is null: both criteria, the margins of rhythm and ringing, the nearest motion.
+
+    Raises
+    ------
+    ParameterError
+        For a case of a free bar.
+    LoadError, ResonanceError, CaseError
+        As `structure_answer`.
+
+    Examples
+    --------
+    >>> from percuss.case import Case
+    >>> tables = '''
+    ... [body]
+    ... kind = "mounted"
+    ... spring = 0.25
+    ... [system]
+    ... restitution = 0.8
+    ... [load]
+    ... kind = "harmonic"
+    ... mean = 0.0
+    ... amplitude = 0.25
+    ... '''
+    >>> [motion["reason"] for motion in quick_structure_dict(Case.from_text(tables))["orbits"]]
+    ['stable', 'stable']
+    """
+    answer = structure_answer(case, (periods,))
+    states, load = answer.states[0], answer.system.load
+    return {
+        "m": int(states.periods),
+        "level": number(states.level),
+        "level_max": number(states.level_max),
+        "exists": bool(states.exists),
+        "nearest": None,
+        "note": states.note or "The contact comes nowhere near the wall.",
+        "clocked": "",
+        "load_factor": number(load.load_factor),
+        "restitution": number(answer.system.restitution),
+        "orbits": [_motion(one) for one in answer.motions[0]],
+        "curve": None,
+    }
+
+
+def _motion(one: StructureMotion) -> dict[str, Any]:
+    orbit, found = one.orbit, one.multipliers
+    told = one.to_json_dict()
+    si = {name: told.get(name) for name in ("impact_velocity_m_s", "blow_energy_J")} if orbit.system.is_si else None
+    words = "stable" if one.stable else f"unstable: largest multiplier {found.largest:.3g}"
+    return {
+        **{name: told[name] for name in ("phase", "impact_velocity", "blow_energy", "fold", "stable")},
+        "margin": number(1.0 - found.largest),
+        "margin_rhythm": None,
+        "margin_ringing": None,
+        "reason": words,
+        "reduced": None,
+        "waveform": None,
+        "multipliers": {
+            "modes": int(found.modes),
+            "largest": number(found.largest),
+            "dominant_mode": int(found.dominant_mode),
+            "rigid": None,
+            "values": told["multipliers"],
+        },
+        "si": si,
+    }
+
+
+# ---- The curves behind a steady answer: v_f and the load over one period, and the branches over the load factor
+
+
+def curves_dict(
+    case: Case,
+    periods: int = 1,
+    points: int = 721,
+    branches: int = 200,
+    load_factor: Sequence[float] | None = None,
+    modes: int = 32,
+) -> dict[str, Any]:
+    """v_f with its level, the load history with the window of the waveform criterion, and all branches.
+
+    Parameters
+    ----------
+    points
+        Of the curves over the load phase, from 0 to 2π.
+    branches, load_factor
+        Number and range of the load factors of the branches; by default from near 0 to beyond the last fold.
+    modes
+        Elastic modes of the exact multipliers along the branches.
+
+    Raises
+    ------
+    LoadError, ResonanceError, ParameterError, CaseError
+        As `steady_answer`, and for an empty range.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> found = curves_dict(load_case("mini-breaker"), points=5, branches=3)
+    >>> len(found["phase"]), len(found["branches"]["phase"])
+    (5, 2)
+    """
+    system = case.system()
+    states = steady_states(system, periods)
+    phase = np.linspace(0.0, 2.0 * math.pi, points)
+    load = system.load
+    right = load.value(phase, "right")
+    return {
+        "m": int(states.periods),
+        "phase": numbers(phase),
+        "rigid_velocity": numbers(states.rigid_velocity(phase)),
+        "load": numbers(load.value(phase, "left")),
+        "load_right": numbers(right),
+        "force_N": numbers(system.force_scale * right) if system.is_si else None,
+        "level": number(states.level),
+        "level_max": number(states.level_max),
+        "waveform": _waveform(system, states.orbits),
+        "branches": _branches(system, periods, branches, load_factor, modes, states.level_max, states.level),
+    }
+
+
+def _waveform(system: System, orbits: Sequence[Any]) -> dict[str, Any]:
+    found = [waveform_criterion(orbit) for orbit in orbits]
+    lower, upper = waveform_bounds(system.contact)
+    return {
+        "lower": number(lower),
+        "upper": number(upper),
+        "mean": number(system.load.mean),
+        "orbits": [
+            {
+                "phase": number(orbit.phase),
+                "ratio": number(one.ratio),
+                "force": number(one.force),
+                "stable": bool(one.stable),
+            }
+            for orbit, one in zip(orbits, found, strict=True)
+        ],
+    }
+
+
+def _branches(
+    system: System,
+    periods: int,
+    count: int,
+    load_factor: Sequence[float] | None,
+    modes: int,
+    level_max: float,
+    level: float,
+) -> dict[str, Any]:
+    now = system.load.load_factor
+    if load_factor is None:
+        # the level is proportional to the mean load; with R = 1 and no damping it is 0, and there is no last fold
+        highest = now * level_max / level if level > 0.0 else now
+        low, high = 0.01 * highest, max(1.1 * highest, min(1.1 * now, 3.0 * highest))
+    else:
+        low, high = load_factor
+    values = np.linspace(low, high, count)
+    plane = stability_plane(system, system.restitution, values, periods)
+    exact = exact_plane(system, system.restitution, values, periods, modes, plane=plane)
+    there = [row for row in range(plane.phase.shape[0]) if np.isfinite(plane.phase[row]).any()]
+    return {
+        "load_factor": numbers(values),
+        "restitution": number(system.restitution),
+        "now": number(now),
+        "phase": [numbers(plane.phase[row]) for row in there],
+        "reduced_stable": [plane.stable[row].tolist() for row in there],
+        "stable": [exact.stable[row].tolist() for row in there],
+        "margin": [numbers(exact.margin[row]) for row in there],
+    }
+
+
+def boundaries_dict(found: Boundaries) -> dict[str, Any]:
+    """Boundaries in plain values; null where a curve has no point."""
+    return {
+        "x_name": found.x_name,
+        "y_name": found.y_name,
+        "x": numbers(found.x),
+        "curves": [
+            {
+                "kind": curve.kind,
+                "branch": int(curve.branch),
+                "x": numbers(curve.x),
+                "y": numbers(curve.y),
+                "phase": numbers(curve.phase),
+            }
+            for curve in found.real
+        ],
+        "failed": [[number(value), why] for value, why in found.failed],
     }

@@ -7,17 +7,15 @@ from typing import Any
 
 from percuss.case.answers.reach_in_words import CaseReach
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.start_and_simulation import MAX_MODES
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.parameter_list import parameters
+from percuss.case.parameters.description import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.reaching import reach
 from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
+from percuss.simulate.stop import MAX_MODES
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
-
-__all__ = ["reach_answer", "varied_parameters"]
 
 _USUAL = ("load.mean", "load.frequency")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
@@ -59,7 +57,7 @@ def reach_answer(
     >>> case = load_case("pneumatic-jackleg")
     >>> found = reach_answer(case, steady_answer(case).chosen.orbit, ["load_factor"], modes=0)
     >>> print(found[0])
-    load factor p₀/p₁ = 0.3977: down to 0.3584, where the period doubles (then z=2/2); up to 0.4307, where the motion \
+    load factor p₀/p₁ = 0.3925: down to 0.3584, where the period doubles (then z=2/2); up to 0.4307, where the motion \
 ceases to exist (then chatter/1)
     """
     wanted = varied_parameters(case, names)

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import number as plain_number
+from percuss.case.answers.numerals import json_number as plain_number
 from percuss.case.answers.numerals import number
-from percuss.explore.continuation.kinds import BranchEvent
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.shown import Shown
 
 if TYPE_CHECKING:  # most answers tell no reach, and need not wait for all of the continuation
     from percuss.explore.continuation.reaching import Reach, ReachEnd
-
-__all__ = ["CaseReach", "ends_in_words", "reach_dict", "reach_in_words"]
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.machine_answer import MachineAnswer
-from percuss.case.answers.recorded_json import recorded_dict
-from percuss.case.answers.told_record import ByClock, ToldRecord
+from percuss.case.answers.machine_answer import MachineAnswer, figures_in_short
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import number as numerals_number
+from percuss.case.answers.numerals import numbers
 from percuss.case.case import checked_case
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES, MAX_MODES
+from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.model.checks import count, finite, positive
+from percuss.shown import Shown
+from percuss.simulate.stop import MAX_MODES
 from percuss.stability import stability_of
 from percuss.steady import ForceRecord, recorded_valve, self_excited_motion, steady_states
 from percuss.steady.recorded.force_record import load_phases
@@ -23,9 +26,123 @@ if TYPE_CHECKING:
 
     from percuss.case.case import Case
     from percuss.model import System
-    from percuss.steady import RecordedValve
+    from percuss.steady import Reading, RecordedSwitch, RecordedValve
+    from percuss.steady.self_excited import ValveCycle
 
-__all__ = ["ByClock", "RecordedAnswer", "recorded_answer"]
+
+# ---- A recorded load read as a valve, and what of it is told: the reading, the verdict of a clock, the machine
+
+
+@dataclass(frozen=True)
+class ByClock(Shown):
+    """What B77's clock says of the recorded motion.
+
+    Attributes
+    ----------
+    exists
+        Whether a motion with the blow at the recorded phase is possible.
+    stable
+        Whether it is stable; None without one.
+    multiplier
+        The greatest multiplier of its rhythm; None without one.
+    """
+
+    exists: bool
+    stable: bool | None
+    multiplier: complex | None
+
+
+@dataclass(frozen=True)
+class ToldRecord(Shown):
+    """A recorded load read as a valve; `RecordedAnswer` says what the fields are."""
+
+    read: RecordedValve
+    clock: ByClock
+    answer: MachineAnswer
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def runs(self) -> bool:
+        """Whether the machine of the best reading runs."""
+        return self.answer.runs
+
+
+# ---- A recorded load read as a valve, in plain values with the names that other programs read
+
+
+def recorded_dict(answer: ToldRecord) -> dict[str, Any]:
+    """The JSON object: that of the machine of the best reading, and with it what was read.
+
+    In SI positions are in m, times in s, speeds in m/s and forces in N; else they are dimensionless.
+    """
+    read, clock = answer.read, answer.clock
+    scales = _scales(answer)
+    multiplier = None if clock.multiplier is None else [number(clock.multiplier.real), number(clock.multiplier.imag)]
+    return {
+        **(whole := answer.answer.to_json_dict()),
+        "warnings": [*answer.warnings, *whole["warnings"]],
+        "clock": {"exists": clock.exists, "stable": clock.stable, "multiplier": multiplier},
+        "recorded": {
+            "phase": number(read.phase),
+            "phases": numbers(read.phases),
+            "period": number(read.period * scales["time"]),
+            "speed": number(read.speed * scales["speed"]),
+            "stroke": number(read.stroke * scales["length"]),
+            "cycles": int(read.cycles),
+            "restitution": None if read.restitution is None else numbers(read.restitution),
+            "stiffness": numbers(k * scales["force"] / scales["length"] for k in read.stiffness),
+            "opposing_share": number(read.opposing_share),
+            "switches": [_switch(switch, scales) for switch in read.switches],
+            "least_delays": _reading(read.by_ports),
+            "longest_delays": _reading(read.by_delays),
+        },
+    }
+
+
+def _switch(switch: RecordedSwitch, scales: dict[str, float]) -> dict[str, Any]:
+    found = switch.found
+    return {
+        "to": switch.to,
+        "side": switch.side,
+        "by_blow": bool(switch.by_blow),
+        "time": numbers(t * scales["time"] for t in switch.time),
+        "behind": numbers(x * scales["length"] for x in switch.behind),
+        "velocity": numbers(v * scales["speed"] for v in switch.velocity),
+        "told_apart": bool(found.told_apart),
+        "port": numbers(x * scales["length"] for x in found.port),
+        "delay": numbers(t * scales["time"] for t in found.delay),
+    }
+
+
+def _reading(reading: Reading) -> dict[str, Any]:
+    """One of the extreme readings: its ports, and whether and how it runs."""
+    machine, cycle = reading.machine, reading.cycle
+    length, time = (machine.length_scale, machine.time_scale) if machine.is_si else (1.0, 1.0)
+    ports = [
+        {
+            "to": port.to,
+            "behind": None if port.behind is None else number(port.behind * length),
+            "side": port.side,
+            "delay": number(port.delay * time),
+            "on": port.on,
+        }
+        for port in machine.valve.ports
+    ]
+    return {
+        "ports": ports,
+        "runs": bool(reading.runs),
+        "multiplier": None if cycle is None else number(abs(cycle.multiplier)),
+    }
+
+
+def _scales(answer: ToldRecord) -> dict[str, float]:
+    machine = answer.read.machine
+    if not machine.is_si:
+        return dict.fromkeys(("length", "time", "speed", "force"), 1.0)
+    return {name: float(getattr(machine, f"{name}_scale")) for name in ("length", "time", "speed", "force")}
+
+
+# ---- The dispatcher's answer for a recorded load: the machine that may have made it, beside the verdict under a clock
 
 _SAME = 0.3  # rad: a root farther from the recorded blow is another motion
 
@@ -42,6 +159,8 @@ class RecordedAnswer(ToldRecord):
         The verdict on the recorded motion for a load that keeps time by itself.
     answer
         How the machine of the best reading runs.
+    warnings
+        What was found wrong with the recording, one sentence each, as `percuss steady` has it.
     """
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -111,7 +230,8 @@ def recorded_answer(
     motion = self_excited_motion(read.machine, modes=kept)
     rigid = motion if kept == 0 else self_excited_motion(read.machine, modes=0)
     answer = MachineAnswer(case.file, case.title, motion, rigid, (*_read_notes(case), *read.notes))
-    return RecordedAnswer(read, _by_clock(read), answer)
+    report = case.history_report
+    return RecordedAnswer(read, _by_clock(read), answer, () if report is None else report.warnings)
 
 
 def _phase_at(system: System, record: ForceRecord, time: float) -> float:
@@ -137,3 +257,44 @@ def _by_clock(read: RecordedValve) -> ByClock:
     judged = stability_of(orbit)
     values = judged.multipliers.values[list(judged.multipliers.rigid)]
     return ByClock(orbit.admissible, judged.stable, complex(values[np.argmax(np.abs(values))]))
+
+
+# ---- The first sentences on a recorded load read as a valve: the verdict under a clock, and with the valve
+
+
+def recorded_headline(answer: ToldRecord) -> str:
+    """How the machine runs, and how the two verdicts on the same motion differ."""
+    cycle = answer.answer.cycle
+    first = "Read as a machine whose valve the piston works, the record's machine "
+    if cycle is not None and answer.runs:
+        first += f"runs: {figures_in_short(answer.answer.machine, cycle)}"
+    else:
+        obstacle = answer.answer.motion.obstacle
+        first += f"does not run with one blow a cycle{'' if obstacle is None else f' — {obstacle.words}'}"
+    return f"{first}. Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
+
+
+def by_clock(answer: ToldRecord) -> str:
+    """``unstable (flip), multiplier −8.6`` of the recorded motion under a load that keeps time by itself."""
+    clock = answer.clock
+    if not clock.exists or clock.multiplier is None:
+        return "no steady motion with the blow where it is"
+    z = clock.multiplier
+    turning = abs(z.imag) > 1e-9 * abs(z)
+    size = (
+        f"a pair of multipliers of modulus {numerals_number(abs(z), 3)}"
+        if turning
+        else f"multiplier {numerals_number(z.real, 3)}"
+    )
+    if abs(z) < 1.0:
+        return f"{'stable' if clock.stable else 'unstable by its ringing, its rhythm stable'}, {size}"
+    kind = "turning" if turning else "flip" if z.real < 0.0 else "beyond the fold"
+    return f"unstable ({kind}), {size}"
+
+
+def by_valve(cycle: ValveCycle | None) -> str:
+    """``stable, multiplier 0.028`` of the machine that was read."""
+    if cycle is None:
+        return "no cycle"
+    size = numerals_number(abs(cycle.multiplier), 3)
+    return f"{'stable' if cycle.stable else 'unstable'}, greatest multiplier {size}"

@@ -2,33 +2,251 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.json_values import heading_dict
-from percuss.case.answers.machine_motion import MachineMotion
-from percuss.case.answers.orbits_json import orbit_dict
-from percuss.case.answers.simulation_json import motion_dict
-from percuss.case.answers.told_motion import ToldMotion
+from percuss.case.answers.numerals import counted, heading_dict, numbers, plain
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.orbits_answer import orbit_dict
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
-from percuss.model.checks import callback, count, positive
+from percuss.model.checks import Array, callback, count, positive
+from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
 from percuss.stability import orbit_multipliers
 from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import System
+    from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import MachineTrajectory, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
-__all__ = ["SimulationAnswer", "resumed_answer", "simulation_answer"]
+
+# ---- That the load held a bar on the wall before the time of a contact was over, in words and as JSON
+
+_COARSE = 0.01
+
+
+def held_down_in_words(shares: Array) -> tuple[tuple[str, str], ...]:
+    """A row of a report, from what each such rest gave up of the greatest blow; none where there was none."""
+    if not shares.size:
+        return ()
+    most = float(shares.max())
+    text = (
+        f"at {counted(int(shares.size), 'rest')} the load turned the rebound within the time of one contact, and held "
+        f"the bar on the wall; that gave up {100.0 * most:.2g} % of the energy of the greatest blow, at most"
+    )
+    return (("held down", text + (": for so soft a bar the law is coarse" if most > _COARSE else "")),)
+
+
+def held_down_dict(shares: Array) -> dict[str, Any] | None:
+    """How often, and the greatest share of the energy of the greatest blow that was given up so."""
+    return {"rests": int(shares.size), "greatest_share": number(shares.max())} if shares.size else None
+
+
+# ---- A simulated motion in plain values with the names that other programs read; every number finite or null
+
+
+def motion_dict(motion: Trajectory, warnings: Sequence[str], last: int | None = None) -> dict[str, Any]:
+    """The JSON object of a motion: a tree of dict, list, str, bool, int, finite float and None.
+
+    Parameters
+    ----------
+    last
+        The number of last events to keep; None keeps all.
+    """
+    return {
+        "outcome": motion.outcome,
+        "label": motion.label,
+        "modes": int(motion.modes),
+        "begin_time": number(motion.begin_time),
+        "end_time": number(motion.end_time),
+        "transient": number(motion.transient),
+        "period_unresolved": motion.period_unresolved,
+        "held_down": held_down_dict(motion.events.held_down),
+        "warnings": list(warnings),
+        "events": _events(motion, last),
+        "summary": plain(asdict(motion.summary)),
+    }
+
+
+def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
+    events, system = motion.events, motion.system
+    part = events if last is None else events[max(len(events) - last, 0) :]
+    seconds = system.time_scale if system.is_si else None
+    return [
+        {
+            "kind": event.kind,
+            "time": number(event.time),
+            "time_s": None if seconds is None else number(event.time * seconds),
+            "phase": number(event.phase),
+            "impact_velocity": number(event.impact_velocity),
+            "rebound_velocity": number(event.rebound_velocity),
+            "energy_lost": number(event.energy_lost),
+            "resolved": int(event.resolved),
+        }
+        for event in part
+    ]
+
+
+# ---- A motion that is told event by event, or impact by impact, as JSON
+
+
+class ToldMotion(Shown, ABC):
+    """A motion that is told event by event, or impact by impact."""
+
+    ROWS: ClassVar[str] = "events"
+    """The key of the list."""
+
+    @abstractmethod
+    def _told(self, last: int | None) -> dict[str, Any]:
+        """The JSON object, with so many last rows or all of them."""
+
+    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
+        """The answer in plain values, as `percuss simulate --json` prints it.
+
+        Parameters
+        ----------
+        last
+            The number of last events to keep, by waves of impacts; all by default.
+
+        Raises
+        ------
+        ParameterError
+            When `last` is no such number.
+        """
+        return self._told(None if last is None else count("last", last, least=0))
+
+    def to_json_text(self, last: int | None = None) -> str:
+        """The same as text, one line for each event or impact."""
+        tree = self.to_json_dict(last)
+        rows = [json.dumps(row, allow_nan=False) for row in tree[self.ROWS]]
+        text = json.dumps({**tree, self.ROWS: []}, indent=1, allow_nan=False)
+        if not rows:
+            return text
+        key = f'\n "{self.ROWS}": ['  # keys of objects within stand further in, and no text has a line break
+        return text.replace(key + "]", key + "\n  " + ",\n  ".join(rows) + "\n ]")
+
+
+# ---- The dispatcher's answer to "how does this machine move from this start?", its valve being switched by the piston
+
+
+@dataclass(frozen=True)
+class MachineMotion(ToldMotion):
+    """A simulated motion of a machine that switches its own valve.
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    motion
+        The motion.
+    notes
+        What was assumed, one sentence each.
+    """
+
+    name: str
+    title: str
+    motion: MachineTrajectory
+    notes: tuple[str, ...] = ()
+
+    @property
+    def machine(self) -> Machine:
+        """The machine that moved."""
+        return self.motion.machine
+
+    def _told(self, last: int | None) -> dict[str, Any]:
+        motion, cycle = self.motion, self.motion.cycle
+        return {
+            "case": self.name,
+            "title": self.title,
+            "notes": list(self.notes),
+            "outcome": motion.outcome,
+            "label": motion.label,
+            "modes": int(motion.modes),
+            "begin_time": number(motion.begin_time),
+            "end_time": number(motion.end_time),
+            "cycle": None if cycle is None else plain(asdict(cycle)),
+            "pressure": _pressure(motion),
+            "held_down": held_down_dict(motion.events.held_down),
+            "events": _machine_events(motion, last),
+        }
+
+
+def machine_motion(case: Case, progress: Callable[[Progress], object] | None = None) -> MachineMotion:
+    """The motion of a machine that the tables [start] and [simulation] of a case describe.
+
+    Parameters
+    ----------
+    progress
+        Called now and then; the motion ends as ``cancelled`` when it returns something true.
+
+    Raises
+    ------
+    CaseError
+        When the load of the case is another, or the start does not fit it.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> case = load_case("valve-drifter").changed(simulation={"modes": 0})
+    >>> machine_motion(case).motion.label
+    'runs 1/1'
+    """
+    from percuss.simulate import run_machine  # loads the compiler
+
+    checked_case(case)
+    callback("progress", progress)
+    machine, simulation = case.machine(), case.simulation()
+    start = case.start(simulation.modes)
+    motion = run_machine(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
+    return MachineMotion(case.file, case.title, motion, case.notes)
+
+
+def _pressure(motion: MachineTrajectory) -> dict[str, Any] | None:
+    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
+    from percuss.simulate.machine.fed_running import FedTrajectory
+
+    if not isinstance(motion, FedTrajectory):
+        return None
+    unit = motion.machine.pressure or 1.0
+    return {
+        "at_start": number(float(motion.states[0, 2]) * unit),
+        "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
+        "at_end": number(float(motion.pressure(motion.end_time)[0]) * unit),
+    }
+
+
+def _machine_events(motion: MachineTrajectory, last: int | None) -> list[dict[str, Any]]:
+    events, machine = motion.events, motion.machine
+    first = 0 if last is None else max(len(events) - last, 0)
+    seconds = machine.time_scale if machine.is_si else None
+    return [
+        {
+            "kind": event.kind,
+            "time": number(event.time),
+            "time_s": None if seconds is None else number(event.time * seconds),
+            "speed": number(event.velocity),
+            "rebound_velocity": number(event.rebound_velocity),
+            "energy_lost": number(event.energy_lost),
+            "kinetic_energy": number(event.kinetic_energy),
+            "port": event.port,
+            "to": event.state,
+            "resolved": int(event.resolved),
+        }
+        for event in list(events)[first:]
+    ]
+
+
+# ---- The dispatcher's answer to "how does this hammer move from this start?"
 
 
 @dataclass(frozen=True)

@@ -2,32 +2,267 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
 from percuss.case.answers.ends import Ends, ends_of, not_followed
-from percuss.case.answers.json_values import contact_dict, heading_dict, plain
+from percuss.case.answers.numerals import contact_dict, heading_dict, numbers, plain
+from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.reach_in_words import reach_dict
-from percuss.case.answers.steady_json import orbit_dict, period_dict, rest_dict, with_blow
-from percuss.case.answers.timed_answer import TimedAnswer, TimedPeriod, blow_dict, timed_period
 from percuss.case.case import checked_case
 from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
-from percuss.stability import stability_of
-from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states
+from percuss.stability import stability_of, timed_stability
+from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
+from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.case import Case
-    from percuss.model import System, Timed
+    from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
-    from percuss.stability import Stability
-    from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates
+    from percuss.stability import Reduced, Stability, TimedStability, Waveform
+    from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates, TimedOrbit, TimedStates
 
-__all__ = ["OrbitAnswer", "PeriodAnswer", "SteadyAnswer", "steady_answer"]
+
+# ---- What a law that knows the duration of the blow says of the steady motions of a case, beside B77's law
+
+
+@dataclass(frozen=True)
+class TimedAnswer(Shown):
+    """One steady motion whose blows take time, and its stability."""
+
+    orbit: TimedOrbit
+    stability: TimedStability
+
+    @property
+    def runs(self) -> bool:
+        """Whether a hammer can sustain this motion: admissible and stable."""
+        return self.orbit.admissible and self.stability.stable
+
+    def to_json_dict(self, judged: Stability | None = None) -> dict[str, Any]:
+        """The motion in plain values; with the verdict on the motion of B77's law, if it continues one."""
+        orbit, verdict = self.orbit, self.stability
+        violation = orbit.violation
+        return plain(
+            {
+                "phase": orbit.phase,
+                "phase_b77": orbit.phase_b77,
+                "phase_shift": orbit.phase_shift,
+                "rigid_velocity": orbit.rigid_velocity,
+                "contact_velocity": orbit.contact_velocity,
+                "impulse": orbit.impulse,
+                "blow_energy": orbit.blow_energy,
+                "energy_change": orbit.energy_change,
+                "delivered_energy": orbit.delivered_energy,
+                "ringing_energy": orbit.ringing_energy,
+                "advance": orbit.advance,
+                "contact_start": orbit.contact[0],
+                "contact_end": orbit.contact[1],
+                "ringing_left": orbit.ringing_left,
+                "admissible": orbit.admissible,
+                "passage_time": None if violation is None else violation.time,
+                "passage_depth": None if violation is None else violation.depth,
+                "stable": verdict.stable,
+                "reason": verdict.reason,
+                "margin": verdict.margin,
+                "margin_b77": None if judged is None else judged.margin_rhythm,
+                "multipliers": self.multipliers,
+                "warnings": list(orbit.warnings),
+            }
+        )
+
+    @property
+    def in_orbit(self) -> dict[str, Any]:
+        """What stands in the motion of B77's law: both multipliers, and the advance in m or lengths of the bar."""
+        orbit = self.orbit
+        length = orbit.system.length_scale if orbit.system.is_si else 1.0
+        return {"blow_multipliers": self.multipliers, "advance_per_blow": number(orbit.advance * length)}
+
+    @property
+    def multipliers(self) -> list[list[float]]:
+        """Both multipliers as pairs [re, im]."""
+        return [[value.real, value.imag] for value in self.stability.multipliers]
+
+
+@dataclass(frozen=True)
+class TimedPeriod(Shown):
+    """All motions with one blow in `states.periods` load periods under the law, in order of phase."""
+
+    states: TimedStates
+    orbits: tuple[TimedAnswer, ...]
+
+    def continuing(self, orbit: Orbit) -> TimedAnswer | None:
+        """The motion that continues one of B77's, or None where the duration of the blow ends it."""
+        found = (one for one in self.orbits if one.orbit.phase_b77 == orbit.phase)
+        return next(found, None)
+
+    @property
+    def alone(self) -> tuple[TimedAnswer, ...]:
+        """The motions that continue none of B77's."""
+        return tuple(one for one in self.orbits if one.orbit.b77 is None)
+
+    def to_json_dict(self, judged: Mapping[float, Stability]) -> dict[str, Any]:
+        """Level, existence and motions; with the verdicts on the motions of B77's law by their phases."""
+        return {
+            "level": number(self.states.level),
+            "level_max": number(self.states.level_max),
+            "exists": self.states.exists,
+            "orbits": [
+                one.to_json_dict(None if one.orbit.phase_b77 is None else judged[one.orbit.phase_b77])
+                for one in self.orbits
+            ],
+        }
+
+
+def timed_period(system: System, law: Timed, periods: int, modes: int | None) -> TimedPeriod:
+    """The answer of the law for one blow in so many load periods."""
+    states = timed_states(system, law, periods, modes=modes)
+    return TimedPeriod(states, tuple(TimedAnswer(orbit, timed_stability(orbit)) for orbit in states.orbits))
+
+
+def blow_dict(law: Timed, system: System, periods: Sequence[int]) -> dict[str, Any]:
+    """The numbers of the law: in seconds and metres for a system in SI, else in radians and lengths of the bar.
+
+    The advance is that of a blow in the first of the `periods`; it goes with the impulse, and so with m.
+    """
+    time, length = (system.time_scale, system.length_scale) if system.is_si else (1.0, 1.0)
+    period = 2.0 * math.pi * (periods[0] if periods else 1)
+    advance = law.advance_per_impulse * law.steady_impulse(system.load.mean, period, system.d)
+    return plain(
+        {
+            "law": law.law,
+            "effective_restitution": law.restitution,
+            "contact_duration": law.duration * time,
+            "force_centroid": law.force_centroid * time,
+            "advance_per_blow": advance * length,
+            "ringing_share": law.ringing_share,
+            "contacts": law.contacts,
+        }
+    )
+
+
+# ---- Steady motions in plain values with the names that other programs read; every number finite or null
+
+
+def rest_note(rest: Rest, contact: Contact) -> str:
+    """What a possible rest leaves open of motions that fall onto the wall; empty under a law that keeps the strain.
+
+    Seen in simulations of uniform bars under loads that never pull: at s = 20 the bar bounces on from R = 0.7 up, at
+    s = 200 from R = 0.65, at s = 2 at no R. A chatter of small bounces ends at rest under either law.
+    """
+    if not rest.possible or contact.strain_factor == 1.0:
+        return ""
+    return (
+        "As the impact turns the strain over, a bar that falls onto the wall may bounce on without end and never come "
+        "to rest, in particular a stiff one with a large restitution; the random starts show whether it does"
+    )
+
+
+def rest_dict(rest: Rest, contact: Contact) -> dict[str, Any]:
+    """Whether the bar can lie on the wall for all time."""
+    return {
+        "possible": bool(rest.possible),
+        "least_contact_force": number(rest.least_contact_force),
+        "phase": number(rest.phase),
+        "quasi_static": number(rest.quasi_static),
+        "lifted_by_waves": bool(rest.lifted_by_waves),
+        "held_by_waves": bool(rest.held_by_waves),
+        "note": rest_note(rest, contact),
+    }
+
+
+def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_drag: float | None) -> dict[str, Any]:
+    """What exists with one impact in so many load periods, with the orbits as `orbit_dict` has them."""
+    nearest = states.nearest
+    return {
+        "m": int(states.periods),
+        "level": number(states.level),
+        "level_max": number(states.level_max),
+        "exists": bool(states.exists),
+        "orbits": orbits,
+        "nearest": None
+        if nearest is None
+        else {
+            "load_factor": number(nearest.load_factor),
+            "restitution": number(nearest.restitution),
+            "d": number(greatest_drag),
+        },
+        "note": states.note,
+    }
+
+
+def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None) -> dict[str, Any]:
+    """One steady motion: the orbit, its stability, its drag and, for a case in SI, its figures."""
+    violation, energy = orbit.violation, orbit.energy
+    return {
+        **plain({name: FIGURES[name].value(orbit) for name in ("phase", "impact_velocity", "rigid_velocity")}),
+        "modes": int(orbit.modes),
+        "error_bound": number(orbit.error_bound),
+        "proven": bool(orbit.proven),
+        "admissible": bool(orbit.admissible),
+        "violation": None if violation is None else {"time": number(violation.time), "depth": number(violation.depth)},
+        "stable": bool(judged.stable),
+        "reason": judged.reason,
+        "margin": number(judged.margin),
+        "margin_rhythm": number(judged.margin_rhythm),
+        "margin_ringing": number(judged.margin_ringing),
+        "reduced": reduced_dict(judged.reduced),
+        "multipliers": {
+            "modes": int(judged.multipliers.modes),
+            "largest": number(judged.multipliers.largest),
+            "moduli": numbers(judged.multipliers.moduli),
+            "dominant_mode": int(judged.multipliers.dominant_mode),
+            "rigid": list(judged.multipliers.rigid),
+            "ringing_mode": int(judged.multipliers.ringing_mode),
+        },
+        "disagreement": judged.disagreement,
+        "waveform": waveform_dict(judged.waveform),
+        "energy": {
+            "input": number(energy.input),
+            "damping": number(energy.damping),
+            "impact": number(energy.impact),
+            "imbalance": number(energy.imbalance),
+        },
+        "drag": plain(asdict(drag)),
+        "si": None if si is None else plain(asdict(si)),
+        "warnings": list(orbit.warnings),
+    }
+
+
+def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]:
+    """A motion of B77's law with the phase of the motion that continues it when its blows take time; None for none."""
+    phase = told["phase"] if timed is None else number(timed.orbit.phase)
+    blow = {"blow_multipliers": None, "advance_per_blow": None} if timed is None else timed.in_orbit
+    return {**told, "phase": phase, "phase_b77": told["phase"], **blow}
+
+
+_WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")
+
+
+def waveform_dict(waveform: Waveform) -> dict[str, Any]:
+    """The waveform criterion (theory §11)."""
+    return plain({name: getattr(waveform, name) for name in _WAVEFORM})
+
+
+def reduced_dict(reduced: Reduced) -> dict[str, Any]:
+    """B77's reduced criterion, with the other side of a jump of the load where there is one."""
+    other = reduced.other_side
+    found = {
+        "sigma": number(reduced.sigma),
+        "a": numbers(reduced.a),
+        "schur": numbers(reduced.schur),
+        "moduli": numbers(reduced.moduli),
+        "stable": bool(reduced.stable),
+    }
+    return found if other is None else {**found, "other_side": reduced_dict(other)}
+
+
+# ---- The one dispatcher: a case and a question in, an answer object out
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.json_values import heading_dict, number
+from percuss.case.answers.numerals import heading_dict
+from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.reach_in_words import reach_dict
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.stability import Multipliers
     from percuss.steady import Orbit, SteadyStates
-
-__all__ = ["StructureAnswer", "StructureMotion", "structure_answer"]
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.exploration_jobs import stop_when_found
+from percuss.case.answers.exploration import stop_when_found
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.explore.axis import Axis
-from percuss.explore.machine_quantities import known_quantities
-from percuss.explore.quantities import checked, needs
+from percuss.explore.family import Axis
+from percuss.explore.quantities import checked, known_quantities, needs
 from percuss.model.checks import instance, several
 
 if TYPE_CHECKING:
-    from percuss.explore.sweep_job import SweepJob
-
-__all__ = ["sweep_job_of"]
+    from percuss.explore.sweeps import SweepJob
 
 
 def sweep_job_of(
@@ -47,7 +44,7 @@ def sweep_job_of(
     CaseError, ParameterError
         When the case cannot be used, or the question has no answer.
     """
-    from percuss.explore.sweep_question import sweep_job
+    from percuss.explore.sweeps import sweep_job
 
     checked_case(case)
     axes = several("axes", axes, "a list of Axis")

@@ -6,28 +6,239 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.json_values import heading_dict, plain
-from percuss.case.answers.told_motion import ToldMotion
-from percuss.case.answers.waves_json import waves_dict
-from percuss.case.answers.waves_question import limits_of, release_of, struck_by
-from percuss.case.answers.waves_warnings import waves_warnings
+from percuss.case.answers.numerals import heading_dict, number, numbers, percent, plain
+from percuss.case.answers.numerals import json_number as json_values_number
+from percuss.case.answers.simulation_answer import ToldMotion
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
+from percuss.model import Contact, System
+from percuss.model.body import SteppedBar
 from percuss.model.checks import callback, count, flag
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.blow.machine import MachineMotion, MachineProgress
+    from percuss.blow import Rod, Wall
+    from percuss.blow.machine import Limits, MachineMotion, MachineProgress, Release
     from percuss.case.case import Case
-    from percuss.model import System
-    from percuss.simulate import Progress, Trajectory
+    from percuss.simulate import Progress, Start, Trajectory
     from percuss.steady import Orbit, TimedOrbit
 
-__all__ = ["Beside", "WavesAnswer", "waves_answer"]
+
+# ---- A motion by waves in plain values with the names that other programs read; every number finite or null
+
+
+def waves_dict(
+    motion: MachineMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
+) -> dict[str, Any]:
+    """The JSON object of a motion by waves.
+
+    Parameters
+    ----------
+    beside
+        What the laws say, in plain values.
+    last
+        The number of last impacts to keep; None keeps all.
+    """
+    return {
+        "outcome": motion.ending.name.lower(),
+        "label": motion.label,
+        "begin_time": json_values_number(motion.release.time),
+        "end_time": json_values_number(motion.end_time),
+        "grazes": motion.grazes,
+        "pushed_back": motion.pushed_back,
+        "quiet": motion.quiet,
+        "lattice": {
+            "steps": motion.lattice.steps,
+            "cells": list(motion.lattice.cells),
+            "rounding": json_values_number(motion.lattice.rounding),
+        },
+        "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
+        "warnings": list(warnings),
+        "settled": _settled(motion),
+        "energy": plain({**asdict(motion.energy), "error": motion.energy.error}),
+        "beside": beside,
+        "impacts": _impacts(motion, last),
+    }
+
+
+def _settled(motion: MachineMotion) -> dict[str, Any]:
+    """The figures of a cycle, or of the last half of the impacts."""
+    own, system = motion.cycle, motion.system
+    found: dict[str, Any] = {
+        "impacts": own.size,
+        "phases": numbers(own.phase),
+        "velocities": numbers(own.velocity),
+        "restitutions": numbers(own.restitution),
+        "ringing_shares": numbers(own.ringing_share),
+        "blow_rate": json_values_number(motion.blow_rate),
+        "impulse_per_period": json_values_number(motion.impulse_per_period),
+        "delivered_power": json_values_number(motion.delivered_power),
+        "rock_power": json_values_number(motion.rock_power),
+        "si": None,
+    }
+    if system.is_si and system.frequency is not None:
+        found["si"] = {
+            "velocities_m_s": numbers(own.velocity * system.speed_scale),
+            "durations_s": numbers(own.duration * system.time_scale),
+            "peak_forces_N": numbers(own.peak_force * system.force_scale),
+            "given_J": numbers(own.given * system.energy_scale),
+            "rock_work_J": numbers(own.rock_work * system.energy_scale),
+            "fed_m": numbers(own.fed * system.length_scale),
+            "blow_rate_Hz": json_values_number(motion.blow_rate * system.frequency),
+            "delivered_power_kW": json_values_number(1e-3 * motion.delivered_power * system.power_scale),
+        }
+    return found
+
+
+def _impacts(motion: MachineMotion, last: int | None) -> list[dict[str, Any]]:
+    every = motion.impacts
+    part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
+    seconds = motion.system.time_scale if motion.system.is_si else None
+    return [
+        {
+            "start": json_values_number(part.start[i]),
+            "start_s": None if seconds is None else json_values_number(part.start[i] * seconds),
+            "end": json_values_number(part.end[i]),
+            "contacts": int(part.contacts[i]),
+            "phase": json_values_number(part.phase[i]),
+            "impulse": json_values_number(part.impulse[i]),
+            "velocity": json_values_number(part.velocity[i]),
+            "mean_velocity_before": json_values_number(part.mean_before[i]),
+            "mean_velocity_after": json_values_number(part.mean_after[i]),
+            "restitution": json_values_number(part.restitution[i]),
+            "peak_force": json_values_number(part.peak_force[i]),
+            "ringing_share": json_values_number(part.ringing_share[i]),
+            "given": json_values_number(part.given[i]),
+            "rock_work": json_values_number(part.rock_work[i]),
+            "fed": json_values_number(part.fed[i]),
+        }
+        for i in range(part.size)
+    ]
+
+
+# ---- What a case says of its machine by waves: what is struck, where the striker starts, when to end
+
+_TURN = 2.0 * math.pi
+_PERIODS = 200  # after which a machine ends that nobody wants for a certain time
+
+
+class Struck(NamedTuple):
+    """What a machine strikes, whether that is pushed back after a blow, and what was assumed of it."""
+
+    target: Rod | Wall
+    pushed_back: bool
+    note: str
+
+
+def struck_by(case: Case) -> Struck:
+    """The tool of a case as a machine by waves can have it.
+
+    Raises
+    ------
+    CaseError
+        When the tables of the tool cannot be used.
+    """
+    from percuss.blow import Wall
+
+    tables, system = case.tables, case.system()
+    contact = getattr(tables, "contact", None) or getattr(tables, "system", None)
+    tool = case.tool()
+    pushed_back = getattr(contact, "advance", None) == "pushed back" or getattr(tool, "end", None) == "free"
+    if isinstance(tool, Wall) and tables.tool is None and not system.contact.is_lossless:
+        return Struck(_rod_of(system), pushed_back, _note_of(system.contact))
+    return Struck(tool, pushed_back, "")
+
+
+def _note_of(contact: Contact) -> str:
+    return (
+        f"there is no [tool]: what is struck is an endless rod of {number(1.0 / contact.impedance_ratio)} times the "
+        f"impedance of the striking end, which gives a uniform bar the restitution {number(contact.restitution)}"
+    )
+
+
+def _rod_of(system: System) -> Rod:
+    """The endless rod whose impedance gives a uniform bar the restitution: R = (Z_rod − Z)/(Z_rod + Z)."""
+    from percuss.blow import Rod
+
+    body = system.body
+    own = float(body.sections.impedance[-1]) if isinstance(body, SteppedBar) else body.s
+    scale = 1.0 if system.bar is None else system.bar.mass * system.angular_frequency
+    return Rod.of_impedance(own * scale / system.contact.impedance_ratio)
+
+
+def release_of(start: Start, system: System) -> Release:
+    """The start as a rigid motion: the place of the striking end, the mean velocity, the phase of the load."""
+    from percuss.blow.machine import Release
+
+    place, velocity = start.gap, start.velocity[0]
+    if start.source is not None or start.profile is not None or len(start.displacement) > 1:
+        modes = len(start.displacement) - 1
+        if start.source is not None:
+            velocity += system.contact.velocity_factor * start.source.rigid_velocity
+        gamma = system.body.modes(modes, system.load.at).gamma if modes else np.zeros(0)
+        place = start.displacement[0] + float(gamma @ np.array(start.displacement[1:])) if place is None else place
+    return Release(max(0.0, -(0.0 if place is None else place)), velocity, start.time)
+
+
+def limits_of(case: Case) -> Limits:
+    """When to end: what [simulation] says; without a time after 200 load periods."""
+    from percuss.blow.machine import Limits
+
+    table, stop = case.tables.simulation, case.simulation().stop
+    periods = _PERIODS if stop.time is None else max(1, math.ceil(stop.time / _TURN))
+    given = None if table is None else table.tolerance
+    tolerance = Limits.tolerance if given is None else given
+    return Limits(min(periods, 10**6), max(1, min(stop.most_impacts, 10**6)), stop.periodic, max(tolerance, 1e-12))
+
+
+# ---- What a person must know of a motion by waves before using its figures
+
+_RINGING = 0.05  # of a blow's energy: beyond, the next blow is not that of a bar at rest in itself
+_UNSURE = 1e-3  # radians of phase between two lattices
+_APART = 0.05  # of two restitutions
+_PRESSED = 0.2 * 2.0 * math.pi  # what lasts longer is no blow: the load presses
+
+
+def waves_warnings(motion: MachineMotion) -> list[str]:
+    """One sentence each; none for a settled motion that two lattices and the law agree about."""
+    from percuss.blow.machine import Ending
+
+    found = []
+    if motion.ending is Ending.CANCELLED:
+        found.append("ended early: interrupted; the figures are those of the part that was computed")
+    elif motion.settled is None and motion.limits.settled:
+        found.append("no periodic motion found: simulate for longer, or look at the ringing that blows leave behind")
+    own = motion.cycle
+    found += _restitution(motion)
+    left = float(np.median(own.ringing_share)) if own.size else 0.0
+    if left > _RINGING and motion.settled is None and not motion.quiet:
+        found.append(f"a blow leaves {percent(left)} of its energy as ringing (median), which damping must end in time")
+    unsure = motion.uncertainty
+    if unsure is not None and unsure.phase is None:
+        found.append(f"a lattice with half the cells settles on {unsure.label}: give more cells")
+    elif unsure is not None and unsure.phase is not None and unsure.phase > _UNSURE:
+        found.append(f"a lattice with half the cells has phases {unsure.phase:.2g} rad from these: give more cells")
+    return found
+
+
+def _restitution(motion: MachineMotion) -> list[str]:
+    """That the restitution of the law is not that of the main blows, those of half the greatest impulse or more."""
+    own, assumed = motion.cycle, motion.system.restitution
+    short = np.isfinite(own.restitution) & (own.duration < _PRESSED)
+    main = short & (own.impulse >= 0.5 * own.impulse[short].max(initial=0.0))
+    found = own.restitution[main]
+    by_waves = float(np.median(found)) if found.size else assumed
+    if motion.rests or math.isclose(by_waves, assumed, rel_tol=0.0, abs_tol=_APART):
+        return []
+    remedy = 'restitution = "from the blow" gives the law that of one blow on the tool'
+    return [f"the blows have R = {number(by_waves, 3)} (median), the law beside them {number(assumed, 3)}: {remedy}"]
+
+
+# ---- The answer to "how does this hammer move when every blow is resolved by waves?", beside that of its contact law
 
 
 @dataclass(frozen=True)

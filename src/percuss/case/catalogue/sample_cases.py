@@ -15,29 +15,11 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.case.file_format.suggest import did_you_mean
-from percuss.errors import CaseError, ParameterError
+from percuss.errors import CaseError, ParameterError, did_you_mean
 from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-
-__all__ = [
-    "HISTORY_FILE",
-    "MACHINES",
-    "MODES_FILE",
-    "STRUCTURES",
-    "SampleMachine",
-    "SampleStructure",
-    "file_beside",
-    "is_sample",
-    "load_case",
-    "machine_text",
-    "sample_names",
-    "uses_history",
-    "write_beside",
-    "write_history",
-]
 
 HISTORY_FILE = "drifter_pressure.csv"
 """The name under which the sample history lies beside its case."""
@@ -52,7 +34,8 @@ _FOLDER = "machines"
 class SampleMachine:
     """A sample case and the figures that it is meant to meet: mass in kg, blow rate in Hz, blow energy in J.
 
-    `valve` says that its piston switches the load, for which `percuss machine` answers.
+    `valve` says that its piston switches the load, for which `percuss machine` answers;
+    `from_rest` what else a simulation from rest ends in, where it is not the motion with these figures.
     """
 
     name: str
@@ -61,6 +44,7 @@ class SampleMachine:
     blow_rate: float
     blow_energy: float
     valve: bool = False
+    from_rest: str = ""
 
     @property
     def text(self) -> str:
@@ -78,7 +62,7 @@ MACHINES: tuple[SampleMachine, ...] = (
     SampleMachine("dth-6-inch", "6-inch down-the-hole hammer", 23.0, 30.0, 1150.0),
     SampleMachine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
     SampleMachine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
-    SampleMachine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5),
+    SampleMachine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5, from_rest="chatter/1"),
     SampleMachine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
     SampleMachine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
 )

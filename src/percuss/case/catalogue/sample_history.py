@@ -14,8 +14,6 @@ import numpy as np
 
 from percuss.whole_file import write_whole
 
-__all__ = ["write_sample_history"]
-
 
 def write_sample_history(
     path: str | os.PathLike[str],

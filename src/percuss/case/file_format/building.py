@@ -2,40 +2,269 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from percuss.case.file_format.body_building import plain_body, sized_body
-from percuss.case.file_format.contact_building import check_body, contact_of, plain_contact, plain_law, si_law
-from percuss.case.file_format.contact_from_blow import restitution_of, timed_law
-from percuss.case.file_format.held_building import check_beside, held_body, sized_structure
-from percuss.case.file_format.load_building import load_of
-from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
-from percuss.case.file_format.problems import from_parameter, raise_all, without_blow
-from percuss.case.file_format.recorded_load import ReadHistory, history_load
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, SystemTable
-from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
-from percuss.case.file_format.tool_building import (
+from percuss.case.file_format.body_building import (
     NO_BIT,
     BlowQuestion,
     blow_question,
+    check_beside,
+    held_body,
+    plain_body,
     plain_target,
     rock_of,
+    sized_body,
+    sized_structure,
     sized_target,
 )
-from percuss.case.file_format.valve_building import valve_of
+from percuss.case.file_format.load_building import ReadHistory, history_load, load_of, pressure_of, valve_of
+from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
+from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
+from percuss.case.file_format.schema import ContactTable, PhysicalCase, PlainCase, SystemTable
+from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
+from percuss.case.file_format.values import FROM_THE_BLOW
 from percuss.errors import CaseError, ParameterError
-from percuss.model import Contact, Load, SizedBody, System, Valve
+from percuss.model import Contact, Kept, Load, Machine, Reversed, SizedBody, System, UniformBar, Valve
 from percuss.model.body import Body
-from percuss.model.contact import Timed
+from percuss.model.contact import LAWS, Timed
+from percuss.units import si
 
 if TYPE_CHECKING:
-    from percuss.blow import Rod, Wall
+    from percuss.blow import EffectiveBlow, Rod, Wall
 
-__all__ = ["Parts", "check_motion", "extreme", "recording_of", "system_of"]
+
+# ---- From the tables [contact] and [system] of a case to the law of the contact, as far as no blow is resolved for it
+
+
+def contact_of(table: ContactTable, bar: SizedBody | None, tool: bool) -> Contact | None:
+    """The law of the table [contact]; None where it depends on a bar that could not be made, or on the blow.
+
+    Parameters
+    ----------
+    tool
+        Whether the case says what the bar strikes.
+
+    Raises
+    ------
+    ParameterError
+        By the key of the table.
+    """
+    rod = table.receiving_area is not None
+    if rod and table.restitution is not None:
+        raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
+    _check_law(table, tool or rod)
+    if table.law == "b77-blow" or table.restitution == FROM_THE_BLOW:
+        return None
+    if not rod and table.restitution is None:
+        raise ParameterError(
+            "restitution", None, "a restitution from 0 to 1, or a receiving_area", _OF_BLOW if tool else ""
+        )
+    law = si_law(table, bar)
+    if table.receiving_area is None:
+        return law(_number(table.restitution))
+    receiving = si(table.receiving_area, "area", "receiving_area")
+    return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
+
+
+_OF_BLOW = f'that of the blow on the tool is restitution = "{FROM_THE_BLOW}"'
+
+
+def si_law(table: ContactTable, bar: SizedBody | None) -> type[Contact]:
+    """The law that the table names; else what the waves in a uniform bar do, and B77's for others."""
+    if table.strain is not None:
+        return LAWS[table.strain]
+    return Reversed if bar is None or bar.kind == UniformBar.kind else Kept
+
+
+def plain_contact(table: SystemTable, tool: bool) -> Contact | None:
+    """The law of the table [system]; None where its restitution is that of the blow.
+
+    Raises
+    ------
+    ParameterError
+        By the key of the table.
+    """
+    _check_law(table, tool)
+    return None if table.restitution == FROM_THE_BLOW else plain_law(table)(_number(table.restitution))
+
+
+def _number(restitution: float | str | None) -> float:
+    assert isinstance(restitution, int | float)  # the word for that of the blow was looked at before
+    return restitution
+
+
+def plain_law(table: SystemTable) -> type[Contact]:
+    """The law that the table names, else B77's."""
+    return Kept if table.strain is None else LAWS[table.strain]
+
+
+def check_body(table: ContactTable | SystemTable, law: type[Contact], body: Body) -> None:
+    """Refuse a body that the laws of the table do not hold for.
+
+    Raises
+    ------
+    ParameterError
+        By the key of the table.
+    """
+    law(0.0).check(body)
+    if table.law == "b77-tau" and not body.is_harmonic:
+        remedy = 'take law = "b77-blow", which holds for any bar'
+        raise ParameterError("law", table.law, "a uniform bar for the law b77-tau", remedy)
+
+
+def _check_law(table: ContactTable | SystemTable, target: bool) -> None:
+    """Refuse a law of the blow that lacks what it is made of; `target` tells whether the case says what is struck."""
+    given = table.restitution
+    if table.advance is not None and table.law in (None, "b77"):
+        remedy = 'take it away, or write law = "b77-tau" or "b77-blow"'
+        raise ParameterError("advance", table.advance, "a law that knows the duration of the blow beside it", remedy)
+    if table.law == "b77-blow" and given not in (None, FROM_THE_BLOW):
+        accepted = "no number beside the law b77-blow, which takes it from the blow"
+        remedy = f'write restitution = "{FROM_THE_BLOW}", or take law = "b77" for a number'
+        raise ParameterError("restitution", given, accepted, remedy)
+    if not target and (table.law == "b77-blow" or given == FROM_THE_BLOW):
+        key, remedy = ("law" if table.law == "b77-blow" else "restitution"), 'a rigid wall is kind = "wall" in [tool]'
+        raise ParameterError(key, getattr(table, key), "a table [tool] that says what the bar strikes", remedy)
+
+
+# ---- The contact of a case by one blow resolved by waves: its restitution, its duration, how far the tool moves on
+
+_SPENT = 1e-9
+"""A restitution that is as good as 0: the bar has given its momentum away."""
+
+_FORWARD = (
+    "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
+    "steps that on an endless tool never end: make the tool "
+    "thicker or the bar thinner, or give a number from 0 to 1"
+)
+
+
+def blow_of(question: BlowQuestion) -> EffectiveBlow:
+    """The blow of a bar on its tool, without a load; one that was computed before is remembered.
+
+    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
+    ends with `until`, where that is given.
+
+    Raises
+    ------
+    ParameterError
+        By a key of [contact], for a gap in front of the rock and no speed in [blow].
+    """
+    from percuss.blow import effective_blow
+
+    rock = getattr(question.target, "rock", None)
+    velocity = 1.0 if rock is None or rock.gap == 0.0 else question.velocity
+    if not isinstance(velocity, float):
+        remedy = 'for example velocity = "10 m/s"; without the gap one blow serves all speeds'
+        accepted = "a velocity in [blow] beside the gap of [rock], as the blow depends on its speed"
+        raise ParameterError("restitution", None, accepted, remedy)
+    found = effective_blow(question.striker, question.target, velocity, until=question.until)
+    if not found.contacts:
+        remedy = "check the gap of [tool] and until in [blow]"
+        raise ParameterError("restitution", None, "a blow of a bar that reaches the tool", remedy)
+    return found
+
+
+def restitution_of(question: BlowQuestion) -> float:
+    """The restitution of a blow as B77's law takes it.
+
+    Raises
+    ------
+    ParameterError
+        For one that is none of a rebound, and of a blow that is not over.
+    """
+    from percuss.blow import Outcome
+
+    blow = blow_of(question)
+    if abs(blow.restitution) <= _SPENT:
+        return 0.0
+    usual = 0.0 <= blow.restitution <= 1.0
+    if not usual and blow.outcome is Outcome.STILL_IN_CONTACT and question.until is None:
+        accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
+        raise ParameterError("restitution", None, accepted, _FORWARD)
+    if blow.outcome in (Outcome.STILL_IN_CONTACT, Outcome.GAP_CLOSING):
+        accepted = f"a blow that is over; {blow.outcome.value}"
+        raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
+    if not usual:
+        accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
+        raise ParameterError("restitution", None, accepted, _FORWARD)
+    return blow.restitution
+
+
+def blow_note(blow: EffectiveBlow, question: BlowQuestion) -> str:
+    """What is to be known of a restitution that is that of a blow, one sentence."""
+    several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
+    share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
+    text = f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
+    rock = getattr(question.target, "rock", None)
+    if rock is None or rock.gap == 0.0:
+        return text
+    return f"{text}; it is that of the velocity in [blow], as the gap in front of the rock makes it depend on the speed"
+
+
+def law_note(table: ContactTable | SystemTable | None) -> str:
+    """Where a law of blows that take time counts and where it does not, one sentence; "" without one."""
+    if table is None or table.law in (None, "b77"):
+        return ""
+    return (
+        f"law {table.law}: steady motions have its phases and multipliers beside those of B77's impact; simulations, "
+        "maps and boundaries have B77's impact with the same restitution"
+    )
+
+
+def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
+    """The law of a blow that takes time, as the table names it; None for B77's.
+
+    Raises
+    ------
+    ParameterError
+        By the key of the table.
+    """
+    if table.law == "b77-tau":
+        advance = table.advance or "kept"
+        if advance == "residual penetration":
+            raise ParameterError("advance", advance, '"kept" or "pushed back" beside the law b77-tau', _LAW_OF_ROCK)
+        return Timed.of_uniform_bar(system.s, system.restitution, advance)
+    if table.law != "b77-blow":
+        return None
+    blow = blow_of(question)
+    if blow.duration is None or blow.centroid is None:
+        accepted = f"a contact that ends; here {blow.outcome.value}"
+        raise ParameterError("law", table.law, accepted, _FORWARD)
+    time = 1.0 if system.bar is None else system.time_scale
+    law = Timed(
+        restitution_of(question),
+        blow.duration / time,
+        min(blow.centroid, blow.duration) / time,
+        ringing_share=min(blow.ringing, 1.0),
+        contacts=blow.contacts,
+    )
+    return replace(law, advance_per_impulse=_advance(table, question.target, blow) / time / law.impulse(1.0, 0.0))
+
+
+_LAW_OF_ROCK = 'the penetration is known to law = "b77-blow"'
+
+
+def _advance(table: ContactTable | SystemTable, target: Rod | Wall, blow: EffectiveBlow) -> float:
+    """Advance of the tool per speed of the bar, in the unit of time of the blow."""
+    from percuss.blow import Wall
+
+    end = "wall" if isinstance(target, Wall) else target.end
+    usual = {"rock": "residual penetration", "infinite": "kept"}.get(end, "pushed back")
+    advance = table.advance or usual
+    if advance not in (usual, "pushed back"):
+        where = {"wall": "a wall", "rock": "a rod on rock", "infinite": "an endless rod"}
+        accepted = f'"{usual}"' if usual == "pushed back" else f'"{usual}" or "pushed back"'
+        raise ParameterError("advance", advance, f"{accepted} of {where.get(end, f'a rod with a {end} end')}")
+    return 0.0 if advance == "pushed back" else blow.advance
+
+
+# ---- From the tables of a case to the objects of the model, with every refusal translated to its key
 
 """The load of a recording, and what was assumed in reading it."""
 
@@ -281,3 +510,70 @@ def _out_of_scale(error: ParameterError, tables: PhysicalCase | PlainCase, file:
 def extreme(file: str, key: str) -> CaseError:
     """The problem of a case whose numbers cannot be computed with."""
     return CaseError(file, key, None, "sizes so large or small that numbers overflow", "check the units")
+
+
+# ---- A case whose load the piston switches has a machine in place of a system
+
+
+def check_clock(tables: PhysicalCase | PlainCase, file: str) -> None:
+    """Refuse a machine that switches itself, where a load that keeps time by itself is asked for.
+
+    Raises
+    ------
+    CaseError
+        With the commands that answer for such a machine.
+    """
+    check_motion(tables, file)
+    if isinstance(tables.load, ValveForce | ValveLoad):
+        remedy = "'percuss machine' answers for a valve that the piston switches, and 'percuss simulate' from a start"
+        raise CaseError(file, "load.kind", "valve", "expected a load that keeps time by itself", remedy)
+
+
+def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Machine:
+    """The machine of a case whose load the piston switches.
+
+    Raises
+    ------
+    CaseError
+        When the load is another, or does not fit the case.
+    """
+    check_motion(tables, file)
+    table = tables.load
+    if not isinstance(table, ValveForce | ValveLoad):
+        assert table is not None
+        remedy = "describe the valve by its states and ports; 'percuss steady' answers for a load that keeps time"
+        raise CaseError(file, "load.kind", table.kind, "expected 'valve', a load that the piston switches", remedy)
+    assert parts.valve is not None
+    contact = parts.contact or parts.contact_of_blow(tables)
+    try:
+        if parts.bar is None:
+            assert parts.body is not None
+            machine = Machine(parts.body, parts.valve, contact, at=table.at)
+        else:
+            machine = Machine.from_si(parts.bar, parts.valve, contact, at=table.at, pressure=pressure_of(table))
+    except ParameterError as error:
+        raise from_parameter(error, file, "load", {}) from None
+    except ArithmeticError:
+        raise extreme(file, "") from None
+    _check_scale(machine, file)
+    return machine
+
+
+_LEAST, _MOST = 1e-9, 1e12
+"""Of dimensionless sizes: no machine is beyond, where a flight of no end would be followed for long."""
+
+
+def _check_scale(machine: Machine, file: str) -> None:
+    """Refuse sizes so far from each other that they are a slip of units."""
+    valve = machine.valve
+    sizes = {"load.states": max(abs(force) for _, force in valve.pairs), "load.chamber.force": abs(valve.chamber.force)}
+    sizes["load.chamber.stiffness"] = valve.chamber.stiffness
+    if valve.supply is not None:
+        sizes |= {"load.supply.flow": valve.supply.flow, "load.supply.accumulator": valve.supply.compliance}
+    for i, port in enumerate(valve.ports):
+        sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
+    for key, size in sizes.items():
+        if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
+            what = "a size with a bar length, its mass and the unit of time as 1"
+            accepted = f"expected {what}, from {_LEAST:g} to {_MOST:g}; it is {size:.4g}"
+            raise CaseError(file, key, None, accepted, "check the units of length, force and time")

@@ -7,44 +7,246 @@ that say nothing.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
     Coefficients,
     Column,
+    Compliance,
+    Flow,
     Force,
     ForceOrPressure,
     ForceUnit,
     Frequency,
+    Length,
     Numbers,
+    PlainNumber,
+    Stiffness,
+    Stress,
     Table,
     Time,
 )
-from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
+from percuss.errors import ParameterError, UnitError
 
-__all__ = [
-    "AnyLoad",
-    "FourierForce",
-    "FourierLoad",
-    "HarmonicForce",
-    "HarmonicLoad",
-    "HistoryForce",
-    "HistoryLoad",
-    "PhysicalLoad",
-    "PlainLoad",
-    "SquareForce",
-    "SquareLoad",
-    "StepsForce",
-    "StepsLoad",
-    "ValveForce",
-    "ValveLoad",
+# ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber; in SI and in plain numbers
+#
+# What stands for a key of the SI form holds for the dimensionless one that says nothing. `valve_of` makes the valve.
+
+
+class AreasTable(Table):
+    """A state by the areas on which the pressure of the supply acts."""
+
+    front: Area | None = None
+    """Area at which the pressure pushes the piston back. Allowed: 0 or greater. When left out: none."""
+    rear: Area | None = None
+    """Area at which it pushes the piston toward the wall. Allowed: 0 or greater. When left out: none."""
+
+
+class ChamberTable(Table):
+    """A gas chamber behind the piston, such as the nitrogen of a breaker, the same in every state."""
+
+    force: Force | None = None
+    """Its force toward the wall while the bar is at the wall. When left out: none."""
+    stiffness: Stiffness | None = None
+    """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
+
+
+class PlainChamber(Table):
+    """A gas chamber in plain numbers."""
+
+    force: PlainNumber | None = None
+    stiffness: PlainNumber | None = None
+
+
+class CushionTable(Table):
+    """What stops the piston at the front when it finds no tool, such as oil that it traps."""
+
+    beyond: Length | None = None
+    """Where it begins: distance beyond the wall. Allowed: 0 or greater. When left out: at the wall."""
+    force: Force | None = None
+    """With which it pushes back at its beginning. Allowed: 0 or greater. When left out: none."""
+    stiffness: Stiffness | None = None
+    """How much that force grows with the depth. Allowed: 0 or greater. When left out: not at all."""
+    length: Length | None = None
+    """Depth at which the piston strikes the front of the housing. Allowed: greater than 0. When left out: no end."""
+    returned: float | None = None
+    """Part of the energy that it gives back. Allowed: 0 (oil that is throttled) to 1 (a spring). When left out: 0."""
+    area: Area | None = None
+    """Of the piston's ring that presses on the oil, for its pressure. Allowed: greater than 0. When left out: no
+    pressure is told."""
+
+
+class PlainCushion(Table):
+    """A cushion in plain numbers."""
+
+    beyond: PlainNumber | None = None
+    force: PlainNumber | None = None
+    stiffness: PlainNumber | None = None
+    length: PlainNumber | None = None
+    returned: float | None = None
+
+
+class SupplyTable(Table):
+    """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
+
+    flow: Flow
+    """What the pump gives. Allowed: greater than 0."""
+    accumulator: Compliance
+    """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
+    start: Stress | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
+
+
+class PlainSupply(Table):
+    """Pump and accumulator in plain numbers."""
+
+    flow: PlainNumber
+    """What the pump gives, as a power at the pressure 1, for which the forces of the states hold. Allowed: greater than
+    0."""
+    accumulator: PlainNumber
+    """Energy of the accumulator, twice that at the pressure 1. Allowed: greater than 0."""
+    start: PlainNumber | None = None
+    """The pressure at the start. Allowed: 0 or greater. When left out: 1."""
+
+
+def _reads(value: Any, info: ValidationInfo) -> Any:
+    if value == "centre" or (isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1.0):
+        return value
+    raise ParameterError("reads", value, '"centre", or a place on the bar from 0 (driven end) to 1 (striking end)')
+
+
+Reads = Annotated[str | float, BeforeValidator(_reads)]
+"""Whose place a port reads."""
+
+
+class PortTable(Table):
+    """What demands a state: a port that the piston uncovers, or the blow."""
+
+    to: str
+    """The state that is demanded."""
+    behind: Length | None = None
+    """Distance of the port's edge from the wall. Allowed: greater than 0. When left out: `on` is needed."""
+    side: Literal["back", "front"] | None = None
+    """Where the port is uncovered: with the bar farther from the wall than its edge, or nearer. When left out: `on` is
+    needed."""
+    delay: Time | None = None
+    """From the demand to the change of the state. Allowed: 0 or greater. When left out: none."""
+    reads: Reads | None = None
+    """Whose distance from the wall counts: `"centre"`, that of the centre of mass, or that of a place on the bar from 0
+    (driven end) to 1 (striking end). When left out: `"centre"`."""
+    on: Literal["impact"] | None = None
+    """Every blow demands the state; instead of `behind` and `side`. When left out: it is a port."""
+
+
+class PlainPort(Table):
+    """A port in plain numbers."""
+
+    to: str
+    behind: PlainNumber | None = None
+    side: Literal["back", "front"] | None = None
+    delay: PlainNumber | None = None
+    reads: Reads | None = None
+    on: Literal["impact"] | None = None
+
+
+def _several(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError('a list of ports, for example [{behind = …, side = "back", to = "power"}]')
+    return tuple(value)
+
+
+def _named(example: str) -> Callable[[Any], Any]:
+    """A check that a value is a table with at least one name."""
+
+    def checked(value: Any) -> Any:
+        if not isinstance(value, dict) or not value:
+            raise ValueError(f"a table with the force of each state, for example {example}")
+        return value
+
+    return checked
+
+
+def _written(value: Any) -> str:
+    """How a state is given."""
+    return "areas" if isinstance(value, dict | AreasTable) else "force"
+
+
+def _force(value: Any, info: ValidationInfo) -> Any:
+    """A force with its unit, in words of its own where it is none."""
+    if not isinstance(value, str):
+        remedy = "or areas beside a pressure: {front = …, rear = …}"
+        raise UnitError("states", value, 'a force with its unit, such as "-13 kN"', remedy)
+    return value
+
+
+State = Annotated[
+    Annotated[Force, BeforeValidator(_force), Tag("force")] | Annotated[AreasTable, Tag("areas")],
+    Discriminator(_written),
 ]
+"""A state in SI."""
+
+States = Annotated[dict[str, State], BeforeValidator(_named('{return = "-13 kN", power = "12 kN"}'))]
+PlainStates = Annotated[dict[str, PlainNumber], BeforeValidator(_named("{return = -0.3, power = 1.0}"))]
+Ports = Annotated[tuple[PortTable, ...], BeforeValidator(_several)]
+PlainPorts = Annotated[tuple[PlainPort, ...], BeforeValidator(_several)]
+
+
+class ValveForce(Table):
+    """A load that the piston switches."""
+
+    kind: Literal["valve"]
+    """The kind of load, which decides the other keys."""
+    states: States
+    """The force of each state, positive toward the wall and without that of `chamber`: text with a unit, or with
+    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`. Allowed: up to 64 of them."""
+    ports: Ports
+    """What demands states, in order, see below. Allowed: up to 64 of them."""
+    start_state: str | None = None
+    """The state at the start. When left out: the first one."""
+    pressure: Stress | None = None
+    """The pressure of the supply, for states by areas, and for the oil that a cycle takes. Allowed: greater than 0.
+    When left out: the states are forces, and no oil flow is told."""
+    chamber: ChamberTable | None = None
+    """A gas chamber behind the piston, see below. When left out: there is none."""
+    cushion: CushionTable | None = None
+    """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
+    is assumed."""
+    supply: SupplyTable | None = None
+    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
+    out: the pressure is constant."""
+    room: Length | None = None
+    """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
+    at: int = 0
+    """Where the load acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
+    greater."""
+
+
+class ValveLoad(Table):
+    """A load that the piston switches, in plain numbers."""
+
+    kind: Literal["valve"]
+    states: PlainStates
+    """The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to 64 of them."""
+    ports: PlainPorts
+    start_state: str | None = None
+    chamber: PlainChamber | None = None
+    cushion: PlainCushion | None = None
+    """What stops the piston when it finds no tool. When left out: nothing is told of that."""
+    supply: PlainSupply | None = None
+    room: PlainNumber | None = None
+    at: int = 0
+
+
+# ---- The table [load] of a case file: one pydantic model for every kind of load, in SI and in plain numbers
 
 
 class HarmonicForce(Table):
+    """A load of one harmonic."""
+
     kind: Literal["harmonic"]
     """The kind of load, which decides the other keys."""
     mean: ForceOrPressure
@@ -63,6 +265,8 @@ class HarmonicForce(Table):
 
 
 class SquareForce(Table):
+    """A load of two steps in a period."""
+
     kind: Literal["square"]
     amplitude: ForceOrPressure
     """The load alternates between plus and minus this value. Allowed: greater than 0."""
@@ -76,6 +280,8 @@ class SquareForce(Table):
 
 
 class StepsForce(Table):
+    """A load of steps."""
+
     kind: Literal["steps"]
     breaks: Numbers
     """Load phases at which the load jumps, in radians, increasing, from 0 to less than 2π. Allowed: from 2 to 1000 of
@@ -92,6 +298,8 @@ class StepsForce(Table):
 
 
 class FourierForce(Table):
+    """A load by its Fourier coefficients."""
+
     kind: Literal["fourier"]
     coefficients: Coefficients
     """Fourier coefficients from $p_0$ (the mean, imaginary part 0) up. Allowed: 1 to 4097 pairs."""
@@ -103,6 +311,8 @@ class FourierForce(Table):
 
 
 class HistoryForce(Table):
+    """A load that was recorded."""
+
     kind: Literal["history"]
     file: str
     """Path relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
@@ -134,6 +344,8 @@ class HistoryForce(Table):
 
 
 class HarmonicLoad(Table):
+    """A load of one harmonic, in plain numbers."""
+
     kind: Literal["harmonic"]
     mean: float
     amplitude: float
@@ -142,6 +354,8 @@ class HarmonicLoad(Table):
 
 
 class SquareLoad(Table):
+    """A load of two steps in a period, in plain numbers."""
+
     kind: Literal["square"]
     amplitude: float
     kappa: float
@@ -150,6 +364,8 @@ class SquareLoad(Table):
 
 
 class StepsLoad(Table):
+    """A load of steps, in plain numbers."""
+
     kind: Literal["steps"]
     breaks: Numbers
     values: Numbers
@@ -158,6 +374,8 @@ class StepsLoad(Table):
 
 
 class FourierLoad(Table):
+    """A load by its Fourier coefficients, in plain numbers."""
+
     kind: Literal["fourier"]
     coefficients: Coefficients
     at: int = 0

@@ -9,27 +9,16 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case
-from percuss.case.file_format.body_building import body_table
-from percuss.case.file_format.checked_tables import checked_tables
-from percuss.case.file_format.damping_table import damping_table
+from percuss.case.file_format.body_building import body_table, modes_in
+from percuss.case.file_format.body_tables import damping_table
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
-from percuss.case.file_format.modes_file import modes_in
+from percuss.case.file_format.reading import checked_tables
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
 from percuss.errors import CaseError
 from percuss.model import External, Kept
 
 if TYPE_CHECKING:
     from percuss.model import Load, System
-
-__all__ = [
-    "MAX_HARMONICS",
-    "case_of",
-    "check_harmonics",
-    "fourier_table",
-    "json_tables",
-    "system_table",
-    "without_files",
-]
 
 MAX_HARMONICS = 1024
 """The highest harmonic of a case that is taken from tables, unless the caller knows better."""

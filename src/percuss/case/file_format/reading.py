@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import tomllib
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from percuss.errors import CaseError
+from pydantic import ValidationError
 
-__all__ = ["MAX_BYTES", "MAX_KEYS", "parsed", "text_of"]
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables, table_fields
+from percuss.errors import CaseError, ParameterError, did_you_mean
 
 MAX_BYTES = 1_000_000
 """The largest case file that is read; a case is a page of text, data belong in a history file."""
@@ -107,3 +110,360 @@ def _syntax_hint(text: str, message: str) -> str:
     if re.match(r"^[\w.-]+\s*=\s*[\d.+-]+\s+[A-Za-z]", line):
         return f'text with a unit needs quotes, for example length = "341 mm"; the line reads: {line[:60]}'
     return f"the line reads: {line[:60]}" if line else ""
+
+
+# ---- Dotted keys of a case, such as ``bar.sections[1].length``: what stands there, and the tables with something else
+
+_STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")
+
+Step = str | int
+
+
+def value_at(tables: Any, key: str) -> Any:
+    """What stands under a key; None where there is nothing.
+
+    Examples
+    --------
+    >>> value_at({"bar": {"sections": [{"length": "120 mm"}]}}, "bar.sections[0].length")
+    '120 mm'
+    """
+    for step in _steps(key):
+        if isinstance(step, int):
+            tables = tables[step] if isinstance(tables, list | tuple) and step < len(tables) else None
+        else:
+            tables = tables.get(step) if isinstance(tables, Mapping) else None
+    return tables
+
+
+def with_value(tables: Any, key: str, value: Any) -> Any:
+    """A copy of the tables with another value under a key; None takes the key away.
+
+    Raises
+    ------
+    LookupError
+        For a key inside what is no table, or of a list that is not so long.
+
+    Examples
+    --------
+    >>> with_value({"system": {"s": 5.0, "impedances": [2.0, 1.0]}}, "system.impedances[1]", 3.0)
+    {'system': {'s': 5.0, 'impedances': [2.0, 3.0]}}
+    """
+    return _replaced(tables, _steps(key), value)
+
+
+def _steps(key: str) -> list[Step]:
+    return [int(place) if place else name for place, name in _STEP.findall(key)]
+
+
+def _replaced(held: Any, steps: Sequence[Step], value: Any) -> Any:
+    if not steps:
+        return value
+    step, rest = steps[0], steps[1:]
+    if isinstance(step, int):
+        if not isinstance(held, list | tuple) or step >= len(held):
+            raise LookupError(step)
+        return [*held[:step], _replaced(held[step], rest, value), *held[step + 1 :]]
+    if not isinstance(held, Mapping):
+        raise LookupError(step)
+    if value is None and not rest:
+        return {name: item for name, item in held.items() if name != step}
+    return {**held, step: _replaced(held.get(step, {}), rest, value)}
+
+
+# ---- Problems of a case file, worded so that they can be fixed: file, key, value, what is accepted, did you mean
+
+_MOST = 100
+"""Problems that are told; a text with thousands is not a case, and each is looked up among the known keys."""
+
+
+class CaseErrors(CaseError):
+    """Several problems of one case file, one a line.
+
+    Attributes
+    ----------
+    problems
+        The single `CaseError` of each; `file`, `key`, `value` and `accepted` are those of the first.
+    """
+
+    def __init__(self, problems: Sequence[CaseError]) -> None:
+        first = problems[0]
+        super().__init__(first.file, first.key, first.value, first.accepted, first.remedy)
+        self.problems = tuple(problems)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+def raise_all(problems: Sequence[CaseError]) -> NoReturn:
+    """Raise the one problem, or all of them as one `CaseErrors`."""
+    raise problems[0] if len(problems) == 1 else CaseErrors(problems)
+
+
+def from_parameter(error: ParameterError, file: str, table: str, given: Mapping[str, Any]) -> CaseError:
+    """The problem of a case file behind an object's refusal; shows the value as the file has it."""
+    held = value_at(given, error.name)
+    value = error.value if held is None or isinstance(held, list | tuple | dict) else held
+    value = list(value) if isinstance(value, tuple) else value  # as a file has it
+    return CaseError(file, f"{table}.{error.name}", value, f"expected {error.accepted}", error.remedy)
+
+
+def from_validation(
+    error: ValidationError | None,
+    file: str,
+    data: Mapping[str, Any],
+    fields: Mapping[str, Sequence[str]],
+    missing_tables: Sequence[str] = (),
+) -> list[CaseError]:
+    """The problems that pydantic found in the tables of a case, and the tables that are missing.
+
+    Parameters
+    ----------
+    error
+        What pydantic says; None when nothing but tables are missing.
+    data
+        The tables as parsed.
+    fields
+        The keys that each table takes; '' stands for the top of the file.
+    missing_tables
+        Tables that this file needs, though another may do without.
+    """
+    found: list[Any] = [] if error is None else error.errors(include_url=False)[:_MOST]
+    found += [{"type": "missing", "loc": (name,), "input": data} for name in missing_tables]
+    extra = {_key(e["loc"], data): e for e in found if e["type"] == "extra_forbidden"}
+    missing = {_key(e["loc"], data) for e in found if e["type"] == "missing"}
+    meant: set[str] = set()  # missing keys that a misspelt one stands for are not reported twice
+    problems: list[CaseError] = []
+    for key, item in extra.items():
+        table, _, name = key.rpartition(".")
+        known = fields.get(_OF_ITS_KIND.sub("", table), ())
+        hint = _MEANT.get(key) or did_you_mean(name, known) or ("" if "." in table else _belongs(name, fields))
+        meant.update(m for m in missing if hint and hint == did_you_mean(name, [m.rpartition(".")[2]]))
+        hint = hint or _ONLY_IN_SI.get(key, "")
+        what = "key" if table else ("table" if isinstance(item["input"], dict) else "key")
+        takes = f"[{table}] takes" if table else "a case takes"
+        shown = None if isinstance(item["input"], dict) else item["input"]
+        problems.append(CaseError(file, key, shown, f"unknown {what}; {takes} {', '.join(known)}", hint))
+    for item in found:
+        key = _key(item["loc"], data)
+        if key not in extra and key not in meant:
+            problems.append(_problem(dict(item), key, file))
+    return problems
+
+
+def without_blow(file: str, table: str) -> CaseError:
+    """The problem of a case that describes one blow and nothing else, when it is asked for a motion."""
+    remedy = f"only 'percuss blow' works without it; add {_how_to_give(table)}"
+    return CaseError(file, table, None, "missing", remedy)
+
+
+_OF_ITS_KIND = re.compile(r"\[\d+\]|(?<=^load\.states)\..*")
+"""What is taken off the name of a table in a list, or of a state: it has the keys of every other."""
+
+
+def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:
+    """``load.coefficients[2]``; steps that are not in the data (pydantic's union tags) are left out."""
+    here: Any = data
+    text = ""
+    for i, step in enumerate(loc):
+        last = i == len(loc) - 1
+        if isinstance(step, int):
+            inside = isinstance(here, list) and step < len(here)
+            text += f"[{step}]" if inside or last else ""
+            here = here[step] if inside else here
+        elif (isinstance(here, dict) and step in here) or (last and isinstance(here, dict)):
+            text += f".{step}" if text else step
+            here = here.get(step)
+    return text
+
+
+_MEANT = {
+    "system.sections": "sections have sizes and stand in [bar]; here give impedances and transit_times",
+    "system.damping_ratio": 'here it is damping = {kind = "ratio", value = …}',
+    "system.drag": "here it is d, the drag D/(MΩ)",
+    "bar.d": "in SI it is the drag, a force per velocity and metre",
+    "bar.bore": "a section has a bore: give sections, one or more",
+    "bar.material": "a section has a material: give sections, one or more; or youngs_modulus and density",
+    "bar.impedances": "in SI give sections, with their sizes",
+    "bar.transit_times": "in SI give sections, with their sizes",
+}
+"""Keys that do not stand here, though one might think so, and what stands for them."""
+
+
+def _belongs(name: str, fields: Mapping[str, Sequence[str]]) -> str:
+    """Which table takes a key that stands in another one; nothing when none does."""
+    tables = [table for table, keys in fields.items() if table and name in keys and "." not in table]
+    return f"it belongs in {' or '.join(f'[{table}]' for table in tables)}" if tables else ""
+
+
+_EXPECTED = {
+    "float_type": "a plain number without quotes",
+    "float_parsing": "a plain number without quotes",
+    "int_type": "a whole number without quotes",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "int_parsing_size": "a smaller whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+    "model_type": "a table",
+    "dict_type": "a table",
+    "model_attributes_type": "a table",
+}
+
+
+def _problem(item: dict[str, Any], key: str, file: str) -> CaseError:
+    kind, value, context = item["type"], item["input"], item.get("ctx", {})
+    cause = context.get("error")
+    if isinstance(cause, ParameterError):
+        return CaseError(file, key, value, f"expected {cause.accepted}", cause.remedy)
+    if kind == "missing":
+        return CaseError(file, key, None, "missing", _how_to_give(key))
+    if kind == "union_tag_not_found":
+        return CaseError(file, f"{key}.kind", None, "missing", f"give kind as one of {_KINDS}")
+    if kind == "union_tag_invalid":
+        kinds = context["expected_tags"].replace("'", "").split(", ")
+        hint = did_you_mean(context["tag"], kinds)
+        given = value.get("kind") if isinstance(value, dict) else context["tag"]
+        return CaseError(file, f"{key}.kind", given, f"expected one of {', '.join(kinds)}", hint)
+    if kind == "greater_than_equal":
+        return CaseError(file, key, value, f"expected a whole number, {context['ge']} or greater")
+    if kind == "literal_error":
+        return CaseError(file, key, value, f"expected {context['expected']}", _near(value, context["expected"]))
+    if cause is not None:
+        return CaseError(file, key, value, f"expected {cause}")
+    return CaseError(file, key, value, f"expected {_EXPECTED.get(kind) or item['msg']}")
+
+
+def _near(value: object, words: str) -> str:
+    """``did you mean …?`` for one of the words of pydantic's ``'rigid' or 'ringing'``."""
+    return did_you_mean(value, re.findall(r"'([^']*)'", words))
+
+
+_ONLY_IN_SI = {
+    key: "a dimensionless case knows an endless rod by its impedance, and no rock; describe the bar in SI, with [bar]"
+    for key in ("rock", "tool.sections", "tool.end", "tool.bit_mass")
+}
+"""What only a case in SI has, where a dimensionless one is told why."""
+
+_KINDS = "harmonic, square, fourier, history, steps, valve"
+
+_EXAMPLES = {
+    "bar": "a table [bar] with length and diameter (or area), or with sections",
+    "load": f"a table [load] with its kind: {_KINDS}",
+    "contact": "a table [contact] with restitution (0 to 1) or receiving_area",
+    "system": "a table [system] with s, d and restitution",
+    **{f"{table}.damping.kind": "name the law: ratio, kelvin_voigt, external, table" for table in ("bar", "system")},
+    **{f"{table}.damping.value": "give the number of the law, or a list for a table" for table in ("bar", "system")},
+    "rock.stiffness": 'give it with its unit, for example stiffness = "400 kN/mm"',
+    "bar.length": 'give it with its unit, for example length = "341 mm"',
+    "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',
+    "load.file": 'name the file of the recording, for example file = "pressure.csv"',
+    "load.unit": 'name the unit of the numbers, for example unit = "kN"',
+    "load.coefficients": "give pairs [re, im] from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]",
+    "load.mean": "the mean of the load, in SI with its unit",
+    "load.amplitude": "the amplitude of the load, in SI with its unit",
+    "load.breaks": "give the phases of the jumps in radians, for example [0.0, 2.0]",
+    "load.values": "give the load from each phase to the next, for example [1.0, -0.5]",
+    "load.states": 'the force of each state, for example states = {return = "-13 kN", power = "12 kN"}',
+    "load.ports": 'what demands states, for example [{behind = "130 mm", side = "back", to = "power"}]',
+    "load.kappa": "a number between 0 and 2: the load pushes for the phases 0 to kappa times pi",
+}
+
+
+def _how_to_give(key: str) -> str:
+    return _EXAMPLES.get(key, "add it")
+
+
+# ---- The tables of a case file, checked: in SI units or dimensionless, whichever it is meant in
+
+
+def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
+    """The tables of a parsed file.
+
+    Raises
+    ------
+    CaseError
+        When they are no case; with every problem of the file.
+    """
+    form = _form(data, file)
+    missing, found = _missing(form, data), None
+    try:
+        tables = form.model_validate(data)
+        if not missing:
+            return tables
+    except ValidationError as error:
+        found = error
+    load = data.get("load")
+    kind = load.get("kind") if isinstance(load, dict) else None
+    raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
+
+
+def _missing(form: type[PhysicalCase] | type[PlainCase], data: dict[str, Any]) -> list[str]:
+    """The tables that the file lacks: [bar] where nothing else tells of what strikes."""
+    near = any(did_you_mean(key, ["bar"]) for key in data if key not in form.model_fields)
+    bar = form is PhysicalCase and not {"bar", "body"} & data.keys() and not near
+    return [*(["bar"] if bar else []), *missing_tables(form, data)]
+
+
+def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCase]:
+    """Which of the two forms a file is meant in."""
+    physical, plain = {"bar", "contact"} & data.keys(), "system" in data
+    if physical and plain:
+        names = " and ".join(f"[{name}]" for name in sorted(physical))
+        remedy = f"keep [system] for plain numbers, or {names} for SI units"
+        raise CaseError(
+            file,
+            "system",
+            None,
+            f"a case has either [system] or [bar] and [contact]; this one also has {names}",
+            remedy,
+        )
+    near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}
+    return PlainCase if plain or (not physical and "did you mean 'system'?" in near) else PhysicalCase
+
+
+# ---- The tables of a case as TOML text
+
+
+def toml_text(tables: Mapping[str, Any]) -> str:
+    """TOML text that parses back to the same tables (numbers to the last bit).
+
+    Plain values come first, then one ``[table]`` for every mapping; mappings in them stand in one line.
+
+    Examples
+    --------
+    >>> print(toml_text({"title": "B77", "system": {"s": 20.0, "d": 0.0048, "restitution": 0.6}}), end="")
+    title = "B77"
+    <BLANKLINE>
+    [system]
+    s = 20.0
+    d = 0.0048
+    restitution = 0.6
+    """
+    lines = [f"{_toml_key(name)} = {_value(value)}" for name, value in tables.items() if not isinstance(value, Mapping)]
+    for name, table in tables.items():
+        if isinstance(table, Mapping):
+            lines += ["", f"[{_toml_key(name)}]"] if lines else [f"[{_toml_key(name)}]"]
+            lines += [f"{_toml_key(key)} = {_value(value)}" for key, value in table.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
+
+
+def _text(value: str) -> str:
+    # JSON's escapes are TOML's, but TOML also wants the delete character escaped.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_toml_key(key)} = {_value(item)}" for key, item in value.items()) + "}"
+    return repr(value)

@@ -12,18 +12,32 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field
 
-from percuss.case.file_format.body_table import BodyTable
-from percuss.case.file_format.damping_table import BarDamping, DampingTable, SystemDamping
-from percuss.case.file_format.load_tables import PhysicalLoad, PlainLoad
-from percuss.case.file_format.section_tables import SectionTable, SectionTables
-from percuss.case.file_format.suggest import did_you_mean
-from percuss.case.file_format.tool_tables import (
+from percuss.case.file_format.body_tables import (
+    BarDamping,
     BlowTable,
+    BodyTable,
+    DampingTable,
     PlainBlow,
     PlainTool,
     RockTable,
+    SectionTable,
+    SectionTables,
+    SystemDamping,
     ToolSectionTable,
     ToolTable,
+)
+from percuss.case.file_format.load_tables import (
+    AreasTable,
+    ChamberTable,
+    CushionTable,
+    PhysicalLoad,
+    PlainChamber,
+    PlainCushion,
+    PlainLoad,
+    PlainPort,
+    PlainSupply,
+    PortTable,
+    SupplyTable,
 )
 from percuss.case.file_format.values import (
     Area,
@@ -39,17 +53,7 @@ from percuss.case.file_format.values import (
     Stress,
     Table,
 )
-from percuss.case.file_format.valve_tables import (
-    AreasTable,
-    ChamberTable,
-    CushionTable,
-    PlainChamber,
-    PlainCushion,
-    PlainPort,
-    PlainSupply,
-    PortTable,
-    SupplyTable,
-)
+from percuss.errors import did_you_mean
 
 __all__ = [
     "BarTable",
@@ -89,6 +93,8 @@ Advance = Literal["kept", "pushed back", "residual penetration"]
 
 
 class BarTable(Table):
+    """The bar of a case in SI, uniform or of sections."""
+
     length: Length | None = None
     """Length from the driven to the striking end. Allowed: greater than 0. When left out: `sections` are needed."""
     area: Area | None = None
@@ -113,6 +119,8 @@ class BarTable(Table):
 
 
 class ContactTable(Table):
+    """How the bar leaves the wall."""
+
     restitution: Restitution | None = None
     """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
     1. When left out: `receiving_area` is needed, or the law of the blow."""
@@ -133,6 +141,8 @@ class ContactTable(Table):
 
 
 class SystemTable(Table):
+    """A dimensionless bar and its contact."""
+
     s: float | None = None
     r"""Wave speed $C/(L\Omega)$. Allowed: greater than 0. When left out: the case needs a table `[body]`."""
     d: float | None = None

@@ -8,43 +8,10 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 
-from percuss.case.file_format.suggest import did_you_mean
-from percuss.errors import ParameterError, UnitError
+from percuss.errors import ParameterError, UnitError, did_you_mean
 from percuss.units import si
 
-__all__ = [
-    "FROM_THE_BLOW",
-    "Area",
-    "Coefficients",
-    "Column",
-    "Compliance",
-    "DampingValue",
-    "Density",
-    "Drag",
-    "Flow",
-    "Force",
-    "ForceOrPressure",
-    "ForceUnit",
-    "Frequency",
-    "Length",
-    "Mass",
-    "NumberOrDashpot",
-    "NumberOrLength",
-    "NumberOrStiffness",
-    "NumberOrTime",
-    "NumberOrVelocity",
-    "Numbers",
-    "PlainNumber",
-    "PlainSteps",
-    "PlainVelocities",
-    "Restitution",
-    "Steps",
-    "Stiffness",
-    "Stress",
-    "Table",
-    "Time",
-    "Velocities",
-]
+# ---- The kinds of values in a case file: numbers, text with a unit, lists; checked and kept as they are written
 
 
 def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:

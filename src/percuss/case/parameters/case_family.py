@@ -8,36 +8,36 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.dotted_keys import value_at
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.file_format.start_and_simulation import MAX_MODES, start_of
+from percuss.case.file_format.reading import value_at
+from percuss.case.file_format.start_and_simulation import start_of
 from percuss.case.parameters.case_keys import (
+    DAMPING,
     FREQUENCY,
     LOAD_AREA,
     LOAD_SCALE,
+    check_same_law,
+    is_of_machine,
     key_of,
+    of_machine,
+    unknown_parameter,
     varied_keys,
     with_generic_places,
     with_held,
 )
-from percuss.case.parameters.damping_keys import DAMPING, check_same_law
-from percuss.case.parameters.unknown_parameter import unknown_parameter
-from percuss.case.parameters.valve_keys import is_of_machine, of_machine
 from percuss.errors import ParameterError
-from percuss.explore.parameters import PARAMETERS, refuse_twice, vary
-from percuss.explore.valve_parameters import machine_parameters, vary_machine
+from percuss.explore.parameters import PARAMETERS, machine_parameters, refuse_twice, vary, vary_machine
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
+from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
     from percuss.model.parameter import Parameter
     from percuss.simulate import Start
-
-__all__ = ["CaseFamily"]
 
 
 @dataclass(frozen=True)
@@ -202,14 +202,21 @@ class CaseFamily:
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the case with these values of its keys; see `percuss.case.blow_answer`.
 
+        The speed in [blow] is that of the case as it stands: where a value changes the load or the contact, or the bar
+        of a machine that switches its own valve, the blow has the speed of the motion that results.
+
         Raises
         ------
         CaseError, ParameterError
             When there is none.
         """
-        from percuss.case.answers.blow_answer import blow_answer
+        from percuss.case.answers.blow_answer import blow_answer, own_speed
 
-        return blow_answer(self.varied(values)).blow
+        case, keys = self.varied(values), {self.key(name) for name in values}
+        given = case.tables.blow is not None and case.tables.blow.velocity is not None
+        free = {"tool", "rock", "blow"} if self.is_machine else {"bar", "tool", "rock", "blow"}
+        moved = (self.is_machine and not given) or any(key.partition(".")[0] not in free for key in keys)
+        return blow_answer(case, own_speed(case) if moved and "blow.velocity" not in keys else None).blow
 
     def _scaled(self, keys: dict[str, tuple[float, str]]) -> System:
         """The system with the values of the keys, before the dimensionless parameters."""

@@ -3,31 +3,116 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.body_tables import SectionTable
+from percuss.case.file_format.load_tables import HistoryForce, PlainPort, PortTable, ValveForce, ValveLoad
+from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, keys_of, table_fields
-from percuss.case.file_format.section_tables import SectionTable
-from percuss.case.file_format.valve_tables import ValveForce, ValveLoad
-from percuss.case.parameters.valve_keys import valve_keys
+from percuss.errors import ParameterError, did_you_mean
+from percuss.explore.parameters import PRESSURE
+from percuss.model import External, Ratio
+from percuss.model.body import Table
+from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
+    from percuss.model import Machine
 
-__all__ = [
-    "FREQUENCY",
-    "KEYS",
-    "LOAD_AREA",
-    "LOAD_SCALE",
-    "Key",
-    "held",
-    "key_of",
-    "varied_keys",
-    "with_generic_places",
-    "with_held",
-]
+
+# ---- The keys of a valve: which a case may be varied by, and what they are in the scales of its machine
+
+LOAD_PRESSURE = "load.pressure"
+
+_SCALE = "load.scale"
+_NAME = re.compile(r"[^\W\d][\w-]*")  # a state whose name can stand in a dotted key
+_OF_MACHINE = re.compile(
+    r"load\.(?:scale|pressure|chamber\.(?:force|stiffness)|ports\[\d+\]\.(?:behind|delay)|states\.[^.]+)"
+)
+_DIMENSIONS = {"behind": "length", "delay": "time", "stiffness": "stiffness", "force": "force"}
+
+
+def valve_keys(table: ValveForce | ValveLoad) -> list[str]:
+    """The dotted keys of a valve that hold one number, or may; a state by areas has one for each of them."""
+    given_pressure = isinstance(table, ValveForce) and table.pressure is not None and table.supply is None
+    keys = [LOAD_PRESSURE] if given_pressure else []
+    for name, given in table.states.items():
+        if _NAME.fullmatch(name):
+            areas = [side for side in ("front", "rear") if getattr(given, side, None) is not None]
+            keys += [f"load.states.{name}.{side}" for side in areas] or [f"load.states.{name}"]
+    keys += ["load.chamber.force", "load.chamber.stiffness"]
+    keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
+    ports: tuple[PortTable | PlainPort, ...] = table.ports
+    for i, port in enumerate(ports):
+        keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]
+    return keys
+
+
+def valve_label(table: object, key: str) -> str:
+    """A key of a valve in a few words, its ports counted from 1; any other key as it is written."""
+    if not isinstance(table, ValveForce | ValveLoad):
+        return key
+    match key.replace("[", ".").replace("]", "").split("."):
+        case ["load", "ports", number, name]:
+            port = table.ports[int(number)]
+            of = "blow" if port.on == "impact" else f"port {int(number) + 1}"
+            return f"{of} → {port.to}: {'place' if name == 'behind' else name}"
+        case ["load", "states", state, side]:
+            return f"{state}: {side} area"
+        case ["load", "states", state]:
+            return f"{state}: force"
+    return key
+
+
+def is_of_machine(key: str) -> bool:
+    """Whether a key is put on the machine, which is quicker than another case: all of the load but its areas."""
+    return _OF_MACHINE.fullmatch(key) is not None
+
+
+def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, float]:
+    """The parameters of the machine of a case that some of its keys stand for, dimensionless.
+
+    Parameters
+    ----------
+    keys
+        Value and unit of each.
+
+    Raises
+    ------
+    ParameterError, UnitError
+        For a unit that the key does not have, or none where it has one.
+    """
+    found, machine = {}, case.machine()
+    for key, (value, unit) in keys.items():
+        name = PRESSURE if key in (_SCALE, LOAD_PRESSURE) else key.partition(".")[2]
+        found[name] = value if key == _SCALE or not case.is_si else _in_si(key, value, unit) / _scale(machine, key)
+        if not case.is_si and unit:
+            raise ParameterError(key, f"{value:g} {unit}", "a plain number: it is dimensionless")
+    return found
+
+
+def _dimension(key: str) -> str:
+    return "pressure" if key == LOAD_PRESSURE else _DIMENSIONS.get(key.rpartition(".")[2], "force")
+
+
+def _in_si(key: str, value: float, unit: str) -> float:
+    return si(f"{value!r} {unit}".rstrip(), _dimension(key), key)
+
+
+def _scale(machine: Machine, key: str) -> float:
+    """What the value of a key in SI is divided by to be dimensionless; the pressure, to be a multiple."""
+    dimension = _dimension(key)
+    if dimension == "pressure":
+        assert machine.pressure is not None  # else there is no such key
+        return machine.pressure
+    if dimension == "stiffness":
+        return machine.force_scale / machine.length_scale
+    return float(getattr(machine, f"{dimension}_scale"))
+
+
+# ---- The keys of a case that hold one number and may be varied: their words, and what else they set
 
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
@@ -160,17 +245,19 @@ def _keys_in_lists(tables: PhysicalCase | PlainCase) -> list[str]:
     if isinstance(tables, PhysicalCase):
         lists = {"bar": tables.bar.sections or (), "tool": () if tables.tool is None else tables.tool.sections or ()}
         sections = [(f"{name}.sections[{i}]", own) for name, those in lists.items() for i, own in enumerate(those)]
-        return [f"{place}.{name}" for place, section in sections for name in _numbers_of(section)]
+        ends = {id(those[-1]) for those in lists.values() if those}
+        return [f"{place}.{name}" for place, own in sections for name in _numbers_of(own, id(own) in ends)]
     numbers = {name: getattr(tables.system, name) or () for name in ("impedances", "transit_times")}
     return [f"system.{name}[{i}]" for name, values in numbers.items() for i in range(len(values))]
 
 
-def _numbers_of(section: SectionTable) -> list[str]:
+def _numbers_of(section: SectionTable, last: bool) -> list[str]:
     """The keys of a section that may hold one number beside those that it has."""
     none = {"material", "area" if section.area is None else "diameter"}
     none |= set() if section.material is None else {"youngs_modulus", "density"}
     none |= {"length"} if section.length is None else set()  # an endless one
-    return [name for name in keys_of(SectionTable) if name not in none]
+    none |= {"joint_mass"} if last else set()
+    return [name for name in keys_of(type(section)) if name not in none]
 
 
 def with_generic_places(keys: Iterable[str]) -> list[str]:
@@ -192,3 +279,71 @@ def held(given: Any) -> Any:
 def with_held(given: Any, value: Any) -> Any:
     """What the key holds with another number in it."""
     return {**given, "value": value} if isinstance(given, dict) else value
+
+
+# ---- Which keys of damping a case may be varied by: those of the law that it names
+
+DAMPING = "damping"
+"""The word of what the keys of damping set, and the key that names its law."""
+
+_LAWS = {"damping_ratio": Ratio, "drag": External, "d": External}
+"""The other keys of damping, and the laws whose number they are."""
+
+
+def check_same_law(case: Case, name: str, key: str) -> None:
+    """Refuse a key of damping as an axis where its law would take the place of the one that the case names.
+
+    Parameters
+    ----------
+    name, key
+        Of the axis: as it was given, and as a dotted key.
+
+    Raises
+    ------
+    ParameterError
+        With the key that varies the law of the case, where one does.
+    """
+    table, _, word = key.partition(".")
+    tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping
+    held = [f"{table}.{other}" for other in (DAMPING, *_LAWS) if other in tables]
+    if isinstance(law, Table):
+        remedy = "a table of dampings has no single number to vary"
+    else:
+        remedy = f"vary {held[0]}" if held else "vary bar.damping_ratio or bar.drag"
+    if word == DAMPING:
+        if key not in held:
+            raise ParameterError(name, "on an axis", 'a case with damping = {kind = "…", value = …}', remedy)
+        if isinstance(law, Table):
+            raise ParameterError(name, f"{law}", "a law of damping with one number")
+    elif held and not (law.is_zero or isinstance(law, _LAWS[word])):
+        own = _LAWS[word].kind
+        wanted = f'a bar without damping, or with damping of the kind "{own}"'
+        raise ParameterError(name, f"a bar with {law}", wanted, remedy)
+
+
+# ---- The refusal of a parameter that a case does not have, with those that it has
+
+
+def unknown_parameter(name: str, keys: Sequence[str], plain: Sequence[str]) -> ParameterError:
+    """The refusal; a size of the bar has its places in a bar of sections.
+
+    Parameters
+    ----------
+    name
+        That there is not.
+    keys, plain
+        The keys of the case, and the dimensionless parameters.
+    """
+    last = name.rpartition(".")[2].partition("[")[0]
+    in_lists = [
+        key for key in keys if "[" in key and not key.startswith("load.") and last in re.split(r"[.\[\]]+", key)[1:]
+    ]
+    struck = name.startswith("tool.")
+    in_list = next((key for key in in_lists if key.startswith("tool.") == struck), None)
+    if in_list:
+        whose, where = ("tool", "struck face") if struck else ("bar", "driven end")
+        hint = f"the {whose} has sections, counted from 0 at the {where}: {in_list}"
+    else:
+        hint = did_you_mean(name, [*plain, *keys, *(key.partition(".")[2] for key in keys)])
+    words = with_generic_places([*plain, *keys])
+    return ParameterError("parameter", name, f"one of {', '.join(words)}", hint)

@@ -2,21 +2,276 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.clock_note import clock_note
-from percuss.case.answers.json_values import body_dict, contact_dict, number, plain, system_dict
+from percuss.case.answers.numerals import body_dict, contact_dict, numbers, plain, system_dict
+from percuss.case.answers.numerals import json_number as number
+from percuss.case.file_format.body_building import body_table
+from percuss.case.file_format.body_tables import damping_table
+from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
+from percuss.case.file_format.reading import value_at
 from percuss.case.file_format.schema import PhysicalCase
-from percuss.case.parameters.machine_description import bar_dict, laws_dict, machine_case_dict
-from percuss.case.parameters.parameter_list import parameters
+from percuss.case.parameters.case_keys import (
+    FREQUENCY,
+    LOAD_PRESSURE,
+    LOAD_SCALE,
+    held,
+    key_of,
+    valve_label,
+    varied_keys,
+)
+from percuss.case.parameters.moves import MOVES, can_move, parsed_quantity
+from percuss.errors import PercussError
+from percuss.explore.cells import AXES
+from percuss.explore.parameters import PARAMETERS
+from percuss.model import External, Kept
+from percuss.model.body import HeldBody, Mounted
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import Load, System
+    from percuss.model import Load, Machine, Port, SizedBody, System
+    from percuss.model.body import Body
+    from percuss.model.parameter import Parameter
 
-__all__ = ["case_dict", "plain_tables"]
+
+# ---- What of a case may be varied: every parameter with its words, its unit, its value and a range around it
+
+_SLIDES = ("restitution", "load_factor", "kappa")
+"""What has a slider in every case; the numbers of the bar have one in a dimensionless case."""
+
+
+def parameters(case: Case) -> list[dict[str, Any]]:
+    """What a map of the case may have as an axis, with the unit of the case, the value now, and a range around it.
+
+    A machine that switches itself has the keys of its case alone, its ports named as its pictures name them.
+    """
+    return _keys(case) if case.is_machine else [*_dimensionless(case), *_keys(case)]
+
+
+def _dimensionless(case: Case) -> list[dict[str, Any]]:
+    system, keys = case.system(), varied_keys(case)
+    found = []
+    for name, parameter in PARAMETERS.items():
+        if _has(parameter, system) and f"bar.{name}" not in keys:
+            found.append(_row_of(parameter, case, system))
+    square = any(row["name"] == "kappa" for row in found)
+    for row in found:
+        row["slides"] = row["movable"] and _slides(row["name"], case.is_si, square)
+    return found
+
+
+def _has(parameter: Parameter[System], system: System) -> bool:
+    """Whether a map of the system is offered the parameter: of all laws of damping only that of the body."""
+    own = system.body.damping.parameter
+    if parameter.sets == "damping" and (own is None or own.name != parameter.name):
+        return False
+    if parameter.name in ("s", "d") and _is_without_waves(system):
+        return False
+    try:
+        parameter.check(system)
+    except PercussError:
+        return False
+    return True
+
+
+def _is_without_waves(system: System) -> bool:
+    """Whether it is a structure told by its modes, or a rigid mass."""
+    body = system.body
+    return isinstance(body, HeldBody) and (not isinstance(body, Mounted) or body.is_rigid)
+
+
+def _slides(name: str, si: bool, square: bool) -> bool:
+    """In SI the numbers of the bar follow from its sizes; the mean of a square load follows from κ."""
+    of_bar = name not in _SLIDES and name not in ("mean", "amplitude")
+    return (of_bar and not si) or (name in _SLIDES and not (square and name == "load_factor"))
+
+
+def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[str, Any]:
+    value = parameter.get(system)
+    low, high = parameter.span or _around(value)
+    if parameter.name == "load_factor" and value is not None:
+        high = max(high, 1.25 * value)
+    row = _row(parameter.name, "", value, low, high)
+    movable = parameter.name in MOVES and can_move(parameter.name, case, system)
+    words = {"label": parameter.label, "meaning": parameter.meaning, "plane": parameter.name in AXES}
+    return row | words | {"dimensionless": True, "movable": movable}
+
+
+def _keys(case: Case) -> list[dict[str, Any]]:
+    found = []
+    names = varied_keys(case)
+    none = {LOAD_SCALE} if case.is_machine and LOAD_PRESSURE in names else set()  # the pressure is the same
+    for name in names:
+        table, _, key = name.partition(".")
+        if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
+            continue  # the motion does not depend on it
+        about = key_of(name)
+        plain = not case.is_si and not case.is_machine
+        if plain and (table == "system" or key in PARAMETERS or about.sets in PARAMETERS):
+            continue  # a dimensionless parameter is the same
+        value, unit = (1.0, "") if name == LOAD_SCALE else quantity_of(case, name)
+        if value is None:
+            continue
+        label = about.label or valve_label(case.tables.load, name)
+        row = _row(name, unit, value, *(_span(case, key) or _around(value)))
+        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryForce)  # there it says where cycles are cut
+        row |= {"label": label, "meaning": about.meaning, "slides": about.slides and not kept}
+        row["movable"] = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
+        found.append(row)
+    return found
+
+
+def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
+    """The number of a key of the case, and its unit; the frequency of a recording, which may keep its waveform."""
+    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
+    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryForce):
+        return case.system().frequency, "Hz"
+    return value, unit
+
+
+def _span(case: Case, key: str) -> tuple[float, float] | None:
+    """The range of a key of a machine that has one of its own, as its dimensionless parameter has it."""
+    return PARAMETERS[key].span if case.is_machine and key == "restitution" else None
+
+
+def _around(value: float | None) -> tuple[float, float]:
+    if not value:
+        return (0.0, 1.0)
+    ends = (0.5 * value, 1.5 * value)
+    return min(ends), max(ends)
+
+
+def _row(name: str, unit: str, value: float | None, low: float, high: float) -> dict[str, Any]:
+    return {
+        "name": name,
+        "label": name,
+        "meaning": "",
+        "unit": unit,
+        "value": number(value),
+        "low": number(low),
+        "high": number(high),
+        "dimensionless": False,
+        "plane": False,
+        "movable": True,
+        "slides": False,
+    }
+
+
+# ---- What is known of a case whose load the piston switches before its cycle is computed; see `description`
+
+_MODES = 8
+"""Elastic modes that are told of the body."""
+
+
+def machine_case_dict(case: Case) -> dict[str, Any]:
+    """A checked case as JSON, with the keys of `percuss.case.parameters.description.case_dict`; it has no system.
+
+    Raises
+    ------
+    CaseError
+        When its parts make no machine.
+    """
+    machine = case.machine()
+    body, bar = machine.body, machine.bar
+    modes = body.modes(_MODES, machine.at)
+    described = {name: numbers(getattr(modes, key)) for name, key in _OF_MODES.items()}
+    return {
+        "title": case.title,
+        "si": case.is_si,
+        "tables": json_tables(case),
+        "toml": case.to_toml(),
+        "system": None,
+        "body": {"kind": body.kind, **described},
+        "contact": contact_dict(machine),
+        "laws": laws_dict(machine),
+        "plain": _plain_tables(case, machine),
+        "scales": _machine_scales(machine) if machine.is_si else None,
+        "bar": None if bar is None else bar_dict(bar, 0.5 / (math.pi * machine.time_scale), body),
+        "first_mode": number(body.frequencies(1)[0]),
+        "history": None,
+        "notes": list(case.notes),
+        "clock": "",
+        "parameters": parameters(case),
+    }
+
+
+_OF_MODES = {"frequencies": "omega", "gamma": "gamma", "damping": "damping"}
+
+
+def laws_dict(system: System | Machine) -> dict[str, str]:
+    """The laws of damping and contact in words."""
+    return {"damping": system.body.damping.words, "contact": system.contact.sentence}
+
+
+def bar_dict(bar: SizedBody, rate: float, body: Body) -> dict[str, Any]:
+    """A bar in SI; `rate` is 1 radian per unit of time of its dimensionless body, in Hz."""
+    first = body.frequencies(1)[0] * rate
+    return {
+        "length_m": number(bar.length),
+        "area_m2": number(bar.pieces[-1].area),
+        "mass_kg": number(bar.mass),
+        "wave_speed_m_s": number(bar.wave_speed),
+        "youngs_modulus_Pa": number(bar.pieces[-1].youngs_modulus),
+        "density_kg_m3": number(bar.pieces[-1].density),
+        "first_mode_Hz": number(first),
+        "contact_time_us": number(1e6 * bar.contact_duration),
+        "sections": [
+            {
+                "length_m": number(piece.end - piece.start),
+                "area_m2": number(piece.area),
+                "diameter_m": number(piece.diameter),
+                "bore_m": number(piece.bore),
+            }
+            for piece in bar.pieces
+        ],
+    }
+
+
+def _machine_scales(machine: Machine) -> dict[str, Any]:
+    return {
+        "length_m": number(machine.length_scale),
+        "time_s": number(machine.time_scale),
+        "speed_m_s": number(machine.speed_scale),
+        "force_N": number(machine.force_scale),
+        "energy_J": number(machine.energy_scale),
+        "power_W": number(machine.power_scale),
+    }
+
+
+def _plain_tables(case: Case, machine: Machine) -> dict[str, Any]:
+    """The dimensionless form of a case, without start and simulation; a second is the unit of time of one in SI."""
+    body, law, contact = machine.body, machine.body.damping, machine.contact
+    system: dict[str, Any] = {"s": body.s, "restitution": contact.restitution, **body_table(body)}
+    system |= {"d": law.rigid} if isinstance(law, External) else {"damping": damping_table(law)}
+    system |= {} if isinstance(contact, Kept) else {"strain": contact.kind}
+    title = {} if case.tables.title is None else {"title": case.tables.title}
+    return {**title, "system": system, "load": _plain_valve(case, machine)}
+
+
+def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
+    valve, room = machine.valve, case.room()
+    gas = valve.chamber
+    table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": [_port(one) for one in valve.ports]}
+    table |= {"start_state": valve.start}
+    table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
+    if valve.supply is not None:
+        supply = valve.supply
+        table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
+    table |= {} if room is None else {"room": room}
+    return table | ({"at": machine.at} if machine.at else {})
+
+
+def _port(port: Port) -> dict[str, Any]:
+    place = {"on": "impact"} if port.on == "impact" else {"behind": port.behind, "side": port.side}
+    reads = {} if port.reads == "centre" else {"reads": port.reads}
+    return {"to": port.to, **place, **({"delay": port.delay} if port.delay else {}), **reads}
+
+
+# ---- What is known of a case before anything is computed: its form in SI and in plain numbers, its scales
 
 
 def case_dict(case: Case) -> dict[str, Any]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.parameters.quantity_text import like, parsed_quantity
+from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
+from percuss.case.file_format.reading import value_at, with_value
+from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import Bar, Load
@@ -15,7 +18,42 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import System
 
-__all__ = ["MOVES", "RELATIVE", "can_move", "scale_load"]
+
+# ---- Numbers with their units, as a case has them, taken apart and put together again
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.ASCII)
+
+
+def parsed_quantity(given: Any) -> tuple[float | None, str]:
+    """Number and unit of a value of a case; None where there is no number.
+
+    Examples
+    --------
+    >>> parsed_quantity("341 mm"), parsed_quantity(0.2)
+    ((341.0, 'mm'), (0.2, ''))
+    """
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        return float(given), ""
+    match = _QUANTITY.fullmatch(given) if isinstance(given, str) else None
+    return (float(match[1]), match[2]) if match else (None, "")
+
+
+def like(given: Any, value: float) -> Any:
+    """The value as it would stand in place of what is given: with its unit, or as a plain number.
+
+    Examples
+    --------
+    >>> like("341 mm", 300.0), like(0.2, 0.3), like({"kind": "ratio", "value": 0.001}, 0.002)
+    ('300.0 mm', 0.3, {'kind': 'ratio', 'value': 0.002})
+    """
+    if isinstance(given, dict):
+        return {**given, "value": like(given.get("value"), value)}
+    if isinstance(given, str):
+        return f"{value!r} {parsed_quantity(given)[1]}"
+    return int(value) if isinstance(given, int) and value == int(value) else value
+
+
+# ---- How each dimensionless parameter is moved in the tables of a case, which keep their units
 
 Tables = dict[str, Any]
 
@@ -203,3 +241,66 @@ MOVES: dict[str, Callable[[Tables, float, System], None]] = {
 
 RELATIVE = ("amplitude", "mean", "load_factor", "s", "d", "damping_ratio", "eta")
 """What is moved by its ratio to the value now."""
+
+
+# ---- A case moved to other values of its parameters, in the units that it is written in: what a slider does
+
+
+def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Case:
+    """The case with these parameters, named as `percuss.case.parameters.description.parameters` lists them.
+
+    What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
+    its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
+
+    Parameters
+    ----------
+    values
+        By name, in the unit that the case uses.
+    harmonics
+        See `percuss.case.file_format.plain_tables.case_of`.
+
+    Raises
+    ------
+    ParameterError
+        For a parameter that the case does not have, or cannot be moved to.
+    CaseError
+        When there is no such hammer.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> moved = placed(load_case("mini-breaker"), {"load_factor": 0.5, "bar.length": 300.0})
+    >>> moved.tables.bar.length, round(moved.system().load.load_factor, 12)
+    ('300.0 mm', 0.5)
+    """
+    case = without_files(case)
+    tables = json_tables(case)
+    keys = [name for name in values if name not in PARAMETERS]
+    unknown = sorted(set(keys) - set(varied_keys(case))) if keys else []
+    if unknown:
+        raise ParameterError(unknown[0], values[unknown[0]], "a parameter of the case; POST /api/case lists them")
+    numbers = sorted((name for name in values if name in PARAMETERS), key=lambda name: PARAMETERS[name].turn)
+    fixed = [name for name in numbers if name not in MOVES]
+    if fixed:
+        raise ParameterError(fixed[0], values[fixed[0]], f"one of {', '.join(MOVES)}")
+    now, stale = case.system(), False
+    for name in [*keys, *numbers]:
+        if stale and name in RELATIVE:
+            now, stale = case_of(tables).system(), False
+        _move(tables, name, values[name], now)
+        stale = stale or name != "restitution"
+    return case_of(tables, case.file, harmonics)
+
+
+def _move(tables: Tables, name: str, value: float, now: System) -> None:
+    if not math.isfinite(value):
+        raise ParameterError(name, value, "a finite number")
+    if name in MOVES:
+        MOVES[name](tables, value, now)
+    elif name == LOAD_SCALE:
+        scale_load(tables["load"], name, value)
+    else:
+        given = value_at(tables, name)
+        if given is None:
+            raise ParameterError(name, value, "a key that the case has")
+        tables.update(with_value(tables, name, like(given, value)))

@@ -11,18 +11,21 @@ from typing import Any
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.case.parameters.description import case_dict
-from percuss.case.uploads.separate_process import read_apart
 from percuss.case.uploads.uploaded_file import FILE, PACKED, history_table, read_here
 from percuss.errors import CaseError, HistoryError
+from percuss.recordings.separate_process import Bounds, Died, read_apart
 from percuss.recordings.text_table import LONGEST_LINE
 from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
-
-__all__ = ["SUFFIXES", "uploaded_case", "uploaded_history"]
 
 _PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
 
 SUFFIXES = (*_PLAIN, *PACKED)
 """What an uploaded recording may be called; the suffix says how it is read."""
+
+BOUNDS = Bounds(answer=4_000_000)
+"""What reading an upload may take; a thousand harmonics are an answer of 50 000 characters."""
+
+_DIED = "it could not be read within the memory and the time allowed for an upload"
 
 _SMALL = 1_000_000
 """Bytes that are read in a second or two; what takes longer must be possible to give up."""
@@ -80,8 +83,16 @@ def uploaded_history(
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         Path(folder, file).write_bytes(data)
         if suffix in PACKED or len(data) > _SMALL:
-            return read_apart(Path(folder, file), given, halt)
+            return _read_apart(Path(folder, file), given, halt)
         return read_here(Path(folder, file), given)
+
+
+def _read_apart(path: Path, options: Mapping[str, Any], halt: Callable[[], bool] | None) -> dict[str, Any]:
+    """What `read_here` finds, found by another process."""
+    try:
+        return read_apart("percuss.case.uploads.uploaded_file:found_here", path, options, BOUNDS, halt)[0]
+    except Died:
+        raise CaseError("upload", FILE, None, _DIED, "save it as CSV") from None
 
 
 def uploaded_case(

@@ -10,16 +10,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from percuss.case.answers.json_values import plain
+from percuss.case.answers.numerals import plain
+from percuss.case.file_format.load_building import history_load
 from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table
-from percuss.case.file_format.problems import from_validation, raise_all
-from percuss.case.file_format.recorded_load import history_load
+from percuss.case.file_format.reading import from_validation, raise_all
 from percuss.case.file_format.schema import keys_of
 from percuss.errors import CaseError, HistoryError
+from percuss.recordings.separate_process import Found
 from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
-
-__all__ = ["FILE", "PACKED", "history_table", "read_here"]
 
 PACKED = (".mat", ".h5", ".hdf5", ".tdms")
 """Suffixes of what can be packed or point elsewhere."""
@@ -54,6 +53,11 @@ def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
         "report": None if load.report is None else plain(asdict(load.report)),
         "notes": [_clean(note, folder) for note in notes],
     }
+
+
+def found_here(path: Path, options: Mapping[str, Any]) -> Found:
+    """`read_here` as the reader of a process of its own."""
+    return read_here(path, options), {}
 
 
 def history_table(file: str, options: dict[str, Any]) -> HistoryForce:

@@ -2,35 +2,300 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.attractors.experiment_job import ExperimentJob, experiment_job
+from percuss.errors import MissingExtraError, ParameterError
+from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS, bars_of, done, drawn, fingerprint, some
 from percuss.explore.attractors.grouping import DISTANCE
-from percuss.explore.attractors.hammer import Hammer
-from percuss.explore.attractors.hammers import hammer_from, hammer_of
-from percuss.explore.attractors.motion_columns import done
-from percuss.explore.attractors.motion_dataset import dataset_of
-from percuss.explore.attractors.shares import Share, share_of, wilson
-from percuss.explore.jobs.job import Columns
+from percuss.explore.attractors.hammers import Hammer, hammer_from, hammer_of
+from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
-from percuss.model.checks import non_negative
+from percuss.model.checks import count, finite, instance, non_negative
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.hammer import AnyAttractor, AnyStarts
+    from percuss.explore.attractors.hammers import AnyAttractor, AnyStarts
     from percuss.simulate import Stop
 
-__all__ = ["Experiment", "ExperimentJob", "experiment", "experiment_job"]
+
+# ---- What an experiment carries out: each start followed by itself, the same in any process
+
+DEFAULT_STARTS = 100_000
+_MOST_STARTS = 10**12
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentJob:
+    """The starts of one experiment, each followed by itself; see `experiment`.
+
+    Parameters
+    ----------
+    system, modes, stop
+        What is followed, with how many elastic modes, and until when.
+    number, seed
+        How many starts, and what they are drawn with.
+    distribution
+        A name of `percuss.explore.DISTRIBUTIONS`, or what one's own starts are called.
+    rows
+        One's own starts, or None for a named distribution.
+    threads
+        Of one portion; the numbers do not depend on it.
+    """
+
+    system: System | Machine
+    number: int
+    distribution: str
+    seed: int
+    modes: int
+    stop: Stop
+    rows: AnyStarts | None = None
+    threads: int | None = 1
+
+    @cached_property
+    def hammer(self) -> Hammer:
+        """What is followed, as it is asked."""
+        return hammer_of(self.system)
+
+    def starts(self, first: int, last: int) -> AnyStarts:
+        """The starts `first` … `last` − 1, drawn where they are needed."""
+        if self.rows is None:
+            return self.hammer.named(self.distribution, last - first, self.seed, first)
+        if self.number > len(self.rows):
+            return drawn(self.rows, last - first, self.seed, first)
+        return some(self.rows, slice(first, last))
+
+    @property
+    def size(self) -> int:
+        """Number of starts."""
+        return self.number
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all starts take, by rule of thumb."""
+        return self.size * self.hammer.rough_seconds(self.modes)
+
+    @property
+    def columns(self) -> Mapping[str, Column]:
+        """The numbers of the motions, and the starts."""
+        bars = None if self.rows is None else bars_of(self.rows)
+        shape = (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
+        return {**self.hammer.start_columns(*shape), **self.hammer.columns}
+
+    @property
+    def ask(self) -> dict[str, Any]:
+        """What the numbers depend on."""
+        asked = {
+            "kind": "experiment",
+            "percuss": ASK_FORMAT,
+            **self.hammer.described,
+            "starts": self.number,
+            "distribution": self.distribution,
+            "seed": self.seed,
+            "modes": self.modes,
+            "stop": asdict(self.stop),
+        }
+        return asked if self.rows is None else {**asked, "rows": fingerprint(self.rows)}
+
+    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
+        """The motions from starts `first` … `last` − 1."""
+        part, hammer = self.starts(first, last), self.hammer
+        return {**hammer.start_values(part), **hammer.followed(part, self.modes, self.stop, self.threads, stopped)}
+
+
+def experiment_job(
+    system: System | Machine,
+    starts: int | None = None,
+    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
+    seed: int = 0,
+    *,
+    modes: int = 0,
+    stop: Stop | None = None,
+    threads: int | None = 1,
+) -> ExperimentJob:
+    """What `experiment` carries out."""
+    from percuss.simulate import MachineStarts, Starts, Stop
+
+    hammer = hammer_of(system)
+    kept = count("modes", modes, least=0, most=4096)
+    stop = Stop() if stop is None else instance("stop", stop, Stop)
+    count("impacts", stop.impacts)
+    hammer.check(kept)  # a resonance is an error here, not in a worker
+    seed = count("seed", seed, least=0)
+    number = None if starts is None else count("starts", starts, most=_MOST_STARTS)
+    if isinstance(distribution, str) and distribution in DISTRIBUTIONS:
+        job = ExperimentJob(system, number or DEFAULT_STARTS, distribution, seed, kept, stop, None, threads)
+        hammer.named(distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
+        return job
+    rows = hammer.own(distribution, seed)
+    bars = bars_of(rows)
+    if bars.displacement[:, kept + 1 :].any() or bars.velocity[:, kept + 1 :].any():
+        most = max(bars.displacement.shape[1], bars.velocity.shape[1]) - 1
+        raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")
+    if isinstance(distribution, Starts | MachineStarts):
+        name = "starts"
+    elif callable(distribution):
+        name = str(getattr(distribution, "__qualname__", type(distribution).__name__))
+    else:
+        name = os.path.basename(os.fspath(distribution))
+    return ExperimentJob(system, number or len(rows), name, seed, kept, stop, rows, threads)
+
+
+# ---- Columns of motions, and what they settle on, as a dataset
+
+
+def dataset_of(
+    columns: Columns,
+    dims: tuple[str, ...],
+    number: npt.NDArray[np.int64],
+    shares: Any,
+    hammer: Hammer,
+    about: dict[str, Any],
+) -> xarray.Dataset:
+    """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
+
+    All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and `si_units` of
+    each variable that has one.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("xarray", "io") from None
+    from percuss._version import __version__
+
+    known, words = {**hammer.start_columns(2, 2), **hammer.start_columns(1, 1), **hammer.columns}, hammer.words
+    variables: dict[str, Any] = {
+        "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
+    }
+    for name, values in columns.items():
+        column = known[name]
+        inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
+        attributes = {"long_name": column.meaning, "units": column.unit or "1", **si_attributes(name, hammer)}
+        if not column.unit and column.dtype == "float64":
+            attributes["comment"] = "dimensionless"
+        if name in words:
+            attributes["words"] = ", ".join(words[name])
+        variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
+    meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
+    for name, meaning in meanings.items():
+        found = np.array([getattr(share, name) for share in shares])
+        variables[f"attractor_{name}" if name != "share" else "share"] = ("attractor", found, {"long_name": meaning})
+    return xarray.Dataset(
+        variables,
+        coords={"attractor": np.arange(len(shares))},
+        attrs={
+            **about,
+            **hammer.about,
+            "percuss_version": __version__,
+        },
+    )
+
+
+def si_attributes(name: str, hammer: Hammer) -> dict[str, Any]:
+    """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
+    if name not in hammer.scales:
+        return {}
+    scale, unit = hammer.scales[name]
+    return {"si_scale": scale, "si_units": unit}
+
+
+# ---- Shares of attractors among random starts, with intervals
+
+CONFIDENCE = 0.95
+
+
+def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Wilson's interval of a probability, from counts; (0, 1) when nothing was tried.
+
+    It never leaves [0, 1] and has its confidence, nearly, at 0 and at all successes too.
+
+    Raises
+    ------
+    ParameterError
+        For counts below 0, more successes than trials, or a confidence outside (0, 1).
+
+    References
+    ----------
+    E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212, doi:10.1080/01621459.1927.10502953.
+
+    Examples
+    --------
+    >>> [round(x, 5) for x in wilson(8, 10)]
+    [0.49016, 0.94332]
+    """
+    n, k = count("trials", trials, least=0), count("successes", successes, least=0)
+    c = finite("confidence", confidence)
+    if k > n:
+        raise ParameterError("successes", successes, f"at most the number of trials, {n}")
+    if not 0.0 < c < 1.0:
+        raise ParameterError("confidence", confidence, "a number between 0 and 1")
+    if n == 0:
+        return 0.0, 1.0
+    z = NormalDist().inv_cdf(0.5 + 0.5 * c)
+    share, fade = k / n, z * z / n
+    middle = (share + 0.5 * fade) / (1.0 + fade)
+    half = z / (1.0 + fade) * math.sqrt(share * (1.0 - share) / n + 0.25 * fade / n)
+    return (0.0 if k == 0 else max(middle - half, 0.0)), (1.0 if k == n else min(middle + half, 1.0))
+
+
+@dataclass(frozen=True)
+class Share(Shown):
+    """The share of the starts that ends in an attractor.
+
+    Parameters
+    ----------
+    attractor
+        Which.
+    share, low, high
+        The part, and Wilson's interval of 95 % of its probability.
+    """
+
+    attractor: AnyAttractor
+    share: float
+    low: float
+    high: float
+
+    @property
+    def label(self) -> str:
+        """The label of the motion, as `Trajectory.label` or `MachineTrajectory.label` gives it."""
+        return self.attractor.label
+
+    @property
+    def members(self) -> int:
+        """How many starts end there."""
+        return self.attractor.members
+
+    @property
+    def phases(self) -> tuple[float, ...]:
+        """Load phases (rad) of the impacts of one cycle, from the fastest on; empty without a period or a clock."""
+        return self.attractor.phases
+
+    @property
+    def impact_velocities(self) -> tuple[float, ...]:
+        """Striking speeds of the same."""
+        return self.attractor.impact_velocities
+
+    def __str__(self) -> str:
+        return f"{self.label}: {self.share:.4%} ({self.low:.4%} … {self.high:.4%})"
+
+
+def share_of(attractor: AnyAttractor, starts: int) -> Share:
+    """The share of an attractor among so many starts."""
+    return Share(attractor, attractor.members / starts, *wilson(attractor.members, starts))
+
+
+# ---- Random starts and where they end: shares of the attractors, the same for any number of workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +444,8 @@ def experiment(
     starts
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
-        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.start_distributions.named`, and
-        `percuss.explore.attractors.machine_draws.drawn_machines` for machines), a file of starts, `Starts` or
+        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.drawn_starts.named`, and
+        `percuss.explore.attractors.drawn_starts.drawn_machines` for machines), a file of starts, `Starts` or
         `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are drawn from
         them by chance.
     seed

@@ -4,18 +4,76 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from enum import Enum
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.explore.continuation.kinds import BranchEvent
-from percuss.model.checks import Array, ComplexArray
+from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit
 
-__all__ = ["Branch", "BranchPoint", "Doubling"]
+# ---- What may happen on a branch of orbits: the kinds of points, with their words
+
+
+class BranchEvent(Enum):
+    """A kind of point on a branch; its value is the word in files and tables.
+
+    Attributes
+    ----------
+    words
+        The same in a few words.
+    ends
+        Whether the branch ends there.
+
+    Examples
+    --------
+    >>> BranchEvent("grazing_touch") is BranchEvent.TOUCH, BranchEvent.TOUCH.ends, BranchEvent.FOLD.ends
+    (True, True, False)
+    """
+
+    words: str
+    ends: bool
+
+    def __new__(cls, word: str, ends: bool, words: str) -> Self:
+        made = object.__new__(cls)
+        made._value_, made.ends, made.words = word, ends, words
+        return made
+
+    FOLD = "fold", False, "a multiplier is 1: the branch turns back"
+    FLIP = "flip", False, "a multiplier is −1: an orbit of twice the period begins"
+    NEIMARK_SACKER = "neimark_sacker", False, "a pair of multipliers is on the unit circle"
+    CROSSING = "branch_point", False, "a multiplier is 1, and another branch crosses this one"
+    CORNER = "corner", False, "an impact meets a step of the load: the branch has a corner"
+    NONSMOOTH_FOLD = "nonsmooth_fold", False, "an impact meets a step of the load: the branch turns back"
+    TOUCH = "grazing_touch", True, "the striking end touches the wall between two impacts"
+    DEATH = "grazing_impact_dies", True, "an impact has no speed"
+    COALESCENCE = "impacts_coalesce", True, "two impacts fall together"
+    STICKING = "sticking", True, "the striking end would rest on the wall after an impact (R = 0)"
+    HALVING = "period_halving", True, "the orbit becomes one of half the period, at its flip"
+    NO_PUSH = "load_stops_pushing", True, "the mean load is 0"
+    NO_SYSTEM = "parameter_end", True, "the parameter goes no further"
+    LIMIT = "limit", True, "the end of the range that was asked for"
+    CLOSED = "closed", True, "the branch comes back to where it began"
+    RESONANCE = "resonance", True, "a mode comes back after a cycle by itself, so that its amplitude is free"
+    STOPPED = "stopped", True, "the following was stopped"
+    LOST = "lost", True, "no further point of the branch was found"
+
+
+Event = TypeVar("Event", bound=Enum)
+
+
+def event_of(kinds: type[Event], kind: Event | str) -> Event:
+    """A kind of point, as itself or by its word; ParameterError, with all the words, for anything else."""
+    if isinstance(kind, kinds):
+        return kind
+    choice("kind", kind, *(one.value for one in kinds))
+    return kinds(kind)
+
+
+# ---- A branch of orbits over a parameter as a value: what was walked through, what happens on it, and where it ends
 
 
 @dataclass(frozen=True)
@@ -29,13 +87,14 @@ class BranchPoint(Shown):
     value
         Of the parameter, to 1e-10 of it or better.
     orbit
-        The orbit there.
+        The orbit there, its impacts in the order of the branch.
     multipliers
         Its multipliers, largest modulus first; None where they grow without bound.
     beyond
         What lies beyond, in a sentence.
     impact
-        Number of the impact of the orbit that dies or meets a step, or after which the bar stays on the wall; or None.
+        Number, from 1 on, of the impact of the orbit and the branch that dies or meets a step, or after which the bar
+        stays on the wall; or None.
     touch_phase
         Phase of the load at which the bar touches the wall; or None.
     """
@@ -73,7 +132,8 @@ class Branch(Shown):
     values
         Of the parameter, along the branch: it may turn back. Shape (m,).
     times
-        Times of the impacts in rad, unwrapped; the first impact stays the same all along. Shape (m, p).
+        Times of the impacts in rad, unwrapped, in the order of the orbit that it was followed from: the first impact
+        stays the same all along. Shape (m, p).
     speeds
         Of the striking end just before the impacts; shape (m, p).
     unstable
@@ -115,9 +175,10 @@ class Branch(Shown):
         """Its first and its last point."""
         return self.points[0], self.points[-1]
 
-    def at(self, kind: BranchEvent) -> tuple[BranchPoint, ...]:
-        """The points of a kind."""
-        return tuple(point for point in self.points if point.kind is kind)
+    def at(self, kind: BranchEvent | str) -> tuple[BranchPoint, ...]:
+        """The points of a kind, which may be told by its word; ParameterError for an unknown one."""
+        wanted = event_of(BranchEvent, kind)
+        return tuple(point for point in self.points if point.kind is wanted)
 
     def family(self) -> Iterator[Branch]:
         """This branch and all that were switched to from it."""

@@ -4,29 +4,529 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from percuss.errors import Interrupted
-from percuss.explore.continuation.beginning import beginning, range_around, unit_of_turn, value_of
-from percuss.explore.continuation.beyond import sentence
-from percuss.explore.continuation.branch import Branch, BranchPoint
-from percuss.explore.continuation.happenings import Happening
-from percuss.explore.continuation.indicators import greatest_top, multipliers
-from percuss.explore.continuation.kinds import BranchEvent
-from percuss.explore.continuation.limits import in_words
-from percuss.explore.continuation.partners import doubled, grazing_partner
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
-from percuss.explore.continuation.walking import Walk, walked
+from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
+from percuss.explore.continuation.branch_events import (
+    Happening,
+    Partner,
+    Side,
+    beyond_corner,
+    corner_ahead,
+    doubled,
+    end_of,
+    grazing_partner,
+    greatest_top,
+    in_words,
+    indicator,
+    is_joined,
+    limit_before,
+    may_vanish_twice,
+    multipliers,
+    other_end,
+    outside,
+    side_of_doubled,
+    steps_passed,
+    to_corner,
+    unstable,
+)
+from percuss.explore.continuation.missed_events import (
+    BESIDE,
+    crossings,
+    first_impossible,
+    hides,
+    leaps,
+    resonant_points,
+    stuck,
+    turning_back,
+)
+from percuss.explore.continuation.solution_curve import (
+    FIRST,
+    LONGEST,
+    SHORTEST,
+    CurvePoint,
+    Segment,
+    SolutionCurve,
+    Strayed,
+    check_next,
+)
 from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
 from percuss.model import System
-from percuss.model.checks import callback, count, finite, instance, text
+from percuss.model.checks import Array, callback, count, finite, instance, numbers, text
+from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.sameness import canonical, load_turn
+from percuss.steady.periodic.periodic_orbit import differences, load_turn
+from percuss.steady.states import check_pushes
 
-__all__ = ["follow"]
+# ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
+
+_SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
+_LEAST = 1e-6  # of the unit of a parameter, or its inverse: a scale beyond is none
+_BESIDE, _ASIDE = 1e-6, 1e-3  # rad, on both sides of a fold or flip, and how far from it one begins
+
+
+def range_around(between: tuple[float, float], here: float) -> tuple[float, float]:
+    """The ends of a range that holds a value."""
+    ends = numbers("between", between, "two numbers, the smaller first")
+    if ends.shape != (2,) or not ends[0] < ends[1] or not ends[0] <= here <= ends[1]:
+        raise ParameterError("between", between, f"two numbers around {here:.9g}, the value of the orbit")
+    return float(ends[0]), float(ends[1])
+
+
+def value_of(system: System, name: str) -> float:
+    """The value of a dimensionless parameter."""
+    found = PARAMETERS[name].get(system) if name in PARAMETERS else None
+    if found is None:
+        raise ParameterError("value", None, f"the value of {name} that belongs to the orbit")
+    return found
+
+
+def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: tuple[float, float]) -> CurvePoint:
+    """The point of the orbit, the tangent towards greater values of the parameter; of a fold or flip, one beside it."""
+    check_pushes(curve.system(value))
+    if not orbit.admissible:
+        raise ParameterError("orbit", str(orbit), "an admissible orbit")
+    x = curve.unknowns(orbit, value)
+    matrix = curve.matrix(orbit, curve.column(orbit, value))
+    tangent = np.linalg.svd(matrix)[2][-1]
+    tangent = tangent if tangent[-1] >= 0.0 else -tangent
+    found = None
+    for normal in (curve.level, tangent):  # the second at a fold
+        try:
+            found = curve.corrected(x, normal, tangent)
+            break
+        except Strayed:
+            continue
+    if found is None or float(np.abs(found.x - x).max()) > _SAME_ORBIT:
+        raise ParameterError("orbit", str(orbit), f"an orbit of the system with {curve.name} = {value:.9g}")
+    beside = _off(curve, found)
+    return beside if bounds[0] <= curve.value(beside.x) <= bounds[1] else found
+
+
+def unit_of_turn(curve: SolutionCurve, start: CurvePoint) -> float:
+    """By how much the parameter changes while the impacts move by about 1 rad."""
+    moved = float(np.abs(start.tangent[: curve.impacts]).max())
+    size = float(abs(start.tangent[-1])) / moved if moved else 1.0
+    return curve.unit * 2.0 ** round(math.log2(min(max(size, _LEAST), 1.0 / _LEAST)))
+
+
+def _off(curve: SolutionCurve, start: CurvePoint) -> CurvePoint:
+    """A point beside a start that is a fold or flip, which no step would pass; else the start."""
+    try:
+        sides = [curve.corrected(start.x + one * start.tangent, start.tangent) for one in (-_BESIDE, _BESIDE)]
+        if not np.any(np.prod([_numbers(curve, one) for one in sides], axis=0) < 0.0):
+            return start
+        beside = curve.corrected(start.x + _ASIDE * start.tangent, start.tangent)
+        return beside if curve.motion(beside.x).admissible else start
+    except Strayed:
+        return start
+
+
+def _numbers(curve: SolutionCurve, point: CurvePoint) -> Array:
+    motion = curve.motion(point.x)
+    return np.array([indicator(motion, 1.0), indicator(motion, -1.0)])
+
+
+# ---- What lies beyond a point of a branch, in a sentence
+
+_LEVEL = 1e-3  # of a tangent, its part along the parameter where a branch turns back
+_INTO, _SHRINK, _STEPS = 0.01, 0.25, 8  # rad, how far into a branch it is looked where it leads; how often nearer
+_CHANGED, _DEAD = 0.1, 1e-9  # share of the speed of an impact by which such a step may change it; of the greatest, none
+
+
+def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: str) -> str:
+    """What lies beyond.
+
+    Parameters
+    ----------
+    curve, one
+        The curve, and what happens.
+    impact
+        Number of the impact that it happens to, as it is told; or None.
+    refusal
+        Why the parameter goes no further.
+    """
+    kind, name = one.kind, curve.name
+    if kind is BranchEvent.FOLD:
+        return f"the branch turns back; beyond {name} = {_number(curve, one.point)} neither of its two orbits exists"
+    if kind is BranchEvent.FLIP:
+        return _flip(curve, one.point)
+    if kind is BranchEvent.NEIMARK_SACKER:
+        return _pair(curve, one.point)
+    if kind is BranchEvent.CROSSING:
+        over = "another branch crosses this one"
+        if abs(one.point.tangent[-1]) < _LEVEL:
+            return f"{over}, which turns back and goes on as its own image, backwards in time or some periods later"
+        return f"{over}, and stability may pass from one to the other"
+    if kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
+        return _grazing(curve, one, impact)
+    if kind is BranchEvent.CORNER:
+        return f"impact {impact} falls on the other side of a step of the load, and the branch goes on"
+    if kind is BranchEvent.NONSMOOTH_FOLD:
+        return f"impact {impact} falls on the other side of a step of the load, and the branch turns back"
+    if kind is BranchEvent.NO_SYSTEM:
+        return f"there is no such system: {refusal}" if refusal else kind.words
+    if kind is BranchEvent.STICKING:
+        if curve.motion(one.point.x).system.body.is_free:
+            return "the bar comes to rest on the wall and waits until the load pulls: a cycle with rest"
+        return "the structure comes to rest on the wall, which is beyond the law of its impacts"
+    return _PLAIN.get(kind, kind.words)
+
+
+_PLAIN = {
+    BranchEvent.HALVING: "the branch would go back over itself, half its period later",
+    BranchEvent.COALESCENCE: "two impacts are one, so the label changes",
+    BranchEvent.NO_PUSH: "the mean load does not push, so no motion keeps striking",
+    BranchEvent.LIMIT: "the branch goes on",
+    BranchEvent.CLOSED: "the branch is a closed loop, all of which is here",
+    BranchEvent.RESONANCE: "an elastic mode would grow without bound from cycle to cycle",
+    BranchEvent.STOPPED: "the branch goes on",
+    BranchEvent.LOST: "Newton's method finds no further point, however short the step",
+}
+
+
+def _number(curve: SolutionCurve, point: CurvePoint) -> str:
+    return f"{curve.value(point.x):.9g}"
+
+
+def _label(curve: SolutionCurve) -> str:
+    return f"z={curve.impacts}/{curve.periods}"
+
+
+def _told(curve: SolutionCurve, side: Side | None) -> str:
+    """Towards which values a branch begins, and whether it is stable there, or what of that is not resolved."""
+    if side is None:
+        return ", to which side and whether it is stable is not resolved"
+    towards = f" towards {'greater' if side.greater else 'smaller'} {curve.name}"
+    if side.stable is None:
+        return f"{towards}, whether it is stable is not resolved"
+    return f"{towards}, {'stable' if side.stable else 'unstable'}"
+
+
+def _into(partner: Partner) -> Side | None:
+    """The same of the branch itself, by steps into it that shrink until two of them say the same; None if none do.
+
+    Where an impact all but dies multipliers change with its speed: a step that changes a speed by much says nothing.
+    """
+    curve, start = partner
+    speeds = curve.motion(start.x).speeds
+    alive = np.abs(speeds) > _DEAD * speeds.max()
+    size, last = _INTO, None
+    for _ in range(_STEPS):
+        try:
+            found = curve.corrected(start.x + size * start.tangent, start.tangent)
+        except Strayed:
+            found = None
+        size, here = _SHRINK * size, None
+        if found is not None and found.x[-1] != start.x[-1]:
+            orbit = curve.motion(found.x)
+            if np.all(np.abs(orbit.speeds - speeds)[alive] < _CHANGED * np.abs(speeds[alive])):
+                here = Side(bool(found.x[-1] > start.x[-1]), outside(multipliers(orbit)) == 0)
+        if here is not None and here == last:
+            return here
+        last = here
+    return None
+
+
+def _flip(curve: SolutionCurve, point: CurvePoint) -> str:
+    partner = doubled(curve, point)
+    if partner is None:
+        return "an orbit of twice the period begins, longer than orbits are followed here"
+    side = side_of_doubled(curve, point)
+    if side is None or side.stable is None:
+        tried = _into(partner)
+        side = tried if side is None else Side(side.greater, None if tried is None else tried.stable)
+    return f"{_label(partner[0])} begins{_told(curve, side)}"
+
+
+def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
+    values = multipliers(curve.motion(point.x))
+    if values is None:
+        return "motions on a torus may begin"
+    turning = values[values.imag > TURNING * np.abs(values)]
+    pair = turning[np.argmin(np.abs(np.abs(turning) - 1.0))]
+    return f"motions on a torus may begin, which turn by {math.degrees(float(np.angle(pair))):.4g}° in a cycle"
+
+
+def _grazing(curve: SolutionCurve, one: Happening, impact: int | None) -> str:
+    touch = one.kind is BranchEvent.TOUCH
+    is_free = curve.motion(one.point.x).system.body.is_free
+    what = "bar" if is_free else "structure"
+    here = f"the {what} would pass through the wall" if touch else f"impact {impact} would strike backwards"
+    label = f"z={curve.impacts + 1 if touch else curve.impacts - 1}/{curve.periods}"
+    if curve.impacts == 1 and not touch:
+        return here
+    if is_joined(curve):
+        partner = grazing_partner(curve, one.point, one.kind, one.which)
+        return here if partner is None else f"{here}; {label} begins here{_told(curve, _into(partner))}"
+    found = other_end(curve, one.point, one.kind, one.which)
+    if found is None:
+        return f"{here}; no end of {label} was found near"
+    event = "an impact without speed" if touch else "a touch"
+    why = "the bar is elastic" if is_free else "the structure has several modes"
+    return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: {why}"
+
+
+# ---- Where a walk along a closed curve comes back to its start
+
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
+
+
+def home(first: CurvePoint, segment: Segment) -> CurvePoint | None:
+    """The start of a walk, if a step comes back to it or past it, with the times of now."""
+    curve, stop = segment.curve, segment.stop
+    if abs(first.x[-1] - stop.x[-1]) > 2.0 * segment.length:
+        return None
+    p, orbit = curve.impacts, curve.motion(first.x)
+    off = stop.x - first.x
+    off[:p] = differences(stop.x[:p], first.x[None, :p], orbit.period, load_turn(orbit.system.load))[0, 0]
+    if np.abs(off).max() > 2.0 * segment.length:
+        return None
+    ahead, along = float(off @ first.tangent), float(stop.tangent @ first.tangent)
+    if not 0.0 <= ahead <= segment.length or along <= 0.0:
+        return None
+    try:  # another sheet of the branch may be as near: only the start itself is home
+        back = curve.corrected(stop.x - ahead / along * stop.tangent, first.tangent)
+    except Strayed:
+        return None
+    place = stop.x - off
+    return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
+
+
+# ---- The walk along a curve of orbits from a point, one way, until something ends it
+
+_REFINED = 1e-5  # step below which none is taken again to see what its ends do not show
+_QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
+_INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
+_FEWEST = 8  # points of a walk that can have come back to its start
+
+
+@dataclass
+class Walk:
+    """What one way along a curve gave.
+
+    Parameters
+    ----------
+    points
+        The points walked through, the first of them the start.
+    unstable
+        How many multipliers are outside the unit circle at each.
+    happened
+        What happened, in order; the last of them ended the walk.
+    refusal
+        Why the parameter goes no further, where it does not.
+    """
+
+    points: list[CurvePoint]
+    unstable: list[int]
+    happened: list[Happening] = field(default_factory=list)
+    refusal: PercussError | None = None
+
+
+def walked(
+    curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], most: int, *, fresh: bool = False
+) -> Walk:
+    """Walk from a point the way its tangent points.
+
+    Parameters
+    ----------
+    curve, start
+        The curve, and where on it.
+    bounds
+        Least and greatest value of the parameter.
+    most
+        Points at most.
+    fresh
+        Whether it begins at a flip, where the branch has an extremum of the parameter by itself.
+    """
+    walker = _Walker(curve, start, bounds, fresh)
+    try:
+        while not walker.ended and len(walker.walk.points) < most:
+            walker.step()
+    except Interrupted:
+        pass
+    if not walker.ended:
+        walker.end(BranchEvent.STOPPED)
+    return walker.walk
+
+
+class _Target(NamedTuple):
+    """Where a step leads: the point, the limit of the parameter there, what happens there, where the walk goes on."""
+
+    point: CurvePoint
+    limit: BranchEvent | None
+    happening: Happening | None = None
+    beyond: CurvePoint | None = None
+
+    def at(self, segment: Segment) -> Happening | None:
+        """What happens at the end of a segment."""
+        return None if self.happening is None else self.happening._replace(place=segment.length)
+
+
+class _Walker:
+    """Where the walk is, and how long its next step will be."""
+
+    def __init__(self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], fresh: bool) -> None:
+        self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
+        self.size = (BESIDE if fresh else FIRST) * math.sqrt(curve.impacts)
+        self.passed = steps_passed(curve.motion(start.x))
+        self.walk, self.ended, self.cornered = Walk([start], [unstable(curve.motion(start.x))]), False, False
+
+    def end(self, kind: BranchEvent) -> None:
+        """End the walk here."""
+        self.walk.happened.append(Happening(kind, 0.0, self.here))
+        self.ended = True
+
+    def step(self) -> None:
+        """Go on to the next point, shorter if need be, and see what happens on the way."""
+        for ahead in (self._ahead, self._at_corner):
+            try:
+                target = self._until_back(ahead())
+                segment = Segment(self.curve, self.here, target.point)
+                if not self.fresh and self.size > _REFINED and (leaps(segment) or may_vanish_twice(segment)):
+                    raise Strayed("more may happen in the step than its ends show")
+                inside = [] if self.fresh else resonant_points(segment, self.size <= _REFINED)
+                narrow = first_impossible(segment, inside)
+                if narrow is not None:
+                    target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
+                happening = end_of(segment, self.passed) or target.at(segment)
+                if self.size > _REFINED and happening is None and hides(segment, inside):
+                    raise Strayed("more may happen in the step than its ends show")
+                part = to_corner(segment, happening)
+                between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
+            except Strayed:
+                continue
+            self._went(segment, between, happening, target)
+            return
+        self._shorter()
+
+    def _smooth(self, segment: Segment, happening: Happening | None) -> tuple[float, float]:
+        """The part of a step between corners."""
+        last = segment.length if happening is None else happening.place
+        corner = happening is not None and happening.kind is BranchEvent.CORNER
+        return _INSIDE * last if self.cornered else 0.0, last * (1.0 - _INSIDE) if corner else last
+
+    def _went(self, segment: Segment, between: list[Happening], happening: Happening | None, target: _Target) -> None:
+        """Keep a step with what happened in it."""
+        limit, goes_on = target.limit, happening is None and target.limit is None
+        back = home(self.walk.points[0], segment) if goes_on and len(self.walk.points) >= _FEWEST else None
+        if back is not None:
+            between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
+        for one in between:
+            self._pass(one.point)
+        self.walk.happened += between
+        if self.fresh:
+            self.fresh, self.size = False, FIRST * math.sqrt(self.curve.impacts)
+        if happening is not None:
+            self._at(happening, target)
+            return
+        self._arrive(segment.stop if back is None else back)
+        if limit is not None:
+            self.end(limit)
+        elif back is not None:
+            self.end(BranchEvent.CLOSED)
+        elif segment.stop.steps <= _QUICK:
+            self.size = min(1.5 * self.size, LONGEST * math.sqrt(self.curve.impacts))
+
+    def _pass(self, point: CurvePoint) -> None:
+        """Keep a point at which something happens; beside it a multiplier is on the unit circle."""
+        self.walk.points.append(point)
+        self.walk.unstable.append(self.walk.unstable[-1])
+
+    def _arrive(self, point: CurvePoint) -> None:
+        self.here, self.cornered = point, False
+        self.walk.points.append(point)
+        self.walk.unstable.append(unstable(self.curve.motion(point.x)))
+        self.passed = steps_passed(self.curve.motion(point.x))
+
+    def _ahead(self) -> _Target:
+        """The next point, and the limit of the parameter that it lies on."""
+        x, tangent = self.here.x, self.here.tangent
+        place, here = x + self.size * tangent, self.curve.value(x)
+        limit = limit_before(self.curve, here, self.curve.value(place), self.bounds)
+        if limit is None:
+            found = self.curve.corrected(place, tangent)
+            self._check(found, place)
+            limit = limit_before(self.curve, here, self.curve.value(found.x), self.bounds)  # the curve may bend past it
+            if limit is None:
+                return _Target(found, None)
+        self.walk.refusal = limit.refusal or self.walk.refusal
+        along = limit.value / self.curve.unit - x[-1]
+        if along == 0.0:
+            return _Target(self.here, limit.kind)
+        place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
+        place[-1] = limit.value / self.curve.unit
+        found = self.curve.corrected(place, self.curve.level, tangent)
+        self._check(found, place)
+        return _Target(found, limit.kind)
+
+    def _until_back(self, target: _Target) -> _Target:
+        """The same, or the place before it at which the branch turns back over its own image."""
+        back = None if self.fresh else turning_back(Segment(self.curve, self.here, target.point))
+        return target if back is None else _Target(back.before, None, back.happening, back.beyond)
+
+    def _at_corner(self) -> _Target:
+        """The point at which an impact meets the step of the load that it nears: the curve may turn back there."""
+        start, point, which = corner_ahead(self.curve, self.here, self.passed, 2.0 * self.size)
+        self._check(point, start)
+        return _Target(point, None, Happening(BranchEvent.CORNER, math.nan, point, which))
+
+    def _check(self, found: CurvePoint, place: Array) -> None:
+        before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
+        check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
+
+    def _shorter(self) -> None:
+        """Try a shorter step; where none is short enough, say why."""
+        self.size *= 0.5
+        if self.size > SHORTEST:
+            return
+        happening = stuck(self.curve, self.walk.points, self.walk.refusal)
+        if happening.kind is BranchEvent.DEATH:
+            self._at(happening, _Target(happening.point, None))
+        else:
+            self.end(happening.kind)
+
+    def _at(self, happening: Happening, target: _Target) -> None:
+        """Go to the place of an end, of a corner, or of another branch."""
+        if happening.kind is BranchEvent.CROSSING and target.beyond is not None:
+            self._arrive(target.point)
+            self._pass(happening.point)
+            self.walk.happened.append(happening)
+            self._arrive(target.beyond)
+            return
+        point = happening.point
+        if happening.kind is not BranchEvent.CORNER:
+            self._pass(point)
+            if happening.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
+                self.walk.unstable[-1] = unstable(self.curve.motion(point.x))
+            self.walk.happened.append(happening)
+            self.ended = True
+            return
+        self._round(happening)
+
+    def _round(self, corner: Happening) -> None:
+        """Go on beyond a corner."""
+        try:
+            point, orbit, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
+        except Strayed:
+            self.end(BranchEvent.LOST)
+            return
+        turned = point.tangent[-1] * corner.point.tangent[-1] < 0.0
+        kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
+        self.here, self.cornered, self.passed = point, True, passed
+        self.walk.happened.append(Happening(kind, corner.place, corner.point, corner.which))
+        self.walk.points.append(point)
+        self.walk.unstable.append(unstable(orbit))
+        self.size = min(self.size, FIRST * math.sqrt(self.curve.impacts))
+
+
+# ---- Orbits followed through a parameter, both ways, from one that is known
 
 MOST_POINTS = 100_000
 MOST_DEPTH = 16
@@ -192,7 +692,7 @@ class _Tracer:
 
     def _is_new(self, impacts: int, periods: int, point: BranchPoint) -> bool:
         """Whether no branch was followed from, or to, a point; notes it."""
-        key = (impacts, periods, point.value, point.orbit.phase)
+        key = (impacts, periods, point.value, point.orbit.from_first.phase)
         known = any(key[:2] == other[:2] and math.dist(key[2:], other[2:]) < _SAME_POINT for other in self.met)
         self.met.append(key)
         return not known
@@ -204,13 +704,12 @@ def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPo
     if one.kind is BranchEvent.HALVING:
         half = curve.impacts // 2
         motion = replace(motion, times=motion.times[:half], periods=curve.periods // 2)
-    orbit = motion.from_first
+    orbit = motion.orbit
     phase, impact = None, None
     if one.kind is BranchEvent.TOUCH:
         phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))
     elif one.which >= 0:
-        _, first = canonical(np.array(motion.times), motion.period, load_turn(motion.system.load))
-        impact = (one.which - first) % motion.impacts + 1
+        impact = one.which + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)
     try:
         beyond = sentence(curve, one, impact, refusal)

@@ -8,18 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from percuss.errors import ParameterError, PercussError
-from percuss.explore.continuation.branch import Branch, BranchPoint
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.following import follow
-from percuss.explore.continuation.kinds import BranchEvent
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.model import System
 from percuss.model.checks import callback, instance
 from percuss.shown import Shown
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.sameness import differences, load_turn
-
-__all__ = ["Reach", "ReachEnd", "reach"]
+from percuss.steady.periodic.periodic_orbit import differences, load_turn
 
 _LOSING = {
     BranchEvent.FOLD, BranchEvent.NONSMOOTH_FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER, BranchEvent.CROSSING,

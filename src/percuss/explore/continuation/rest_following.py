@@ -3,27 +3,232 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.continuation.rest_branch import RestBranch, RestBranchPoint, RestEvent
-from percuss.explore.continuation.rest_ends import alike, rest_end
-from percuss.explore.continuation.rest_words import without_release
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
-from percuss.model.checks import callback, count, finite, instance, numbers, text
-from percuss.model.set_at_wall import wall_load
+from percuss.model.checks import Array, callback, count, finite, instance, numbers, text
+from percuss.model.contact.falling_push import FallingPush
+from percuss.model.system import wall_load
+from percuss.shown import Shown
 from percuss.steady import RestCycle
-from percuss.steady.resting.chain import Chain
-from percuss.steady.resting.releases import release_phases
-from percuss.steady.resting.search import cycle_through
+from percuss.steady.resting.flight_chain import Chain, release_phases
+from percuss.steady.resting.rest_cycles import cycle_through
 
-__all__ = ["follow_rest_cycle"]
+# ---- A branch of cycles with rest over a parameter as a value: the cycles, and its two ends
+
+
+class RestEvent(Enum):
+    """What happens at a point of a branch of cycles with rest; its value is the word in files and tables."""
+
+    ONSET = "onset"
+    TOUCH = "grazing_touch"
+    DEATH = "grazing_impact_dies"
+    RELEASE_LOST = "release_lost"
+    CHANGE = "label_changes"
+    NO_SYSTEM = "parameter_end"
+    LIMIT = "limit"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True)
+class RestBranchPoint(Shown):
+    """A point of a branch of cycles with rest: one of its two ends.
+
+    Parameters
+    ----------
+    kind
+        What happens.
+    value
+        Of the parameter, to 1e-10 of it or better.
+    cycle
+        The cycle there.
+    beyond
+        What lies beyond, in a sentence.
+    touch_phase
+        Phase of the load at which the bar touches the wall; or None.
+    impact
+        Number of the impact, from 1 on through the whole cycle, that dies or, at a touch, is born; or None.
+    """
+
+    kind: RestEvent
+    value: float
+    cycle: RestCycle = field(repr=False)
+    beyond: str
+    touch_phase: float | None = None
+    impact: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.kind.value} of {self.cycle.label} at {self.value:.12g}: {self.beyond}"
+
+
+@dataclass(frozen=True)
+class RestBranch(Shown):
+    """Cycles with rest followed through a parameter; made by `follow_rest_cycle`.
+
+    The impacts of a chatter have no last one, so that a branch keeps the cycles themselves.
+
+    Parameters
+    ----------
+    parameter
+        Its name.
+    values
+        Of the parameter, increasing; shape (m,).
+    cycles
+        The cycle at each.
+    points
+        The two ends.
+    """
+
+    parameter: str
+    values: Array = field(repr=False)
+    cycles: tuple[RestCycle, ...] = field(repr=False)
+    points: tuple[RestBranchPoint, RestBranchPoint]
+
+    @property
+    def label(self) -> str:
+        """chatter/n or rest/n, the same all along."""
+        return self.cycles[0].label
+
+    @property
+    def modes(self) -> int:
+        """N."""
+        return self.cycles[0].modes
+
+    @property
+    def rest_times(self) -> Array:
+        """The shortest rest of each cycle, in rad of the load; shape (m,)."""
+        return np.array([cycle.rest_times.min() for cycle in self.cycles])
+
+    def __str__(self) -> str:
+        low, high = float(self.values[0]), float(self.values[-1])
+        head = f"{self.label} over {self.parameter}: {self.values.size} points from {low:.9g} to {high:.9g}"
+        return "\n".join([head, *(f"  {point}" for point in self.points)])
+
+
+# ---- What lies beyond the ends of a branch of cycles with rest, in a sentence
+
+
+def _who(cycle: RestCycle) -> str:
+    return "bar" if cycle.system.body.is_free else "structure"
+
+
+def without_release(cycle: RestCycle) -> str:
+    """Where the load no longer lets go."""
+    return f"the load never turns from push to pull: the {_who(cycle)} rests on the wall for good"
+
+
+def after_grazing(cycle: RestCycle, touch: bool) -> str:
+    """Beyond a touch, or the death of an impact."""
+    told = f"the {_who(cycle)} touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
+    elastic = cycle.modes > 0 and cycle.system.body.is_free
+    then = "what follows jumps" if elastic else "what follows changes as the root of the distance from here"
+    return f"{told}: {then}"
+
+
+def after_onset(cycle: RestCycle) -> str:
+    """Beyond an onset."""
+    what = "the end of the chatter" if cycle.chatters else "the impact before the rest"
+    if cycle.chatters and cycle.modes and cycle.system.body.is_free:
+        return f"{what} meets the next release; beyond, the bar laid down is let go at once"
+    told = f"{what} meets the next release, and the {_who(cycle)} is not laid down before it"
+    if cycle.chatters and cycle.system.contact.keeps_strain:
+        told += f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
+    return told
+
+
+def another_rest(cycle: RestCycle) -> str:
+    """Beyond the place at which a rest more begins."""
+    return f"the {_who(cycle)} comes to rest once more: just before another release, which an impact meets here"
+
+
+def after_change(cycle: RestCycle, chains: Sequence[Chain]) -> str:
+    """Beyond any other change, after which these chains follow the release."""
+    if any(chain.chatters for chain in chains) is cycle.chatters:
+        return f"the {_who(cycle)} comes back to this release after other rests"
+    if cycle.chatters:
+        return f"without rebound the {_who(cycle)} rests at its first impact under a push: rest/{cycle.periods}"
+    return f"with rebound, however little, the {_who(cycle)} chatters to its rest: chatter/{cycle.periods}"
+
+
+# ---- What ends a branch of cycles with rest, told by the impacts that follow the releases on either side
+
+_JUMP = 1.4  # factor by which a flight may change in a step
+_AHEAD = 1.5
+_SHORT = 1e-2  # rad of rest below which the rest is about to vanish
+_FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
+
+
+def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
+    """What ends the branch between a cycle and what was followed just beyond."""
+    if not is_system:
+        return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
+    if not chains:
+        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, without_release(cycle))
+    other = _first_other(cycle.chains, chains)
+    if other is not None:
+        kind, phase, impact = other
+        return RestBranchPoint(kind, value, cycle, after_grazing(cycle, kind is RestEvent.TOUCH), phase, impact)
+    if float(cycle.rest_times.min()) < short_rest(cycle):
+        return RestBranchPoint(RestEvent.ONSET, value, cycle, after_onset(cycle))
+    waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
+    if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
+        return RestBranchPoint(RestEvent.ONSET, value, cycle, another_rest(cycle))
+    return RestBranchPoint(RestEvent.CHANGE, value, cycle, after_change(cycle, chains))
+
+
+def short_rest(cycle: RestCycle) -> float:
+    """The rest, in rad of the load, below which the rest of a cycle is about to vanish.
+
+    By a law that turns the strain over the bar is held 1/(2c) contacts before the load lets go: see `FallingPush`.
+    """
+    contact, restitution = cycle.system.contact, -cycle.system.contact.velocity_factor
+    if contact.keeps_strain or not 0.0 < restitution < 1.0:
+        return _SHORT
+    return max(_SHORT, _AHEAD * cycle.system.body.transit_time / FallingPush(restitution).critical)
+
+
+def alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
+    """Whether the same impacts follow each release, so that the second chains go on from the first ones."""
+    return len(chains) == len(others) and _first_other(chains, others) is None
+
+
+def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[RestEvent, float, int] | None:
+    """The first impact that one of the chains has and the other has not, its phase and its number; None for none."""
+    before = 0
+    for one, other in zip(chains, others, strict=False):
+        if not (one.impacts and other.impacts):
+            continue
+        last, its_last = one.release, other.release
+        many = min(_notable(one), _notable(other))
+        for number, (mine, its) in enumerate(zip(one.impacts[:many], other.impacts[:many], strict=True), 1):
+            ratio = (its.time - its_last) / (mine.time - last)
+            slow, fast = sorted((mine.speed, its.speed))
+            if not 1.0 / _JUMP < ratio < _JUMP or slow < _FEW * fast:
+                touch = its.speed < mine.speed  # what is born or dies is slow
+                where = its.time if touch else mine.time
+                kind = RestEvent.TOUCH if touch else RestEvent.DEATH
+                return kind, float(np.mod(where, 2.0 * math.pi)), before + number
+            last, its_last = mine.time, its.time
+        before += len(one.impacts)
+    return None
+
+
+def _notable(chain: Chain) -> int:
+    """How many impacts there are up to the last that is not of the end of a chatter."""
+    fastest = max(impact.speed for impact in chain.impacts)
+    return max(i for i, impact in enumerate(chain.impacts, 1) if impact.speed >= _FEW * fastest)
+
+
+# ---- Cycles with rest followed through a parameter, both ways, to where they end
 
 _EXACT = 2e-13  # of the parameter, to which a point is located
 _NEARER, _MOST_OF = 0.45, 0.9  # of what is left to where a release is lost, and a rest vanishes

@@ -17,19 +17,194 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.followed_orbit import FollowedOrbit
-from percuss.explore.continuation.next_point import Strayed
-from percuss.explore.continuation.parameter_rows import ParameterRows
+from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
-from percuss.model.checks import Array
+from percuss.model.checks import Array, ComplexArray
+from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit, parameter_column
-from percuss.steady.periodic.orbit_kernels import orbit_kernels
-from percuss.steady.periodic.system_numbers import Numbers
+from percuss.steady.periodic.compiled_orbits import Numbers, compiled_passage, numbers_of, orbit_kernels
+from percuss.steady.periodic.impact_chain import Passage
+from percuss.steady.periodic.periodic_orbit import Flight
 from percuss.steady.states import check_pushes
 
-__all__ = ["CurvePoint", "Number", "SolutionCurve", "turning", "twice", "where_it_vanishes"]
+# ---- The motion at a point of a curve of orbits
+
+
+class FollowedOrbit(PeriodicOrbit):
+    """A `PeriodicOrbit` whose states at the impacts are computed by compiled functions, which a walk needs anyway.
+
+    The mean velocity just after the first impact is given.
+    """
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The same as a `PeriodicOrbit`, its impacts numbered as here."""
+        kept = self.rebound if self._chain.is_neutral else None
+        return PeriodicOrbit(self.system, self.periods, self.times, self.modes, kept)
+
+    @cached_property
+    def singular(self) -> tuple[float, float]:
+        """det K(1) and det K(−1), each row taken by its length: 0 at a fold, and at a flip."""
+        return self._computed[1:]
+
+    @cached_property
+    def amplitudes(self) -> Array:
+        """The free part of each elastic mode, as it is just before each impact; shape (p, N)."""
+        passage, omega = self._passage, self._chain.known.omega
+        velocity = (passage.velocity - passage.forced_velocity) / omega
+        return np.asarray(np.hypot(passage.displacement - passage.forced, velocity))
+
+    @cached_property
+    def _computed(self) -> tuple[Passage, float, float]:
+        assert self.rebound is not None
+        return compiled_passage(self._chain, np.array(self.times), self.rebound)
+
+    @cached_property
+    def _passage(self) -> Passage:
+        return self._computed[0]
+
+
+# ---- What makes the end of a step along a curve the next point of that curve, and not a point of another one
+
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
+"""Steps along a curve, of each impact in rad."""
+
+_TURN = math.cos(math.radians(25.0))  # of the tangent in a step
+_ASIDE = 0.5  # of a step, by which its end may be beside the tangent
+_FLIGHT = 0.5  # share of a flight by which it may change in a step
+
+
+class Strayed(Exception):
+    """Newton's method found no point of the curve, or not the one that was meant."""
+
+
+def unit_tangent(matrix: Array, along: Array) -> Array:
+    """The unit tangent that goes the same way as `along`; Strayed where it is at right angles to it."""
+    try:
+        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
+    except np.linalg.LinAlgError:
+        raise Strayed("no tangent") from None
+    return np.asarray(found / np.linalg.norm(found))
+
+
+def check_next(
+    before: tuple[Array, Array], after: tuple[Array, Array], place: Array, size: float, impacts: int, periods: int
+) -> Array:
+    """The times of the flights after a step; Strayed where its end is not the next point.
+
+    Parameters
+    ----------
+    before, after
+        Unknowns, the impact times first, and unit tangent at either end; shape (m,) each.
+    place, size
+        Where the step led along the tangent, and its length.
+    impacts, periods
+        p and n.
+    """
+    p, period = impacts, 2.0 * math.pi * periods
+    (x, tangent), (x_after, tangent_after) = before, after
+    flights, flights_after = (np.append(one[1:p], one[0] + period) - one[:p] for one in (x, x_after))
+    if float(tangent_after @ tangent) < _TURN:
+        raise Strayed("a bend")
+    if float(np.linalg.norm(x_after - place)) > _ASIDE * size:
+        raise Strayed("beside the tangent")
+    if not np.all(np.abs(flights_after / flights - 1.0) < _FLIGHT):
+        raise Strayed("a flight changes too much")
+    return np.asarray(flights_after)
+
+
+# ---- The systems of a family over one parameter as rows of numbers, and how these change with it
+
+_ROWS_KEPT = 64
+_WIDE, _NARROW = 2.0**-6, 1e-6  # differences, of the unit of the parameter and of the parameter
+_EVEN = 32.0 * np.finfo(float).eps  # of a number, by which it may be beside a straight line
+
+
+class ParameterRows:
+    """The rows of numbers that compiled functions take for systems.
+
+    Most parameters move these numbers evenly: then a row and one rate tell all systems near, to rounding, and Newton's
+    method need not make a system at each of its steps. Whether it is so is looked at again wherever it ends.
+
+    Parameters
+    ----------
+    system
+        The system at a value of the parameter.
+    modes
+        N.
+    unit
+        By how much the parameter is changed to find out.
+    """
+
+    def __init__(self, system: Callable[[float], System], modes: int, unit: float) -> None:
+        self._system, self._modes, self._unit = system, modes, unit
+        self._rows: dict[float, Numbers] = {}
+        self._last: tuple[float, Numbers] | None = None
+        self._rate: tuple[float, Array, bool] | None = None
+
+    def at(self, value: float) -> Numbers:
+        """The row at a value; PercussError where there is no system."""
+        if value not in self._rows:
+            if len(self._rows) >= _ROWS_KEPT:
+                self._rows.clear()
+            self._rows[value] = numbers_of(self._system(value), self._modes)
+        self._last = value, self._rows[value]
+        return self._rows[value]
+
+    def near(self, value: float) -> tuple[float, Numbers, Array]:
+        """A value, its row, and the rate of that, from which the rows near a value follow; or PercussError."""
+        if self._last is not None and self._rate is not None and self._rate[2]:
+            return (*self._last, self._rate[1])
+        row = self.at(value)
+        return value, row, self.rate(value)
+
+    def rate(self, value: float) -> Array:
+        """How the numbers change with the parameter; shape of a row."""
+        if self._rate is None or not (self._rate[2] or self._rate[0] == value):
+            wide = self._difference(value, _WIDE * self._unit)
+            if wide is not None and wide[1]:
+                self._rate = value, wide[0], True
+            else:
+                narrow = self._difference(value, _NARROW * max(1.0, abs(value)))
+                if narrow is None:
+                    raise PercussError("the numbers of the system do not change steadily with the parameter")
+                self._rate = value, narrow[0], False
+        return self._rate[1]
+
+    def fits(self, base: float, rate: Array, value: float) -> bool:
+        """Whether the row at a value is that which another row and a rate lead to; PercussError without a system."""
+        row, here = self.at(base).row, self.at(value).row
+        moved = (value - base) * rate
+        return here.shape == row.shape and _agree(here, row + moved, np.abs(row) + np.abs(moved))
+
+    def _difference(self, value: float, step: float) -> tuple[Array, bool] | None:
+        """The rate by a difference, and whether the numbers change evenly over it; None where there are none."""
+        base = self.at(value)
+        here = base.row
+        for first, second in ((step, -step), (-step, -2.0 * step), (step, 2.0 * step)):
+            try:
+                one, two = self.at(value + first).row, self.at(value + second).row
+            except PercussError:
+                continue
+            finally:
+                self._last = value, base  # the rows kept may have been dropped by now
+            if one.shape != here.shape or two.shape != here.shape:
+                continue
+            if second == -first:
+                rate, middle = (one - two) / (2.0 * step), 0.5 * (one + two)
+                return rate, _agree(middle, here, np.abs(here))
+            rate = (4.0 * one - two - 3.0 * here) / (2.0 * first)
+            return rate, _agree(one, 0.5 * (here + two), np.abs(here))
+        return None
+
+
+def _agree(one: Array, other: Array, size: Array) -> bool:
+    return bool(np.all(np.abs(one - other) <= _EVEN * size))
+
+
+# ---- The curve of an orbit over a parameter: its equations, the way back to it, and its tangent
 
 _MOST_STEPS, _MOST_ROWS = 12, 6
 _KEPT = 32  # systems and motions
@@ -239,3 +414,89 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
         if size < _ROUNDING:
             return x
     raise Strayed("no convergence")
+
+
+# ---- A step along a curve of orbits, and the places in it where a number of the orbit vanishes
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The curve between two of its points; places in it are counted along the tangent at the first one.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    start, stop
+        Its ends.
+    """
+
+    curve: SolutionCurve
+    start: CurvePoint
+    stop: CurvePoint
+    _points: dict[float, CurvePoint] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def length(self) -> float:
+        """The place of the second point."""
+        return float(self.start.tangent @ (self.stop.x - self.start.x))
+
+    def at(self, place: float) -> CurvePoint:
+        """The point at a place; Strayed where there is none."""
+        if place == 0.0:
+            return self.start
+        if place == self.length:
+            return self.stop
+        if place not in self._points:
+            ahead, length = self.start.tangent, self.length
+            bend = self.stop.x - self.start.x - length * ahead
+            near = self.start.x + place * ahead + (place / length) ** 2 * bend
+            self._points[place] = self.curve.corrected(near, ahead)
+        return self._points[place]
+
+    def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
+        """Where a number vanishes that changes its sign between two places, to rounding.
+
+        Parameters
+        ----------
+        number
+            Of a point.
+        low, high
+            The places; the whole segment by default.
+        below
+            The number at `low`, where rounding would decide on its sign.
+        """
+        last = self.length if high is None else high
+        first, second = number(self.at(low)) if below is None else below, number(self.at(last))
+
+        def several(places: Array) -> Array:
+            return np.array([number(self.at(float(place))) for place in places])
+
+        if first * second >= 0.0:
+            return low if abs(first) < abs(second) else last
+        ends = (np.array([low]), np.array([last]), np.array([first]), np.array([second]))
+        return float(bracketed_roots(several, *ends, steps=60)[0])
+
+
+# ---- A motion of which only the equations, the speeds and K(ξ) are asked, many times: computed by the kernels
+
+_GIVEN = 0  # the mean velocity after the first impact is that of the motion
+
+
+class QuickMotion(FollowedOrbit):
+    """The same motion as a `PeriodicOrbit`, of given mean velocity after the first impact; nothing is proved of it."""
+
+    @cached_property
+    def flights(self) -> tuple[Flight, ...]:
+        """The flights, without the range of the mean motion, which serves the proof alone."""
+        return tuple(self._flight(i, 1.0) for i in range(self.impacts))
+
+    def bordered(self, xi: complex = 1.0, side: Side = "right") -> ComplexArray | Array:
+        """As of a `PeriodicOrbit`."""
+        if isinstance(xi, complex) or side != "right":
+            return super().bordered(xi, side)
+        assert self.rebound is not None
+        numbers = numbers_of(self.system, self.modes)
+        room, size, times = numbers.room(self.impacts), self.impacts + 1, np.array(self.times)
+        orbit_kernels().singularity(numbers.row, room, self.period, times, _GIVEN, self.rebound, float(xi))
+        return np.array(room.matrix[:size, :size])

@@ -3,30 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.close_returns import orbit_seeds
 from percuss.explore.continuation.following import follow
-from percuss.explore.diagrams.found_twice import with_new
-from percuss.explore.diagrams.impossible import beyond_the_ends
-from percuss.explore.diagrams.lines import DiagramBranch, line_of
+from percuss.explore.continuation.rest_following import follow_rest_cycle
+from percuss.explore.diagrams.diagram_lines import (
+    DiagramBranch,
+    DiagramRestBranch,
+    beyond_the_ends,
+    goes_through,
+    line_of,
+    rest_line_of,
+    with_new,
+)
 from percuss.explore.family import Family
+from percuss.explore.orbit_starts import orbit_seeds
+from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady import PeriodicOrbit, orbit_near, orbits
-from percuss.steady.periodic.sameness import SAME, differences, load_turn
+from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, orbits, rest_cycles
+from percuss.steady.periodic.periodic_orbit import SAME, differences, load_turn
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 if TYPE_CHECKING:
     from percuss.simulate import Stop
 
-__all__ = ["Search", "labels_up_to", "of_label", "settled_on", "traced"]
-
 Search: TypeAlias = Callable[[System], Sequence[PeriodicOrbit]]
 """What finds the orbits of a system."""
+
+
+class Settled(NamedTuple):
+    """A cycle without rest that simulations settle on: the parameter, the times of its impacts, and load periods."""
+
+    value: float
+    times: Array
+    periods: int
+
 
 _NEAR = 0.3  # rad, by which the times between two points of a branch may be off
 _SAME = 10.0 * SAME
@@ -42,9 +57,11 @@ def traced(
     search: Search,
     *,
     switch: int,
+    modes: int,
     stopped: Callable[[], bool],
+    settled: Sequence[Settled] = (),
 ) -> list[DiagramBranch]:
-    """All branches on which an orbit was found at one of the values, and those that begin on them.
+    """All branches on which an orbit was found at one of the values or settled on, and those that begin on them.
 
     Parameters
     ----------
@@ -56,14 +73,32 @@ def traced(
         What finds them.
     switch
         As for `percuss.explore.follow`.
+    modes
+        N.
     stopped
         Whether the answer is no longer wanted.
+    settled
+        Motions that simulations settle on.
     """
 
     def system(value: float) -> System:
         return family.system({name: value})
 
     found: list[DiagramBranch] = []
+
+    def add(value: float, orbit: PeriodicOrbit) -> None:
+        """Follow the branch of an orbit, unless it is known."""
+        nonlocal found
+        if any(_is_on(line, value, orbit) for line in found):
+            return
+        try:
+            branch = follow(orbit, name, between, family=family, value=value, switch=switch, halt=stopped)
+        except PercussError:  # at an end of what can be followed
+            return
+        every = list(branch.family())
+        beyond = beyond_the_ends(every, family, between, stopped)
+        found = with_new(found, [*(line_of(one, system) for one in every), *beyond])
+
     for value in values:
         if stopped():
             break
@@ -72,15 +107,13 @@ def traced(
         except PercussError:  # there is no such system, or its load does not push
             continue
         for orbit in known:
-            if stopped() or any(_is_on(line, value, orbit) for line in found):
-                continue
-            try:
-                branch = follow(orbit, name, between, family=family, value=value, switch=switch, halt=stopped)
-            except PercussError:  # at an end of what can be followed
-                continue
-            every = list(branch.family())
-            beyond = beyond_the_ends(every, family, between, stopped)
-            found = with_new(found, [*(line_of(one, system) for one in every), *beyond])
+            if not stopped():
+                add(value, orbit)
+    for one in settled:
+        if not stopped() and not any(goes_through(line, one.periods, one.value, one.times) for line in found):
+            polished = _polished(system(one.value), one.times, one.periods, modes)
+            if polished is not None:
+                add(one.value, polished)
     return found
 
 
@@ -155,3 +188,61 @@ def labels_up_to(up_to: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """All p and n up to those of a label, short cycles first."""
     every = [(p, n) for p in range(1, up_to[0] + 1) for n in range(1, up_to[1] + 1)]
     yield from sorted(every, key=lambda label: (sum(label), label))
+
+
+# ---- Branches of cycles with rest over a parameter: all cycles at some values of it, followed, each branch once
+
+MOST_REST_PERIODS = 4
+"""Load periods of the cycles that are looked for: windows of longer ones are narrow, and take long to follow."""
+
+_POINTS = 33  # over the whole range, at least
+_NEAR_RELEASE = 0.05  # rad, within which the releases of two cycles of one label at one value are one
+
+
+def rests_traced(
+    family: Family,
+    name: str,
+    between: tuple[float, float],
+    values: Sequence[float],
+    modes: int,
+    *,
+    stopped: Callable[[], bool],
+) -> list[DiagramRestBranch]:
+    """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole.
+
+    Parameters
+    ----------
+    family, name, between
+        The systems, and which parameter is varied in which range.
+    values
+        Of the parameter, at which cycles are looked for; in the range.
+    modes
+        N: branches are those of rigid bars, and of structures of one mode.
+    stopped
+        Whether the answer is no longer wanted.
+    """
+    found: list[DiagramRestBranch] = []
+    for value in values:
+        try:
+            with halting(stopped):
+                system = family.system({name: value})
+                known = rest_cycles(system, modes=modes, most=MOST_REST_PERIODS).cycles if _rests(system, modes) else ()
+                for cycle in known:
+                    if not any(_is_on_rest_line(line, value, cycle) for line in found):
+                        branch = follow_rest_cycle(cycle, name, between, family=family, value=value, points=_POINTS)
+                        found.append(rest_line_of(branch))
+        except PercussError:  # there is no such system, its load does not push, or nobody waits any longer
+            if stopped():
+                break
+    return found
+
+
+def _rests(system: System, modes: int) -> bool:
+    """Whether the branches are few: after each touch an elastic bar goes on otherwise. With R = 1 no chatter ends."""
+    return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
+
+
+def _is_on_rest_line(line: DiagramRestBranch, value: float, cycle: RestCycle) -> bool:
+    """Whether a branch has a cycle: the phase at which the bar is let go tells all that follows."""
+    release = line.release_at(value) if line.label == cycle.label else None
+    return release is not None and abs(float(np.angle(np.exp(1j * (release - cycle.release_phase))))) < _NEAR_RELEASE

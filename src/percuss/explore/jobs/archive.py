@@ -10,9 +10,16 @@ believed, and computed again when the archive is resumed.
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import secrets
 import shutil
+import socket
+import struct
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from glob import escape
 from importlib import import_module
 from operator import attrgetter
@@ -25,31 +32,286 @@ import numpy.typing as npt
 from percuss.errors import ArchiveError
 from percuss.explore.jobs.archive_layout import (
     BEGIN,
-    FORMAT,
     MEND,
     RESUME,
+    ChunkArrays,
     about_column,
     checked,
+    chunk_bounds,
     clear,
     column_from,
     damaged,
+    differences,
+    digest,
     group_of,
     lay_out,
+    links_in,
+    parsed,
     session,
+    versions,
     written,
+    zarr_package,
 )
-from percuss.explore.jobs.archive_lock import Lock, is_locked
-from percuss.explore.jobs.chunk_arrays import ChunkArrays, chunk_bounds
-from percuss.explore.jobs.deferred_interrupt import undisturbed
-from percuss.explore.jobs.job import Columns, Job
-from percuss.explore.jobs.partial_chunks import Record, Underway
-from percuss.explore.jobs.provenance import versions
-from percuss.explore.jobs.request_text import differences, digest, parsed
-from percuss.explore.jobs.zarr_store import links_in, zarr_package
+from percuss.explore.jobs.job import Column, Columns, Job
+from percuss.explore.jobs.pool import undisturbed
 from percuss.model.checks import path as checked_path
-from percuss.whole_file import PARTS, synced
+from percuss.whole_file import PARTS, replaced, synced
 
-__all__ = ["FORMAT", "RESULTS", "Archive", "check_free"]
+# ---- The items of chunks that are not complete yet, kept beside them, so that a kill loses a second of work and no
+# more
+#
+# A file to which records are added: the first item, the one after the last, and the bytes of all columns of the items
+# between, with a check sum. A record that was being written when the process was killed is passed over, and so is all
+# behind it.
+
+FILE = ".percuss-underway"
+"""Name of the file inside the folder of the archive."""
+
+Record = tuple[int, int, Columns]
+"""First item, the one after the last, and their columns."""
+
+_HEAD = struct.Struct("<8sQQQI")
+_MARK = b"percuss1"
+_APPEND = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+
+
+class Underway:
+    """The file of one archive.
+
+    Attributes
+    ----------
+    bytes
+        That this process knows to be in it.
+    """
+
+    def __init__(self, folder: Path, columns: Mapping[str, Column], size: int) -> None:
+        self.bytes = 0
+        self._file = folder / FILE
+        self._columns = columns
+        self._size = size
+
+    def records(self) -> Iterator[Record]:
+        """All that are whole, in the order in which they were kept."""
+        try:
+            if self._file.is_symlink():
+                return
+            data = memoryview(self._file.read_bytes())
+        except OSError:
+            return
+        at = 0
+        while at + _HEAD.size <= len(data):
+            mark, first, last, size, check = _HEAD.unpack_from(data, at)
+            body = data[at + _HEAD.size : at + _HEAD.size + size]
+            fits = mark == _MARK and first < last <= self._size and size == self._width() * (last - first) == len(body)
+            if not fits or check != _check(first, last, body):
+                return
+            yield first, last, self._unpacked(body, last - first)
+            at += _HEAD.size + size
+
+    def add(self, records: Iterable[Record]) -> None:
+        """Keep more.
+
+        Raises
+        ------
+        OSError
+            When the disk is full or cannot be written.
+        """
+        data = b"".join(self._packed(*record) for record in records)
+        if not data:
+            return
+        handle = os.open(self._file, _APPEND, 0o666)
+        try:
+            left = memoryview(data)
+            while left:
+                left = left[os.write(handle, left) :]
+        finally:
+            os.close(handle)
+        self.bytes += len(data)
+
+    def begin(self, records: Iterable[Record]) -> None:
+        """Keep these and nothing else.
+
+        Raises
+        ------
+        OSError
+            As `add`.
+        """
+        data = b"".join(self._packed(*record) for record in records)
+        self.bytes = len(data)
+        if not data:
+            self.remove()
+            return
+        with replaced(self._file, follow=False) as part, open(part, "wb") as file:
+            file.write(data)
+
+    def remove(self) -> None:
+        """Keep nothing."""
+        self.bytes = 0
+        with suppress(FileNotFoundError):
+            self._file.unlink()
+
+    def _width(self) -> int:
+        """Bytes of an item."""
+        return sum(np.dtype(column.dtype).itemsize * math.prod(column.shape) for column in self._columns.values())
+
+    def _packed(self, first: int, last: int, columns: Columns) -> bytes:
+        parts = [
+            np.ascontiguousarray(columns[name], dtype=np.dtype(column.dtype).newbyteorder("<")).tobytes()
+            for name, column in self._columns.items()
+        ]
+        body = b"".join(parts)
+        return _HEAD.pack(_MARK, first, last, len(body), _check(first, last, body)) + body
+
+    def _unpacked(self, body: memoryview, items: int) -> Columns:
+        found: Columns = {}
+        at = 0
+        for name, column in self._columns.items():
+            kind = np.dtype(column.dtype)
+            count = items * math.prod(column.shape)
+            values = np.frombuffer(body, kind.newbyteorder("<"), count, at)
+            found[name] = values.astype(kind).reshape(items, *column.shape)
+            at += count * kind.itemsize
+        return found
+
+
+def _check(first: int, last: int, body: bytes | memoryview) -> int:
+    return zlib.crc32(body, zlib.crc32(struct.pack("<QQ", first, last)))
+
+
+# ---- One writer at a time: a file that tells who writes, and that the system frees when the writer dies
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+
+LOCK = ".percuss-lock"
+"""Name of the file inside the folder that it locks."""
+
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+
+
+class Lock:
+    """The right to write into a folder, from now on until `release` or the end of the process, however that comes.
+
+    Parameters
+    ----------
+    folder
+        What is to be written into.
+    name
+        What messages call it; the folder by default.
+
+    Raises
+    ------
+    ArchiveError
+        When another process, or another part of this one, holds it.
+    OSError
+        When the folder cannot be written.
+    """
+
+    def __init__(self, folder: Path, name: str | None = None) -> None:
+        self._file = folder / LOCK
+        self._name = name or str(folder)
+        self._handle: int | None = self._taken()
+
+    def release(self) -> None:
+        """Let others write; does nothing the second time."""
+        if self._handle is None:
+            return
+        with suppress(OSError):
+            self._file.unlink()  # first, so that nobody takes a file that is about to go
+        os.close(self._handle)
+        self._handle = None
+
+    def moved(self, folder: Path) -> None:
+        """The folder was given another name; the lock went with it."""
+        self._file = folder / LOCK
+        self._name = str(folder)
+
+    def _taken(self) -> int:
+        while True:
+            handle = os.open(self._file, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
+            try:
+                if not _free(handle, self._file):
+                    raise busy(self._file.parent, self._name)
+                if not _same(handle, self._file):  # its holder has just let go and taken the file away
+                    os.close(handle)
+                    continue
+                os.ftruncate(handle, 0)
+                os.pwrite(handle, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}).encode(), 0)
+            except BaseException:
+                with suppress(OSError):
+                    os.close(handle)
+                raise
+            return handle
+
+
+def busy(folder: Path, name: str | None = None) -> ArchiveError:
+    """The refusal of a folder that somebody writes into, with who it is; `name`: what the message calls it."""
+    who = _holder(folder / LOCK)
+    whose = f"process {who['pid']} on {who['host']}" if who else "another process"
+    remedy = f"wait for it, or end it; if it is long dead remove {folder / LOCK}"
+    return ArchiveError(name or str(folder), f"{whose} is writing it", remedy)
+
+
+def is_locked(folder: Path) -> bool:
+    """Whether somebody writes into the folder now; a lock that a dead process left does not count."""
+    file = folder / LOCK
+    try:
+        handle = os.open(file, os.O_RDWR | _NO_LINK)
+    except OSError:
+        return file.exists() and _alive(_holder(file))
+    try:
+        return not _free(handle, file)
+    finally:
+        os.close(handle)
+
+
+def _free(handle: int, file: Path) -> bool:
+    """Take the system's lock where there is one; else look whether the process that left the file lives."""
+    if fcntl is not None:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            return False
+        except OSError:  # this file system has no locks
+            pass
+    return not _alive(_holder(file))
+
+
+def _same(handle: int, file: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(file))
+    except FileNotFoundError:
+        return False
+
+
+def _holder(file: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(file.read_text())
+        return {"pid": int(found["pid"]), "host": str(found["host"])}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return {}
+
+
+def _alive(who: dict[str, Any]) -> bool:
+    """Nobody can tell of another host, and Windows has no harmless question: they count as alive."""
+    if not who:
+        return False
+    if who["host"] != socket.gethostname() or os.name == "nt":
+        return True
+    try:
+        os.kill(who["pid"], 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+# ---- A job's numbers on disk, chunk by chunk: readable at any moment, and continued where it was broken off
 
 RESULTS = {
     "basins": "percuss.explore.attractors.basin:Basins.from_archive",
@@ -127,7 +389,12 @@ class Archive:
                 lay_out(part, job, chunk, item_seconds)
                 if target.exists():  # a rename would take the place of an empty folder, also of one just made
                     raise _exists(target)
-                part.rename(target)
+                try:
+                    part.rename(target)
+                except OSError:
+                    if target.exists():  # since then
+                        raise _exists(target) from None
+                    raise
                 synced(target.parent)
             lock.moved(target)
             return cls(target, group_of(target, "r+"), lock)
@@ -338,6 +605,8 @@ def check_free(path: str | os.PathLike[str]) -> None:
 
 
 def _exists(target: Path) -> ArchiveError:
+    if is_locked(target):  # also where two have just begun it, of which one was first
+        return busy(target)
     try:
         with Archive.open(target) as archive:
             what = f"the archive exists, {100.0 * archive.fraction:.3g} % done"

@@ -11,13 +11,11 @@ import numpy as np
 
 from percuss.errors import MissingExtraError
 from percuss.explore.jobs.archive import Archive
-from percuss.explore.jobs.request_text import canonical
+from percuss.explore.jobs.archive_layout import canonical
 from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["dataset_of", "plain_dataset", "write_csv", "write_netcdf"]
 
 _ROWS = 1 << 15
 """Rows of a CSV file that are made at once."""

@@ -2,40 +2,259 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import errno
+import hashlib
+import json
+import os
+import platform
+import shlex
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import lru_cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from percuss.errors import ArchiveError
-from percuss.explore.jobs.job import Column, Job
-from percuss.explore.jobs.provenance import command, versions
-from percuss.explore.jobs.request_text import canonical, digest
-from percuss.explore.jobs.zarr_store import all_synced, store_of, zarr_package
+from percuss._version import __version__
+from percuss.errors import ArchiveError, MissingExtraError
+from percuss.explore.jobs.job import Column, Columns, Job
+from percuss.whole_file import replaced, synced
 
-__all__ = [
-    "BEGIN",
-    "DONE",
-    "FORMAT",
-    "MEND",
-    "RESUME",
-    "about_column",
-    "checked",
-    "clear",
-    "column_from",
-    "damaged",
-    "group_of",
-    "lay_out",
-    "session",
-    "whole_chunks",
-    "written",
-]
+# ---- zarr's folder, written so that what it says is there is on the disk: also after a power cut
+
+
+def zarr_package() -> Any:
+    """zarr, imported when an archive is first used."""
+    try:
+        import zarr
+        import zarr.codecs
+        import zarr.storage
+    except ImportError:
+        raise MissingExtraError("zarr", "io") from None
+    return zarr
+
+
+def store_of(folder: Path, read_only: bool = False) -> Any:
+    """A folder as zarr's store; every file in it is whole, and on the disk, before the next one is begun."""
+    return _kind()(folder, read_only=read_only)
+
+
+def all_synced(folder: Path) -> None:
+    """Bring everything in a folder to the disk, when all of it was made."""
+    for here, _, files in os.walk(folder):
+        for name in files:
+            synced(os.path.join(here, name))
+        synced(here)
+
+
+def links_in(folder: Path) -> None:
+    """Refuse a folder in which something is kept elsewhere: an archive has no links, and would write through them.
+
+    Raises
+    ------
+    ArchiveError
+        Which names the link.
+    """
+    for here, folders, _ in os.walk(folder):
+        for name in folders:
+            if os.path.islink(os.path.join(here, name)):
+                remedy = "an archive is one folder; put what the link names in its place"
+                raise ArchiveError(str(folder), f"{os.path.join(here, name)} is a link", remedy)
+
+
+@lru_cache(maxsize=1)
+def _kind() -> Any:
+    package = zarr_package()
+
+    class DurableStore(package.storage.LocalStore):  # type: ignore[misc, name-defined]  # zarr is imported late
+        """zarr's folder store, made durable: files of zarr's own may be empty after a power cut."""
+
+        async def set(self, key: str, value: Any) -> None:
+            if not self._is_open:
+                await self._open()
+            await asyncio.to_thread(self.set_sync, key, value)
+
+        async def set_if_not_exists(self, key: str, value: Any) -> None:
+            if not (self.root / key).exists():
+                await self.set(key, value)
+
+        def set_sync(self, key: str, value: Any) -> None:
+            self._check_writable()
+            path = self.root / key
+            _made(path.parent)
+            with replaced(path, follow=False) as part, open(part, "wb") as file:
+                file.write(value.to_bytes())
+
+    return DurableStore
+
+
+def _made(folder: Path) -> None:
+    """A folder, and its name on the disk."""
+    if not folder.is_dir():
+        _made(folder.parent)
+        folder.mkdir(exist_ok=True)
+        synced(folder.parent)
+
+
+# ---- With what, and by which command, numbers were made
+
+_LIBRARIES = ("numpy", "numba")
+
+
+def versions() -> dict[str, str]:
+    """Of this package, Python, and the libraries on which the last bits of a number may depend.
+
+    Examples
+    --------
+    >>> sorted(versions())
+    ['numba', 'numpy', 'percuss', 'python']
+    """
+    found = {"percuss": __version__, "python": platform.python_version()}
+    for name in _LIBRARIES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "none"
+    return found
+
+
+def command(arguments: Sequence[str]) -> str:
+    """How a process was started, from its `sys.argv`; empty when nobody typed it.
+
+    Examples
+    --------
+    >>> command(["/usr/bin/percuss", "sweep", "my case.toml"]), command(["study.py", "3"]), command([""])
+    ("percuss sweep 'my case.toml'", 'python study.py 3', '')
+    """
+    if not arguments or not arguments[0] or arguments[0] in ("-c", "-"):
+        return ""
+    program, *rest = arguments
+    name = os.path.basename(program)
+    if name == "ipykernel_launcher.py":  # a notebook: its temporary connection file tells nobody anything
+        return ""
+    if name == "__main__.py":
+        name = os.path.basename(os.path.dirname(program))
+    elif name.endswith(".py"):
+        name = f"python {shlex.quote(program)}"
+    return " ".join([name.removesuffix(".exe"), *map(_typed, rest)])
+
+
+def _typed(word: str) -> str:
+    """A word as it is typed at a shell; bytes of a file name that are no text as they are."""
+    if word.isprintable() or not any("\udc80" <= letter <= "\udcff" for letter in word):
+        return shlex.quote(word)
+    escaped = (f"\\x{byte:02x}" if byte >= 0x80 or chr(byte) in "\\'" else chr(byte) for byte in os.fsencode(word))
+    return f"$'{''.join(escaped)}'"
+
+
+# ---- What was asked for, as text: the same ask is the same text, and two that differ can be told apart part by part
+
+_DEEPEST = 60
+"""Tables in tables; what asks go through calls itself for each."""
+
+_SHOWN = 6
+"""Differences that a message lists."""
+
+
+def canonical(ask: dict[str, Any]) -> str:
+    """The ask as JSON, its keys in order; numbers keep all their digits, infinity included.
+
+    Examples
+    --------
+    >>> canonical({"s": float("inf"), "d": 0.1, "axes": (1, 2)})
+    '{"axes":[1,2],"d":0.1,"s":Infinity}'
+    """
+    return json.dumps(ask, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+
+
+def digest(ask: dict[str, Any]) -> str:
+    """SHA-256 of the canonical text."""
+    return hashlib.sha256(canonical(ask).encode()).hexdigest()
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """The ask of a canonical text.
+
+    Raises
+    ------
+    ValueError
+        When it is none: no table, or tables in tables without end.
+
+    Examples
+    --------
+    >>> parsed('{"s":Infinity}')
+    {'s': inf}
+    """
+    try:
+        found = json.loads(text)
+        deep = _depth(found)
+    except RecursionError:
+        deep = _DEEPEST + 1
+    if deep > _DEEPEST:
+        raise ValueError(f"a question nested more than {_DEEPEST} tables deep")
+    if not isinstance(found, dict):
+        raise ValueError("a question that is not a table")
+    return found
+
+
+def _depth(value: Any) -> int:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    return 0 if inner is None else 1 + max(map(_depth, inner), default=0)
+
+
+def differences(old: dict[str, Any], new: dict[str, Any]) -> str:
+    """Which parts of two asks differ, in words; empty when none does.
+
+    Examples
+    --------
+    >>> differences({"seed": 1, "system": {"s": 20.0}}, {"seed": 2, "system": {"s": 20.0}})
+    'seed: 1 in the archive, 2 asked for'
+    """
+    # through JSON, so that a tuple and a list of the same numbers do not differ
+    one, other = json.loads(canonical(old)), json.loads(canonical(new))
+    found = list(_parts("kind", one.get("kind"), other.get("kind"))) or list(_parts("", one, other))
+    more = f"; and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    return "; ".join(found[:_SHOWN]) + more
+
+
+def _parts(name: str, old: Any, new: Any) -> Iterator[str]:
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in sorted(old.keys() | new.keys()):
+            inner = f"{name}.{key}" if name else key
+            if key not in new:
+                yield f"{inner}: {_short(old[key])} in the archive, not asked for"
+            elif key not in old:
+                yield f"{inner}: not in the archive, {_short(new[key])} asked for"
+            else:
+                yield from _parts(inner, old[key], new[key])
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for i, (one, other) in enumerate(zip(old, new, strict=True)):
+            yield from _parts(f"{name}[{_name_of(one, other, i)}]", one, other)
+    elif json.dumps(old) != json.dumps(new):  # as text: 1 and true, 0.0 and −0.0 differ, NaN and NaN do not
+        yield f"{name}: {_short(old)} in the archive, {_short(new)} asked for"
+
+
+def _name_of(old: Any, new: Any, position: int) -> object:
+    """A list of named things is told by their names where they agree."""
+    names = [item.get("name") if isinstance(item, dict) else None for item in (old, new)]
+    return names[0] if names[0] is not None and names[0] == names[1] else position
+
+
+def _short(value: Any, limit: int = 60) -> str:
+    if isinstance(value, list) and len(value) > 4:
+        return f"{len(value)} values from {_short(value[0], 20)} to {_short(value[-1], 20)}"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+# ---- The files of an archive: a zarr v3 group with an array for each column, and what the attributes say
 
 FORMAT = 2
 """Of the layout; archives of a higher number are refused. Those of 1 have no check sums."""
@@ -178,3 +397,87 @@ def clear(left: Iterable[Path]) -> None:
         else:
             with contextlib.suppress(OSError):
                 path.unlink()
+
+
+# ---- The arrays of an archive on the disk: a column each, chunk by chunk, and the signs of the chunks that are there
+
+
+def chunk_bounds(number: int, chunk: int, size: int) -> tuple[int, int]:
+    """First item of a chunk, and the one after its last."""
+    return number * chunk, min((number + 1) * chunk, size)
+
+
+class ChunkArrays:
+    """The arrays of one archive.
+
+    Parameters
+    ----------
+    path, group
+        The folder, and the zarr group in it.
+    columns
+        What the attributes of the archive say of the columns.
+    size, chunk
+        Items, and how many of them are in a chunk.
+
+    Raises
+    ------
+    LookupError, ValueError
+        When an array is missing, or of another kind than the attributes say.
+    """
+
+    def __init__(self, path: Path, group: Any, columns: Mapping[str, Column], size: int, chunk: int) -> None:
+        self.path, self.columns, self.size, self.chunk = path, columns, size, chunk
+        with whole_chunks():
+            self._arrays = {name: group[name] for name in [*columns, DONE]}
+        if size < 0 or chunk < 1:
+            raise ValueError(f"{size} items in chunks of {chunk}")
+        wanted = {name: (c.dtype, (size, *c.shape), chunk) for name, c in columns.items()}
+        for name, (dtype, shape, each) in {**wanted, DONE: ("uint8", (-(-size // chunk),), 1)}.items():
+            array = self._arrays[name]
+            if (array.dtype, array.shape) != (np.dtype(dtype), shape) or array.chunks[0] != each:
+                raise ValueError(f"the column {name} is of another kind")
+
+    def signs(self) -> tuple[npt.NDArray[np.bool_], list[int]]:
+        """Which chunks are done, and those of which this cannot be read."""
+        try:
+            return np.asarray(self._arrays[DONE][:]).astype(bool), []
+        except Exception:  # whatever the codecs make of damage
+            found = np.zeros(self._arrays[DONE].shape, dtype=bool)
+            bad = []
+            for number in range(len(found)):
+                try:
+                    found[number] = bool(self._arrays[DONE][number])
+                except Exception:  # as above, of this one
+                    bad.append(number)
+            return found, bad
+
+    def sign(self, number: int, done: int) -> None:
+        """Note that a chunk is there, 1, or is not, 0."""
+        self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
+
+    def write(self, first: int, last: int, columns: Columns) -> None:
+        """All columns of the items `first` … `last` − 1."""
+        for name in self.columns:
+            self._arrays[name][first:last] = columns[name]
+
+    def column(self, name: str, signs: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], list[int]]:
+        """A column, and the chunks of it that are done, as `signs` says, and not there as they were written."""
+        column, array = self.columns[name], self._arrays[name]
+        done = np.flatnonzero(signs).tolist()
+        # of a file that is not there zarr gives the fill value
+        bad = [number for number in done if array.size and not self._file(name, number).is_file()]
+        try:
+            return np.asarray(array[:]), bad
+        except Exception:  # as above
+            found = np.full(array.shape, column.empty, dtype=array.dtype)
+        for number in done:
+            first, last = chunk_bounds(number, self.chunk, self.size)
+            try:
+                found[first:last] = array[first:last]
+            except Exception:  # as above, of this one
+                bad.append(number)
+        return found, sorted(set(bad))
+
+    def _file(self, name: str, number: int) -> Path:
+        inner = ["0"] * len(self.columns[name].shape)
+        return self.path.joinpath(name, "c", str(number), *inner)

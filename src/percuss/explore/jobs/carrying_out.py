@@ -2,25 +2,455 @@
 
 from __future__ import annotations
 
+import math
 import os
+import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from percuss.errors import ArchiveError, Interrupted, PercussError
-from percuss.explore.jobs.archive import Archive, check_free
-from percuss.explore.jobs.deferred_interrupt import undisturbed
-from percuss.explore.jobs.item_time import check_job, estimate
-from percuss.explore.jobs.job import Columns, Job
-from percuss.explore.jobs.job_under_way import Task
-from percuss.explore.jobs.pool import Pool
-from percuss.explore.jobs.process_count import helpers
-from percuss.explore.jobs.progress import JobProgress, Meter
-from percuss.explore.jobs.result_columns import bytes_of
-from percuss.model.checks import callback, count, flag, having, path
-from percuss.notebook import watched
+import numpy as np
+import numpy.typing as npt
 
-__all__ = ["JobProgress", "carry_out", "estimate"]
+from percuss.errors import ArchiveError, Interrupted, PercussError
+from percuss.explore.jobs.archive import Archive, Record, check_free
+from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.pool import SMALL, Chunk, Pool, Processes, helpers, undisturbed
+from percuss.explore.jobs.progress import JobProgress, Meter
+from percuss.model.checks import callback, count, flag, having, path
+from percuss.shown import watched
+
+# ---- All columns of a job in memory, and which items are there
+
+
+def bytes_of(job: Job) -> int:
+    """What the columns of a job take."""
+    item = sum(np.dtype(column.dtype).itemsize * math.prod(column.shape) for column in job.columns.values())
+    return job.size * item
+
+
+def check_memory(job: Job) -> None:
+    """Refuse a job whose columns do not fit into memory.
+
+    Raises
+    ------
+    PercussError
+        Which says how much it takes and how much there is.
+    """
+    needed, there = bytes_of(job) + job.size, _memory()
+    if needed > there:
+        told = f"{job.size} items take {needed / 1e9:.3g} GB and this machine has {there / 1e9:.3g} GB of memory"
+        raise PercussError(told, "ask for fewer, for instance in several parts, or for fewer quantities of each")
+
+
+class Sheet:
+    """The columns of a job, filled in any order.
+
+    Attributes
+    ----------
+    columns
+        Arrays of shape (size, *shape of an item); the fill value where nothing is known.
+    known
+        Which items are there, bool of shape (size,).
+    """
+
+    def __init__(self, job: Job) -> None:
+        self.columns: Columns = {
+            name: np.full((job.size, *column.shape), column.empty, dtype=column.dtype)
+            for name, column in job.columns.items()
+        }
+        self.known = np.zeros(job.size, dtype=bool)
+
+    def put(self, first: int, last: int, columns: Columns) -> int:
+        """Write the items `first` … `last` − 1; returns how many of them are new.
+
+        Raises
+        ------
+        ValueError
+            When the job computed other columns than it announced.
+        """
+        if columns.keys() != self.columns.keys():
+            raise ValueError(f"the job computed {sorted(columns)} and announced {sorted(self.columns)}")
+        for name, values in columns.items():
+            place = self.columns[name][first:last]
+            if np.shape(values) != place.shape:
+                raise ValueError(f"column {name}: the job computed shape {np.shape(values)}, not {place.shape}")
+            place[...] = values
+        new = last - first - int(np.count_nonzero(self.known[first:last]))
+        self.known[first:last] = True
+        return new
+
+    def part(self, first: int, last: int) -> Columns:
+        """The columns of some items."""
+        return {name: values[first:last] for name, values in self.columns.items()}
+
+    def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
+        """The runs of items that are not there, as (first, last)."""
+        return [(first + a, first + b) for a, b in runs(~self.known[first:last])]
+
+    def is_full(self, first: int, last: int) -> bool:
+        """Whether all of these items are there."""
+        return bool(self.known[first:last].all())
+
+
+def runs(truth: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """The runs of places where something is true, as (first, last).
+
+    Examples
+    --------
+    >>> runs(np.array([True, True, False, True]))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], truth, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _memory() -> float:
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):  # not on every system
+        return math.inf
+
+
+# ---- How long an item takes: measured on a few items spread over the job; their results are kept
+
+CHUNK_SECONDS = 2.0
+"""Work in one chunk: writing it takes some hundredths of a second."""
+
+_MANY_CHUNKS = 4000
+_LONG_CHUNK = 60.0
+"""Each chunk is a file for every column: when there are more, chunks grow, to a minute of work at most."""
+
+_WRITERS = 16
+"""Workers whose chunks of a second one process writes without falling behind; for more the chunks grow."""
+
+_ENOUGH = 0.4
+"""Seconds of measuring."""
+
+_CLEAR = 0.01
+"""Seconds of a portion in which the calls themselves do not count any more."""
+
+_GROWTH = 8
+
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a job would take: seconds of one worker, and bytes of results before they are compressed."""
+
+    seconds: float
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Seconds per item, and the portions by which they were measured: first, last, columns."""
+
+    item_seconds: float
+    portions: tuple[tuple[int, int, Columns], ...] = field(default=(), repr=False)
+
+
+def measured(job: Job, stopped: Callable[[], bool]) -> Pace:
+    """Compute portions in many places: they grow until one can be timed, and go on until the mean can be trusted."""
+    portions: list[tuple[int, int, Columns]] = []
+    items, spent, timed, counted = 1, 0.0, 0.0, 0
+    while not stopped():
+        # the places jump about: a corner of a map can be much quicker than the rest
+        place = (_GOLDEN * (1 + len(portions))) % 1.0
+        first = int(place * (job.size - items + 1))
+        begin = time.perf_counter()
+        portions.append((first, first + items, job.compute(first, first + items, stopped)))
+        took = time.perf_counter() - begin
+        if len(portions) == 1 and job.size > 1:  # the first loads, or even compiles, what the others find ready
+            continue
+        spent, timed, counted = spent + took, timed + took, counted + items
+        if spent >= _ENOUGH or counted > job.size // 4:
+            break
+        if took < _CLEAR and items * _GROWTH <= job.size:
+            items, timed, counted = items * _GROWTH, 0.0, 0
+    return Pace(timed / max(counted, 1), tuple(portions))
+
+
+def chunk_of(size: int, item_seconds: float, workers: int) -> int:
+    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks.
+
+    Examples
+    --------
+    >>> chunk_of(10**6, 1e-3, workers=2), chunk_of(10**4, 1e-3, workers=4), chunk_of(40, 10.0, workers=2)
+    (2000, 1000, 1)
+    """
+    whole = max(item_seconds, 1e-12) ** -1 * CHUNK_SECONDS * max(1.0, workers / _WRITERS)
+    wanted = min(max(size / (4 * workers), 0.5 * whole), whole)
+    fewer = min(math.ceil(size / _MANY_CHUNKS), int(whole * _LONG_CHUNK / CHUNK_SECONDS))
+    return max(1, min(size, round(wanted)), fewer)
+
+
+def check_job(job: Job) -> None:
+    """Refuse what is no job."""
+    having("job", job, ("size", "columns", "ask", "compute"), "a job, such as percuss.case.sweep_job_of makes")
+
+
+def estimate(job: Job) -> Estimate:
+    """What a job would take, from a fraction of a second of it.
+
+    Parameters
+    ----------
+    job
+        Of any size: nothing of its size is made.
+    """
+    check_job(job)
+    pace = measured(job, lambda: False) if job.size else Pace(0.0)
+    return Estimate(job.size * pace.item_seconds, bytes_of(job))
+
+
+# ---- One job under way: what of it is there, where it is kept, and who computes the rest
+
+_PORTION = 0.25
+"""Seconds of work here between two looks at what is asked."""
+
+_WAIT = 0.1
+"""Seconds between two looks while others work."""
+
+_UNIT = 0.5
+"""Seconds of work that are asked of a worker at once: what it has not sent is lost when the job is ended."""
+
+_EVERY = 1.0
+"""Seconds between two times when what is done of chunks that are not complete is kept …"""
+
+_SHARE = 0.03
+"""… more when keeping it would take more than this share of the time."""
+
+_MOST_UNDERWAY = 1 << 25
+"""Bytes that are kept for chunks that are complete by now, before they are cleared away."""
+
+_MANY = 16
+"""Workers whose units of half a second one process receives without falling behind; for more they grow."""
+
+_HELPED = 8
+"""Of so many workers the asking process is one; of more it only writes down what they send."""
+
+_END = object()
+
+
+class Task:
+    """One call: the job, what is known of it, where it is kept, and who watches."""
+
+    def __init__(self, job: Job, kept: Archive | None, meter: Meter) -> None:
+        self.job = job
+        self.kept = kept
+        self.meter = meter
+        self.item_seconds = kept.item_seconds if kept is not None else 0.0
+        self.chunk = kept.chunk if kept is not None else 0
+        self.chunk_asked = False
+        self._pending: list[tuple[int, int]] = []  # runs of items that are kept nowhere yet
+        self._keep_next = -math.inf
+        self._most_underway = _MOST_UNDERWAY
+
+    def columns(
+        self, archive: str | os.PathLike[str] | None, workers: int, pool: Pool | None, chunk: int | None
+    ) -> Columns:
+        """Compute what is missing of the job, and give all its columns."""
+        asked = chunk if not self.chunk else self.chunk
+        self.chunk_asked = chunk is not None
+        at_once = max(1, pool.workers) if pool is not None else workers
+        unknown = not self.item_seconds and pool is None and workers > 1
+        pace = self._pace(needed=asked is None or (unknown and (self.kept is None or bool(self.kept.missing()))))
+        self.item_seconds = pace.item_seconds or self.item_seconds
+        self.chunk = asked or chunk_of(self.job.size, self.item_seconds, at_once)
+        self._foretell(at_once)
+        check_memory(self.job)  # after the watcher was told of size and time
+        if archive is not None and self.kept is None:
+            self.kept = Archive.create(archive, self.job, self.chunk, self.item_seconds)
+        self.sheet = Sheet(self.job)
+        self._recall(pace)
+        if pool is not None:
+            self._elsewhere(pool)
+        elif workers == 1:
+            self._here()
+        elif not self._here(until=SMALL):
+            self._shared(workers)
+        self.meter.tell()
+        return self.sheet.columns
+
+    @property
+    def known(self) -> Columns | None:
+        """All columns so far; None before the first ones."""
+        return self.sheet.columns if hasattr(self, "sheet") else None
+
+    def _pace(self, needed: bool) -> Pace:
+        if not self.job.size or not needed:
+            return Pace(0.0)
+        pace = measured(self.job, self.meter)
+        self._heed()
+        return pace
+
+    def _foretell(self, workers: int) -> None:
+        """Let the watcher refuse before anything is written."""
+        done = self.kept.items_done if self.kept is not None else 0
+        expected = workers / self.item_seconds if self.item_seconds else math.nan
+        self.meter.start(done, expected)
+        self.meter.tell()
+        self._heed()
+
+    def _heed(self) -> None:
+        if self.meter.stopped:
+            raise KeyboardInterrupt
+
+    def _recall(self, pace: Pace) -> None:
+        """What an earlier session did, and what was computed to know the pace."""
+        numbers: set[int] = set()
+        if self.kept is not None:
+            found, known = self.kept.read(), self.kept.known
+            for first, last in runs(known):
+                self.sheet.put(first, last, {name: values[first:last] for name, values in found.items()})
+            known[np.repeat(self.kept.done, self.chunk)[: known.size]] = False
+            numbers = set((np.flatnonzero(known) // self.chunk).tolist())
+        new = 0
+        for first, last, columns in pace.portions:
+            new += self.sheet.put(first, last, columns)
+            numbers.update(range(first // self.chunk, (last - 1) // self.chunk + 1))
+        self.meter.start(self.meter.done + new, self.meter.expected)
+        for number in sorted(numbers):
+            self._keep(number)
+        if self.kept is not None:
+            self.kept.keep(self._open_records(), anew=True)
+
+    def _put(self, first: int, last: int, columns: Columns) -> None:
+        """What was computed of one chunk: known from now on, and kept within a second or so."""
+        self.meter.add(self.sheet.put(first, last, columns))
+        self._pending.append((first, last))
+        self._keep(first // self.chunk)
+        if time.monotonic() >= self._keep_next:
+            self.keep_all()
+
+    def _keep(self, number: int) -> None:
+        """Write a chunk when all of it is there."""
+        first, last = self._bounds(number)
+        if self.kept is not None and not self.kept.done[number] and self.sheet.is_full(first, last):
+            self.kept.write(number, self.sheet.part(first, last))
+
+    def keep_all(self) -> None:
+        """Keep what is done of chunks that are not complete."""
+        begin = time.monotonic()
+        pending, self._pending = self._pending, []
+        if self.kept is None or not pending:
+            return
+        if self.kept.bytes_underway > self._most_underway:
+            self.kept.keep(self._open_records(), anew=True)
+            self._most_underway = 2 * self.kept.bytes_underway + _MOST_UNDERWAY
+        else:
+            new = [run for run in pending if not self.kept.done[run[0] // self.chunk]]
+            self.kept.keep([(first, last, self.sheet.part(first, last)) for first, last in new])
+        self._keep_next = begin + max(_EVERY, (time.monotonic() - begin) / _SHARE)
+
+    def _open_records(self) -> list[Record]:
+        """The items that are there, of chunks that are not complete."""
+        found: list[Record] = []
+        for number in self._open():
+            first, last = self._bounds(number)
+            known = runs(self.sheet.known[first:last])
+            found += [(first + a, first + b, self.sheet.part(first + a, first + b)) for a, b in known]
+        return found
+
+    def _bounds(self, number: int) -> tuple[int, int]:
+        return number * self.chunk, min((number + 1) * self.chunk, self.job.size)
+
+    def _open(self) -> list[int]:
+        """The chunks of which something is not there."""
+        gaps = self.sheet.gaps(0, self.job.size)
+        return sorted({n for first, last in gaps for n in range(first // self.chunk, (last - 1) // self.chunk + 1)})
+
+    # -- the two ways --
+
+    def _here(self, until: float = math.inf) -> bool:
+        """Compute in this process; False when it turns out that more than so many seconds of work are left."""
+        if self._seconds_left() > until:
+            return False
+        # twice as long is the same thing, found out later
+        return all(self._seconds_left() <= 2.0 * until for _ in self._portions(self._runs()))
+
+    def _portions(self, runs: Iterator[tuple[int, int]]) -> Iterator[None]:
+        """Compute runs of items in this process; yields a few times a second."""
+        items = max(1, _portion(self.item_seconds) // 64) if self.item_seconds else 1  # the rest may be slower
+        for first, last in runs:
+            while first < last:
+                upto = min(first + items, last)
+                begin = time.perf_counter()
+                columns = self.job.compute(first, upto, self.meter)
+                took = time.perf_counter() - begin
+                self._heed()
+                self._put(first, upto, columns)
+                self.meter()
+                if upto - first == items or took > _PORTION:
+                    self.item_seconds = took / (upto - first)
+                    items = min(_portion(self.item_seconds), 8 * items)
+                first = upto
+                yield
+
+    def _seconds_left(self) -> float:
+        return (self.job.size - self.meter.done) * self.item_seconds
+
+    def _runs(self) -> Iterator[tuple[int, int]]:
+        """What is not there, one chunk after the other where they are kept."""
+        if self.kept is None:
+            yield from self.sheet.gaps(0, self.job.size)
+            return
+        for number in self._open():
+            yield from self.sheet.gaps(*self._bounds(number))
+
+    def _shared(self, workers: int) -> None:
+        """Among processes of this machine, started for this job."""
+        helping = workers <= _HELPED  # which spares the start of a process
+        with Processes(max(1, min(workers, len(self._units(workers))) - helping)) as processes:
+            self._elsewhere(processes, helping)
+
+    def _units(self, workers: int) -> list[Chunk]:
+        """What is not there, in parts of chunks of half a second of work each; in chunks where their size was asked."""
+        suited = self.chunk
+        if self.item_seconds and not self.chunk_asked:
+            suited = max(1, int(_UNIT * max(1.0, workers / _MANY) / self.item_seconds))
+        step = min(self.chunk, suited)
+        found: list[Chunk] = []
+        for number in self._open():
+            for first, last in self.sheet.gaps(*self._bounds(number)):
+                found += [Chunk(len(found) + i, a, min(a + step, last)) for i, a in enumerate(range(first, last, step))]
+        return found
+
+    def _elsewhere(self, pool: Pool, helping: bool = False) -> None:
+        """Have the workers compute, and write down what they send; in the meantime help them."""
+        waiting = deque(self._units(pool.workers + helping))
+        if not waiting:
+            return
+        pool.begin(self.job)
+        mine = self._portions(self._taken(waiting)) if helping else iter(())
+        out = 0
+        while waiting or out or helping:
+            ahead = 2 if len(waiting) > 2 * pool.workers else 1  # towards the end, whoever is free takes the next
+            while waiting and out < ahead * pool.workers:
+                pool.submit(waiting.popleft())
+                out += 1
+            helping = helping and next(mine, _END) is not _END
+            for chunk, columns in pool.finished(0.0 if helping else _WAIT):
+                out -= 1
+                self._put(chunk.first, chunk.last, columns)
+            self.meter()
+            self._heed()
+
+    def _taken(self, waiting: deque[Chunk]) -> Iterator[tuple[int, int]]:
+        """What this process takes from the row."""
+        while waiting:
+            chunk = waiting.popleft()
+            yield from self.sheet.gaps(chunk.first, chunk.last)
+
+
+def _portion(item_seconds: float) -> int:
+    return max(1, int(min(_PORTION / max(item_seconds, 1e-12), 1e9)))
+
+
+# ---- Run a job: here or with many workers, kept on disk or not, and always with the same numbers
 
 _MOST_WORKERS, _MOST_ITEMS = 4096, 10**15
 

@@ -9,8 +9,6 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["ASK_FORMAT", "Column", "Columns", "Job"]
-
 ASK_FORMAT = 1
 """Of what is asked, as an archive keeps it; every ask has it as ``percuss``."""
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import math
 import multiprocessing
 import os
 import pickle
 import signal
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -15,15 +18,42 @@ from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any, Protocol
 
 from percuss.errors import PercussError
-from percuss.explore.jobs.deferred_interrupt import undisturbed
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.worker import BAD_JOB, DONE, FAILED, work
 
-__all__ = ["Chunk", "Pool", "Processes", "cores", "needs_main", "packed"]
+# ---- A few moments in which Ctrl-C waits
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """The block runs to its end: Ctrl-C and SIGTERM take effect after it.
+
+    zarr writes in a thread of its own. Were its caller interrupted, that thread would go on, and might put an older
+    state of a file in the place of the one that is written at the end. Nor is a process left half started.
+    """
+    came: list[int] = []
+    handlers = {}
+    if threading.current_thread() is threading.main_thread():  # no other hears signals
+        handlers = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {which: handler for which, handler in handlers.items() if callable(handler)}
+    for which in handlers:
+        signal.signal(which, lambda sig, _: came.append(sig))
+    try:
+        yield
+    finally:
+        for which in reversed(handlers):  # Ctrl-C last: from there on the next line may not be reached
+            signal.signal(which, handlers[which])
+    for sig in came:
+        handler = handlers[signal.Signals(sig)]
+        assert callable(handler)
+        handler(sig, None)
+
+
+# ---- Who computes the chunks: processes of this machine, or whatever else keeps the same few promises
 
 _TRIES = 2
 """How often a chunk is begun whose worker dies of it."""
@@ -290,3 +320,73 @@ def _surroundings(with_main: bool) -> Iterator[None]:
                 os.environ[name] = value
         if deaf:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+# ---- How many processes a job gets: this depends on what is asked, never on how busy the machine is
+#
+# Worker processes are started without the script that asks, so that it needs no main guard. Only a job that holds
+# functions or classes of the script's own main part makes them import it; that is safe where the call stands under
+# ``if __name__ == "__main__":``.
+
+SMALL = 3.0
+"""Seconds of work for which no processes are started: they take a second or two themselves."""
+
+
+def helpers(job: Job, asked: int | None) -> int:
+    """Processes for a job: as many as asked for, or by default all cores for a large one and this process otherwise.
+
+    Raises
+    ------
+    PercussError
+        When processes are asked for that cannot import what the job holds.
+    """
+    if asked == 1 or (asked is None and (cores() == 1 or float(getattr(job, "rough_seconds", math.inf)) <= SMALL)):
+        return 1
+    try:
+        reason = _unreachable() if needs_main(packed(job)) else ""
+        if not reason:
+            return cores() if asked is None else asked
+        remedy = "define functions and classes in a module of their own, or use workers=1"
+        raise PercussError(f"worker processes cannot import what this job uses from the main script: {reason}", remedy)
+    except PercussError:
+        if asked is None:
+            return 1
+        raise
+
+
+def _unreachable() -> str:
+    """Why worker processes cannot import the main part without running this call again; "" when they can."""
+    main = sys.modules["__main__"]
+    file = getattr(main, "__file__", None)
+    if file is None:
+        return "an interactive session has no file"
+    line = _line_in(main)
+    try:
+        with open(file, "rb") as source:
+            tree = ast.parse(source.read())
+    except (OSError, SyntaxError, ValueError):
+        return f"{file} cannot be read"
+    for statement in tree.body:
+        if statement.lineno <= line <= (statement.end_lineno or statement.lineno) and _is_guard(statement):
+            return ""
+    return "this call is not under `if __name__ == '__main__':`, which would keep them from running it again"
+
+
+def _line_in(main: ModuleType) -> int:
+    """The line that the main part is at, in the thread that runs it; 0 when it has ended."""
+    frame: FrameType | None = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None:
+        if frame.f_globals is main.__dict__ and frame.f_code.co_name == "<module>":
+            return frame.f_lineno
+        frame = frame.f_back
+    return 0
+
+
+def _is_guard(statement: ast.stmt) -> bool:
+    """Whether a statement begins with ``if __name__ == "__main__"``, in either order."""
+    if not isinstance(statement, ast.If) or not isinstance(statement.test, ast.Compare):
+        return False
+    sides = [statement.test.left, *statement.test.comparators]
+    names = [side.id for side in sides if isinstance(side, ast.Name)]
+    texts = [side.value for side in sides if isinstance(side, ast.Constant)]
+    return names == ["__name__"] and texts == ["__main__"] and isinstance(statement.test.ops[0], ast.Eq)

@@ -8,8 +8,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-__all__ = ["JobProgress", "Meter"]
-
 _LOOK = 0.1
 """Seconds between two calls of whoever watches."""
 

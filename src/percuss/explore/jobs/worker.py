@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from percuss.explore.jobs.job import Job
 
-__all__ = ["BAD_JOB", "DONE", "FAILED", "READY", "work"]
-
 READY, BAD_JOB, DONE, FAILED = "ready", "bad job", "done", "failed"
 """The first word of everything that a worker says."""
 

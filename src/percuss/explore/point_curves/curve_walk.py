@@ -3,24 +3,129 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
-from percuss.explore.continuation.next_point import FIRST, LONGEST, SHORTEST, Strayed, check_next
-from percuss.explore.point_curves.closing import home_of
-from percuss.explore.point_curves.conditions import Touch
-from percuss.explore.point_curves.corner_passing import beyond_step, step_ahead
+from percuss.explore.continuation.branch_events import Passed, step_of
+from percuss.explore.continuation.solution_curve import FIRST, LONGEST, SHORTEST, Strayed, check_next
+from percuss.explore.point_curves.conditions import Corner, CurveEvent, Multiplier, Pair, Touch
+from percuss.explore.point_curves.curve_happenings import (
+    CurveHappening,
+    clearance_at,
+    goes_back,
+    halved,
+    halves_differ,
+    happenings,
+    passed_at,
+)
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
-from percuss.explore.point_curves.halving import goes_back, halved, halves_differ
-from percuss.explore.point_curves.happening import CurveHappening
-from percuss.explore.point_curves.happenings_between import clearance_at, happenings, passed_at
-from percuss.explore.point_curves.kinds import CurveEvent
-from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
 from percuss.model.checks import Array
+from percuss.steady.periodic.periodic_orbit import differences, load_turn
 
-__all__ = ["CurveWalk", "walked_curve"]
+# ---- Where a walk along a curve comes back to where it began
+
+_FIRST = 8  # points of a walk before which it is not looked for
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
+
+
+def home_of(
+    curve: ExtendedCurve, points: Sequence[ExtendedPoint], here: ExtendedPoint, point: ExtendedPoint
+) -> ExtendedPoint | None:
+    """The start of a walk, if its step to a point comes back to it or past it, with the times of now."""
+    first, p = points[0], curve.impacts
+    reach = 2.0 * float(np.linalg.norm(point.x - here.x))
+    if len(points) < _FIRST or np.abs(first.x[p + 1 : p + 3] - point.x[p + 1 : p + 3]).max() > reach:
+        return None
+    orbit = curve.motion(first.x)
+    off = point.x - first.x
+    turn = load_turn(orbit.system.load)
+    off[:p] = differences(point.x[:p], first.x[None, :p], orbit.period, turn)[0, 0]
+    ahead, along = float(off @ first.tangent), float(point.tangent @ first.tangent)
+    if np.abs(off).max() > reach or not 0.0 <= ahead <= reach or along <= 0.0:
+        return None
+    try:  # another part of the curve may be as near: only the start itself is home
+        start = point.x - ahead / along * point.tangent
+        back = curve.corrected(start, first.tangent, first.tangent, point.matrix)
+    except Strayed:
+        return None
+    place = point.x - off
+    return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
+
+
+# ---- Past a step of the load: there the equations have a corner, and a curve of grazings or corners has one, too
+
+_DIFFERENCE = 1e-6
+_BESIDE = 5e-6  # rad, beyond a step, so that differences are taken on one side of it
+
+
+class StepAhead(NamedTuple):
+    """A step of the load that an impact meets on the way along a tangent: how far off, and the normal of the plane."""
+
+    distance: float
+    normal: Array
+
+
+def step_ahead(curve: ExtendedCurve, here: ExtendedPoint, passed: Passed) -> StepAhead | None:
+    """The nearest one ahead; None for a load without steps, or where none comes nearer.
+
+    Parameters
+    ----------
+    curve, here
+        The curve, and the point on it.
+    passed
+        How many steps of the load each impact has passed.
+    """
+    if not curve.system(curve.values(here.x)).load.breaks:
+        return None
+    own = curve.condition.which if isinstance(curve.condition, Corner) else -1
+    found = []
+    for i in range(curve.impacts):
+        for number in (int(passed[i]) - 1, int(passed[i])) if i != own else ():
+            normal = _normal(curve, here.x, i, number)
+            off = float(here.x[i]) - step_of(curve.system(curve.values(here.x)), number)
+            rate = float(normal @ here.tangent)
+            if off * rate < 0.0:
+                found.append(StepAhead(-off / rate, normal / np.linalg.norm(normal)))
+    return min(found, key=lambda one: one.distance, default=None)
+
+
+def _normal(curve: ExtendedCurve, x: Array, i: int, number: int) -> Array:
+    """The derivative of the time from a step to an impact by the unknowns."""
+    normal, p = np.zeros(x.size), curve.impacts
+    normal[i] = 1.0
+    here = step_of(curve.system(curve.values(x)), number)
+    for j in (p + 1, p + 2):
+        for h in (_DIFFERENCE, -_DIFFERENCE):
+            aside = np.array(x)
+            aside[j] += h
+            if curve.refusal(curve.values(aside)) is None:
+                normal[j] = -(step_of(curve.system(curve.values(aside)), number) - here) / h
+                break
+    return normal
+
+
+def beyond_step(curve: ExtendedCurve, here: ExtendedPoint, step: StepAhead) -> tuple[ExtendedPoint, ExtendedPoint]:
+    """The point on a step of the load, and one hardly beyond it with the tangent there; or Strayed."""
+    side = float(np.sign(step.normal @ here.tangent))
+    start = here.x + step.distance * here.tangent
+    on = curve.corrected(start, step.normal, here.tangent, here.matrix)
+    if float(np.abs(on.x - start).max()) > step.distance:
+        raise Strayed("another corner")
+    try:
+        matrix = curve.matrix(on.x + side * _BESIDE * step.normal)
+    except PercussError as error:
+        raise Strayed(str(error)) from None
+    tangent = np.linalg.svd(matrix)[2][-1]
+    tangent = tangent * np.sign(tangent @ step.normal) * side
+    place = on.x + (_BESIDE / abs(float(tangent @ step.normal))) * tangent
+    return on, curve.corrected(place, tangent, tangent, matrix)
+
+
+# ---- The walk along a curve of points over two parameters, one way, until something ends it
 
 _QUICK = 8  # steps of Newton's method after which the next step along the curve is longer
 _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts

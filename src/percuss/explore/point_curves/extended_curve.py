@@ -14,18 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.boundary_curves.roots import bracketed_roots
-from percuss.explore.continuation.next_point import Strayed, unit_tangent
+from percuss.explore.boundary_curves.plane_lines import bracketed_roots
+from percuss.explore.continuation.solution_curve import QuickMotion, Strayed, unit_tangent
 from percuss.explore.family import Family
 from percuss.explore.point_curves.conditions import Condition
-from percuss.explore.point_curves.quick_motion import QuickMotion
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady import PeriodicOrbit
 from percuss.steady.states import check_pushes
-
-__all__ = ["ExtendedCurve", "ExtendedPoint"]
 
 _KEPT = 64
 _MOST_STEPS, _MOST_RENEWALS = 16, 4
@@ -66,7 +62,7 @@ class ExtendedCurve:
     periods: int
     modes: int
     condition: Condition
-    _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
+    _motions: dict[bytes, QuickMotion] = field(default_factory=dict, repr=False, compare=False)
     _systems: dict[tuple[float, float], System] = field(default_factory=dict, repr=False, compare=False)
 
     def renewed(self, x: Array) -> ExtendedCurve:
@@ -101,7 +97,7 @@ class ExtendedCurve:
             return error
         return None
 
-    def motion(self, x: Array) -> PeriodicOrbit:
+    def motion(self, x: Array) -> QuickMotion:
         """The motion at a point."""
         p, key = self.impacts, x[: self.impacts + 3].tobytes()
         if key not in self._motions:

@@ -4,32 +4,159 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import overload
 
 import numpy as np
 
-from percuss.errors import ParameterError
-from percuss.explore.continuation.branch import BranchPoint
-from percuss.explore.continuation.limits import in_words
-from percuss.explore.continuation.next_point import Strayed
-from percuss.explore.continuation.rest_branch import RestBranchPoint
+from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.explore.continuation.branch import BranchEvent, BranchPoint
+from percuss.explore.continuation.branch_events import in_words
+from percuss.explore.continuation.rest_following import RestBranchPoint
+from percuss.explore.continuation.solution_curve import Strayed
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
+from percuss.explore.point_curves.conditions import Condition, Corner, CurveEvent, Death, Multiplier, Pair, Touch
+from percuss.explore.point_curves.curve_happenings import CurveHappening
 from percuss.explore.point_curves.curve_walk import CurveWalk, walked_curve
 from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
-from percuss.explore.point_curves.following_rest_points import followed_rest_point
-from percuss.explore.point_curves.happening import CurveHappening
-from percuss.explore.point_curves.kinds import CurveEvent
-from percuss.explore.point_curves.multiplier_conditions import Multiplier, Pair
-from percuss.explore.point_curves.point_curve import CurvePoint, PointCurve
-from percuss.explore.point_curves.point_start import FOLLOWED, point_condition
-from percuss.explore.point_curves.ranges import Ranges, ranges_around, units_of
-from percuss.explore.point_curves.rest_point_curve import RestPointCurve
+from percuss.explore.point_curves.plane_walk import PlaneWalk, RestPlane, RestWalk, root_on_line
+from percuss.explore.point_curves.point_curve import (
+    CurvePoint,
+    PointCurve,
+    Ranges,
+    RestCurvePoint,
+    RestPointCurve,
+    ranges_around,
+    units_of,
+)
+from percuss.explore.point_curves.rest_conditions import TURN, Held, rest_condition
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, finite, instance, numbers, several
+from percuss.steady import PeriodicOrbit
 
-__all__ = ["FOLLOWED", "follow_point"]
+# ---- Ends of cycles with rest followed through two parameters: onsets, touches, deaths, the last release
+
+_LAST = {"restitution": (0.0, 1.0), "contact.restitution": (0.0, 1.0)}  # the values that there are
+_SAME_REST, _BESIDE = 1e-6, 1e-2  # of a unit, by which the start may be off, and where the bar is held before
+
+
+def followed_rest_point(
+    point: RestBranchPoint,
+    family: Family,
+    names: tuple[str, str],
+    here: tuple[float, float],
+    bounds: Ranges,
+    most: int,
+    halt: Callable[[], bool] | None,
+) -> RestPointCurve:
+    """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
+    units = np.array(units_of(bounds, here))
+    low, high = zip(*(_LAST.get(name, (-math.inf, math.inf)) for name in names), strict=True)
+    condition, side = rest_condition(point)
+    plane = RestPlane(family, names, units, condition)
+    box = np.clip(np.array(bounds).T, low, high) / units
+    start, slopes = _rest_curve_start(plane, point, np.array(here) / units, box)
+    steep = float(np.linalg.norm(slopes))
+    left = np.array([slopes[1], -slopes[0]]) / steep  # the number grows to the left of this direction
+    condition, parts = plane.condition, []
+    for way, slope in ((left, steep), (-left, -steep)):
+        walk = PlaneWalk(replace(plane, condition=condition), start, way, slope, box)
+        with halting(halt):
+            parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
+        ended = parts[-1].happened[-1]
+        if ended.kind is CurveEvent.LIMIT and np.any(np.isinf(np.array(bounds).T) & (ended.place == box)):
+            last = CurveEvent.NO_SYSTEM
+            parts[-1].happened[-1] = ended._replace(kind=last, beyond=last.words)
+        if walk.end is CurveEvent.CLOSED:
+            break
+    return _rest_curve_told(point, plane, parts)
+
+
+def _rest_curve_start(plane: RestPlane, point: RestBranchPoint, here: Array, box: Array) -> tuple[Array, Array]:
+    """The point of the curve, and the derivatives of the number there."""
+    try:
+        reach = _BESIDE if isinstance(plane.condition, Held) else _SAME_REST
+        for _ in range(2):
+            slopes = plane.slopes(here, box)
+            axis = np.zeros(2)
+            inside = np.abs(slopes) * np.where((here == box[0]) | (here == box[1]), 1e-9, 1.0)
+            axis[int(np.argmax(inside))] = 1.0  # not off the edge of the plane
+            here, _ = root_on_line(plane.number, here, axis, float(slopes @ axis) or math.inf, reach)
+            plane.arrived(here)
+    except Interrupted:
+        raise
+    except (Strayed, PercussError) as error:
+        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(plane.names, plane.values(here), strict=True))
+        raise ParameterError("point", str(point), f"a point of the systems with {told}", str(error)) from None
+    return here, slopes
+
+
+def _rest_curve_told(point: RestBranchPoint, plane: RestPlane, parts: list[RestWalk]) -> RestPointCurve:
+    """The curve of one walk that closes, or of two from one place, the second of them backward."""
+    passed, happened = list(parts[0].passed), list(parts[0].happened)
+    if len(parts) > 1:
+        passed = [*parts[1].passed[:0:-1], *passed]
+        happened = [*parts[1].happened[::-1], *happened]
+    else:
+        happened.insert(0, happened[-1])
+    known = getattr(plane.family, "units", {})
+    return RestPointCurve(
+        point.kind,
+        point.cycle.label,
+        point.cycle.modes,
+        plane.names,
+        values=np.array([plane.values(one.place) for one in passed]),
+        release_phases=np.mod([one.release for one in passed], TURN),
+        event_phases=np.mod([one.time for one in passed], TURN),
+        is_orbit=np.array([one.is_cycle for one in passed], dtype=bool),
+        units=(known.get(plane.names[0], ""), known.get(plane.names[1], "")),
+        points=tuple(RestCurvePoint(one.kind, plane.values(one.place), one.beyond) for one in happened),
+    )
+
+
+# ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
+
+FOLLOWED = (
+    BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.HALVING, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH,
+    BranchEvent.DEATH, BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD,
+)  # fmt: skip
+"""The kinds of points of which there are curves."""
+
+
+def point_condition(point: BranchPoint) -> tuple[Condition, list[float]]:
+    """What the orbits of the curve have in common, and the unknowns that this brings."""
+    kind, orbit = point.kind, point.orbit
+    if kind is BranchEvent.FOLD:
+        return Multiplier.of(orbit, 1.0), []
+    if kind in (BranchEvent.FLIP, BranchEvent.HALVING):
+        return Multiplier.of(orbit, -1.0), []
+    if kind is BranchEvent.NEIMARK_SACKER and point.multipliers is not None:
+        turning = point.multipliers[np.abs(point.multipliers.imag) > 0.0]
+        cosine = math.cos(float(np.angle(turning[np.argmin(np.abs(np.abs(turning) - 1.0))])))
+        return Pair.of(orbit, cosine), [cosine]
+    if kind is BranchEvent.DEATH and point.impact is not None:
+        return Death(point.impact - 1), []
+    if kind is BranchEvent.TOUCH and point.touch_phase is not None:
+        return _touch(orbit, point.touch_phase)
+    if kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD) and point.impact is not None:
+        return Corner.of(orbit, point.impact - 1), []
+    known = ", ".join(one.value for one in FOLLOWED)
+    raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
+
+
+def _touch(orbit: PeriodicOrbit, phase: float) -> tuple[Touch, list[float]]:
+    """The flight in which the bar touches the wall at a phase, and how long after its start."""
+    turn = 2.0 * math.pi
+    after = float(np.mod(phase - orbit.times[0], turn)) + turn * np.arange(orbit.periods)
+    time = float(after[np.argmax(orbit.end_point(after))])
+    starts = np.array(orbit.times) - orbit.times[0]
+    flight = int(np.searchsorted(starts, time, side="right")) - 1
+    return Touch(flight), [time - float(starts[flight])]
+
+
+# ---- Points of a branch followed through two parameters: folds, flips, pairs on the unit circle, grazings, corners
 
 MOST_POINTS = 100_000
 _SAME = 1e-6
@@ -227,4 +354,4 @@ def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk, most: int
         beyond = in_words(walk.refusal)
     if one.kind is CurveEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"
-    return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).from_first, beyond)
+    return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).orbit, beyond)

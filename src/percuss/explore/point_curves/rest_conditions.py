@@ -7,19 +7,119 @@ Here are touches, deaths of impacts and the last release.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol, Self
 
 import numpy as np
 
-from percuss.explore.continuation.next_point import Strayed
-from percuss.explore.continuation.rest_branch import RestEvent
-from percuss.explore.point_curves.rest_way import RestWay, near
+from percuss.errors import ParameterError
+from percuss.explore.continuation.rest_following import RestBranchPoint, RestEvent, short_rest
+from percuss.explore.continuation.solution_curve import Strayed
 from percuss.model import System
-from percuss.steady.resting.leg import Leg
+from percuss.model.contact.falling_push import FallingPush
+from percuss.model.system import set_at_wall, wall_load
+from percuss.steady import RestCycle
+from percuss.steady.resting.flight_chain import Chain, Course, Impact, Leg, Swing, chatter_left, release_phases
 from percuss.steady.trigonometric import trigonometric_roots
 
-__all__ = ["Grazing", "Pulling", "RestCondition"]
+# ---- The way of a bar from a release up to what ends a cycle with rest, at one system after the other
+
+TURN = 2.0 * math.pi
+_JUMP = 1.5  # factor by which a flight may change in a step
+_FEW = 1e-2  # an impact that is so much slower than at the last place is another one
+
+
+class Unlike(Strayed):
+    """Not the impacts that there were: one was born, or died."""
+
+    def __init__(self, kind: RestEvent) -> None:
+        super().__init__("other impacts")
+        self.kind = kind
+
+
+class Struck:
+    """What an impact leaves: the time, the speed of the rebound, the push, and how fast that falls.
+
+    The push is the acceleration of a striking end without velocity; it falls as the load does while the strain stays.
+    """
+
+    def __init__(self, leg: Leg) -> None:
+        swing, load = leg.swing, leg.swing.system.load
+        self.time, self.rebound = leg.time, -leg.rate
+        whole = 1.0 if swing.system.body.is_free else 0.0
+        self.push = leg.acceleration - (swing.system.d if whole else float(swing.known.damping[0])) * self.rebound
+        k = swing.harmonics
+        rate = float((1j * k * load.coefficients[k.astype(int)] * leg.turned).real.sum())
+        self.fall = -rate * (whole + float(swing.known.gamma.sum()))
+
+    @property
+    def share(self) -> float:
+        """q of `FallingPush`; inf without a push."""
+        return self.rebound * self.fall / self.push**2 if self.push > 0.0 else math.inf
+
+
+def struck(course: Course) -> Struck:
+    """What the next impact leaves; Strayed where there is none."""
+    if not course.strikes():
+        raise Strayed("no further impact")
+    return Struck(course.leg)
+
+
+def near(phase: float, place: float) -> float:
+    """A phase as the time nearest to a place."""
+    return place + math.remainder(phase - place, TURN)
+
+
+@dataclass(frozen=True)
+class RestWay:
+    """A bar let go at a release phase, and its first impacts.
+
+    Parameters
+    ----------
+    modes
+        N.
+    release
+        When it is let go.
+    impacts
+        Those that it has then; at another system as many, of about these times and speeds.
+    periods
+        Load periods for which it is followed.
+    """
+
+    modes: int
+    release: float
+    impacts: tuple[Impact, ...]
+    periods: int
+
+    def released(self, system: System) -> float:
+        """When it is let go; Strayed where the load lets go nowhere."""
+        phases = release_phases(system.load)
+        if not phases.size:
+            raise Strayed("no release")
+        return min((near(float(phase), self.release) for phase in phases), key=lambda time: abs(time - self.release))
+
+    def course(self, system: System) -> Course:
+        """The bar just after the last of these impacts; Unlike where they are others."""
+        release = self.released(system)
+        course = Course(Swing(system, self.modes), release, release + TURN * (self.periods + 1))
+        last, before = release, self.release
+        for one in self.impacts:
+            if not course.strikes():
+                raise Unlike(RestEvent.DEATH)
+            its = course.impacts[-1]
+            ratio = (its.time - last) / (one.time - before)
+            if not 1.0 / _JUMP < ratio < _JUMP or its.speed < _FEW * one.speed:
+                raise Unlike(RestEvent.TOUCH if its.speed < one.speed else RestEvent.DEATH)
+            last, before = its.time, one.time
+        return course
+
+    def after(self, course: Course, number: int) -> RestWay:
+        """The same from here, with the first impacts of a course that has gone this way."""
+        return RestWay(self.modes, course.release, tuple(course.impacts[:number]), self.periods)
+
+
+# ---- What ends cycles with rest, as a number of the system that vanishes there and goes on smoothly to the other side
 
 _STEPS, _CLOSE, _ASIDE = 30, 1e-12, 0.3
 
@@ -151,3 +251,294 @@ class Pulling:
     def phase(self, system: System) -> float:
         """When the load is least."""
         return self._deepest(system)[0]
+
+
+# ---- Onsets: a rest that is about to vanish, or to begin, as a number that vanishes there (theory, Onset of chatter)
+
+_MOST_IMPACTS = 400
+_SLOWEST = 1.01  # of the growth of q − c, below which so many impacts do not tell it
+_LOW, _HIGH = 0.5, 0.36  # of c, and itself: between these q is followed on; above 3/8 the bar is not thrown back
+_OVER = 1e30  # in place of the q of an impact after the push is gone
+_CALM = 0.3  # share of c by which q may differ from the first impact on that counts
+_FINE = 1e-14  # rad of the load, beyond which later impacts have no say
+_SURE = 0.5  # of a contact, left over where the bar is held without doubt
+
+
+class Endless(Strayed):
+    """More impacts than are followed."""
+
+
+@dataclass(frozen=True)
+class Vanishing:
+    """A chatter that piles up just as the push that presses the bar on the wall is gone.
+
+    The number is the push that is missing at the last of the impacts of the way: negative where the chatter does not
+    come to its end. From there on impact by impact q departs from c, in a known way; where q is asked for late enough
+    the number is exact.
+    """
+
+    way: RestWay
+
+    @property
+    def kind(self) -> RestEvent:
+        """An onset."""
+        return RestEvent.ONSET
+
+    def number(self, system: System) -> float:
+        """The missing push, in the unit of the load."""
+        course = self.way.course(system)
+        first = Struck(course.leg)
+        limit = FallingPush(-system.contact.velocity_factor)
+        root = math.sqrt(limit.critical)
+        found = root * first.push - math.sqrt(max(first.rebound * first.fall, 0.0))
+        for excess, share, here in _followed(course, first, limit):
+            found = share * (min(here.push, 0.0) - 0.5 * excess * first.push / root)
+        return found
+
+    def renewed(self, system: System) -> Vanishing:
+        """With the first impact from which on q stays near c."""
+        known, critical = len(self.way.impacts), FallingPush(-system.contact.velocity_factor).critical
+        course = self.way.course(system)
+        if system.contact.velocity_factor == 0.0:
+            return Vanishing(self.way.after(course, known))
+        if self._calm(course, critical):
+            last = Course(course.swing, course.release, course.stop)
+            going = [last.strikes() for _ in range(known - 1)]
+            first = known - 1 if all(going) and going and self._calm(last, critical) else known
+        else:
+            first = self._first_calm(course, critical) or known
+        return Vanishing(self.way.after(course, first))
+
+    def _first_calm(self, course: Course, critical: float) -> int:
+        """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
+        for _ in range(_MOST_IMPACTS):
+            if not course.strikes() or Struck(course.leg).push <= 0.0:
+                return 0
+            if self._calm(course, critical):
+                return len(course.impacts)
+        return 0
+
+    @staticmethod
+    def _calm(course: Course, critical: float) -> bool:
+        """Whether q is near c after the last impact."""
+        return abs(Struck(course.leg).share / critical - 1.0) < _CALM
+
+    def phase(self, system: System) -> float:
+        """When the load lets go."""
+        course = self.way.course(system)
+        here = Struck(course.leg)
+        return _release_after(system, here.time + max(here.push / here.fall, 0.0))
+
+
+def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tuple[float, float, Struck]]:
+    """Of each impact while q stays near c: its excess, the share of the first in it, and what it leaves."""
+    if math.isinf(limit.growth) or first.push <= 0.0:
+        return
+    if limit.growth < _SLOWEST:
+        raise Endless("too many impacts")
+    here, share = first, 1.0
+    for _ in range(_MOST_IMPACTS):
+        if here.fall <= 0.0:
+            return
+        yield limit.excess(min(here.share, _OVER)), share, here
+        if not _LOW * limit.critical < here.share < _HIGH or share * here.push < _FINE * here.fall:
+            return
+        here, share = struck(course), share / limit.growth
+    raise Endless("too many impacts")
+
+
+@dataclass(frozen=True)
+class Late:
+    """A bar that comes to rest just as the load lets go, still pressed on the wall by its strain, or by a step.
+
+    The number is the time from the rest to the release.
+    """
+
+    way: RestWay
+
+    @property
+    def kind(self) -> RestEvent:
+        """An onset."""
+        return RestEvent.ONSET
+
+    def _rest(self, system: System) -> tuple[float, Course]:
+        course = self.way.course(system)
+        factor = system.contact.velocity_factor
+        for _ in range(_MOST_IMPACTS):
+            left = chatter_left(course.leg, factor) if factor < 0.0 else 0.0
+            if left is not None:
+                return course.leg.time + left, course
+            struck(course)
+        raise Endless("too many impacts")
+
+    def number(self, system: System) -> float:
+        """The time from the rest to the release."""
+        rest, _ = self._rest(system)
+        return _release_after(system, rest) - rest
+
+    def renewed(self, system: System) -> Late:
+        """With the impacts of here."""
+        return Late(self.way.after(self._rest(system)[1], len(self.way.impacts)))
+
+    def phase(self, system: System) -> float:
+        """When the load lets go."""
+        return _release_after(system, self._rest(system)[0])
+
+
+@dataclass(frozen=True)
+class Held(Vanishing):
+    """The same by a law that turns the strain over: the bar is held already where its flights are short.
+
+    Where that is, `spare` vanishes: a little beyond the place at which the chatter piles up as the push is gone.
+    """
+
+    def spare(self, system: System) -> float:
+        """By how much flight and rebound of the best of the impacts are shorter than a contact, in rad of the load."""
+        course = self.way.course(system)
+        contact, best = 2.0 * system.body.transit_time, -math.inf
+        for _ in range(_MOST_IMPACTS):
+            push = float(system.load.value(course.leg.time))
+            if push <= 0.0:
+                break
+            spare = contact - max(course.flight, -2.0 * course.leg.start.rigid / push)
+            if spare < best or spare > _SURE * contact:
+                return max(best, spare)
+            best = spare
+            struck(course)
+        return best
+
+    def renewed(self, system: System) -> Held:
+        """With the first impact from which on q stays near c."""
+        return Held(super().renewed(system).way)
+
+
+def _release_after(system: System, time: float) -> float:
+    """The release nearest to a time."""
+    phases = release_phases(system.load)
+    if not phases.size:
+        raise Strayed("no release")
+    return min((near(float(phase), time) for phase in phases), key=lambda one: abs(one - time))
+
+
+# ---- What ends a branch of cycles with rest at one of its points, as a condition on the way of the bar
+
+REST_FOLLOWED = (RestEvent.ONSET, RestEvent.TOUCH, RestEvent.DEATH, RestEvent.RELEASE_LOST)
+"""The kinds of ends of which there are curves."""
+
+_GONE, _HELD = 1e-2, 0.1  # of the greatest push, below which it vanishes, and where the bar is held before
+_PILED = 0.5  # of c, below which a chatter piles up whatever becomes of the push
+_RELEASE = 1e-6
+
+
+def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
+    """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch.
+
+    Raises
+    ------
+    ParameterError
+        For a point of another kind, and for one after a bar was let go at no release phase.
+    """
+    cycle = point.cycle
+    if point.kind is RestEvent.RELEASE_LOST:
+        return Pulling(RestWay(cycle.modes, cycle.release_phase, (), cycle.periods)), 1.0
+    if point.kind is RestEvent.ONSET:
+        return _onset(point), 1.0 if cycle.rest_times.min() < short_rest(cycle) else -1.0
+    if point.kind in (RestEvent.TOUCH, RestEvent.DEATH) and point.impact is not None:
+        return _grazing(point, point.impact), 1.0 if point.kind is RestEvent.DEATH else -1.0
+    known = ", ".join(one.value for one in REST_FOLLOWED)
+    raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
+
+
+def _way(point: RestBranchPoint, chain: Chain, number: int) -> RestWay:
+    """The way of a chain up to an impact."""
+    cycle = point.cycle
+    off = [
+        abs(math.remainder(float(phase) - chain.release, TURN))
+        for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    ]
+    if min(off, default=math.inf) > _RELEASE:
+        raise ParameterError(
+            "point", str(point), "one after a release where the load begins to pull", "this bar was laid down later"
+        )
+    return RestWay(cycle.modes, chain.release, chain.impacts[:number], cycle.periods)
+
+
+def _onset(point: RestBranchPoint) -> RestCondition:
+    """A rest that is about to vanish, or one that is about to begin."""
+    cycle = point.cycle
+    system, short = cycle.system, int(np.argmin(cycle.rest_times))
+    chains = [cycle.chains[short]] if cycle.rest_times[short] < short_rest(cycle) else list(cycle.chains)
+    factor = -system.contact.velocity_factor
+    if factor == 0.0:
+        ends = [(chain, i) for chain in chains for i in range(1, len(chain.impacts) + 1)]
+        if len(chains) == 1 and chains[0] is cycle.chains[short]:
+            ends = ends[-1:]
+        chain, number = min(ends, key=lambda end: _off_release(cycle, end[0].impacts[end[1] - 1].time))
+        way = _way(point, chain, number)
+        return Late(way) if (cycle.modes and system.body.is_free) or system.load.is_piecewise else Vanishing(way)
+    best = None
+    for chain in chains:
+        found = _vanishing(cycle, chain, FallingPush(factor))
+        if found is not None and (best is None or found[1] < best[1]):
+            best = chain, found[1], found[0]
+    if best is not None:
+        way = _way(point, best[0], best[2])
+        return Vanishing(way) if system.contact.keeps_strain else Held(way)
+    chain = chains[0]
+    if chain.rest == chain.impacts[-1].time:
+        told = "the ringing bar is held by one of its last, irregular impacts: of a rigid bar it can be, with 0 modes"
+        raise ParameterError("point", str(point), "an onset that can be followed", told)
+    return Late(_way(point, chain, _piled(cycle, chain, FallingPush(factor))))
+
+
+def _off_release(cycle: RestCycle, time: float) -> float:
+    return min(
+        abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(wall_load(cycle.system, cycle.modes))
+    )
+
+
+def _left(cycle: RestCycle, chain: Chain) -> list[Struck]:
+    """What each impact of a chain leaves."""
+    course = Course(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
+    return [struck(course) for _ in chain.impacts]
+
+
+def _vanishing(cycle: RestCycle, chain: Chain, limit: FallingPush) -> tuple[int, float] | None:
+    """The first of the impacts that pile up as the push vanishes, and the least push; None where none do."""
+    left = _left(cycle, chain)
+    best, begun = None, None
+    gone = (_GONE if cycle.system.contact.keeps_strain else _HELD) * max(one.push for one in left)
+    for number, one in enumerate(left, 1):
+        if abs(one.share / limit.critical - 1.0) >= _CALM:
+            begun = None
+            continue
+        begun = number if begun is None else begun
+        if one.push < gone and (best is None or one.push < best[1]):
+            best = begun, one.push
+    return best
+
+
+def _piled(cycle: RestCycle, chain: Chain, limit: FallingPush) -> int:
+    """The first impact from which on the others pile up anyway."""
+    piled = [one.share < _PILED * limit.critical for one in _left(cycle, chain)]
+    first = len(piled)
+    while first > 1 and piled[first - 2]:
+        first -= 1
+    return first
+
+
+def _grazing(point: RestBranchPoint, impact: int) -> Grazing:
+    """An impact that is born or dies."""
+    number = impact - 1
+    for chain in point.cycle.chains:
+        if number < len(chain.impacts):
+            break
+        number -= len(chain.impacts)
+    way, here = _way(point, chain, number), chain.impacts[number].time
+    if point.kind is RestEvent.TOUCH:
+        assert point.touch_phase is not None
+        begin = chain.impacts[number - 1].time if number else chain.release
+        first = near(point.touch_phase, begin)
+        times = [first + TURN * turn for turn in range(point.cycle.periods + 2)]
+        here = min((time for time in times if begin < time < here), default=here)
+    return Grazing(way, point.kind, here - chain.release)

@@ -1,15 +1,10 @@
 """Bodies: what strikes. `Body` says all that the mechanics may ask of one; each kind of body is a file."""
 
-from percuss.model.body.bar import Bar
-from percuss.model.body.body import Body, Modes, Shape
+from percuss.model.body.body import Body, HeldBody, Modes, Shape, need_free
 from percuss.model.body.damping import UNDAMPED, Damping, External, KelvinVoigt, Ratio, Table
-from percuss.model.body.held import HeldBody, need_free
-from percuss.model.body.modal import ModalBody, SizedModes
-from percuss.model.body.mounted import Mounted, SizedMounted
-from percuss.model.body.sectioned import Section, SectionedBar
-from percuss.model.body.sized import SizedBody
-from percuss.model.body.stepped import SteppedBar
-from percuss.model.body.uniform import UniformBar
+from percuss.model.body.modal import ModalBody, Mounted, SizedModes, SizedMounted
+from percuss.model.body.stepped import Section, SectionedBar, SteppedBar
+from percuss.model.body.uniform import Bar, SizedBody, UniformBar
 
 __all__ = [
     "BODIES",

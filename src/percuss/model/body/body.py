@@ -3,20 +3,96 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar, TypeVar, cast
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.body.damping import Damping, Lossless
-from percuss.model.body.modes import ComplexShape, Modes, Shape
 from percuss.model.checks import Array, ComplexArray, count
 from percuss.model.parameter import Parameter, of_field
 
-__all__ = ["Body", "ComplexShape", "IntArray", "Modes", "Shape"]
+# ---- What a body says of its elastic modes: frequencies, dampings and shapes
+
+
+class Shape(NamedTuple):
+    """Displacement along the bar and its slope, the strain u_x; equal shapes, dimensionless."""
+
+    displacement: Array
+    strain: Array
+
+
+class ComplexShape(NamedTuple):
+    """As `Shape`, of a harmonic motion: complex amplitudes."""
+
+    displacement: ComplexArray
+    strain: ComplexArray
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The elastic modes n = 1 … N of a free body under a load at one place; every array of shape (N,), dimensionless.
+
+    Mode n moves as u = z_n(t) φ_n(x) φ_n(x_p), z_n'' + d_n z_n' + ω_n² z_n = p(t): B77's u_n. φ_n is scaled so that its
+    modal mass is the mass of the body, 1.
+
+    Parameters
+    ----------
+    omega
+        Undamped frequencies ω_n, increasing, per radian of the load.
+    damping
+        d_n.
+    inertia
+        1/φ_n(1)²: the mass that the mode has at the striking end (uniform bar: 1/2). Never 0.
+    at_load
+        φ_n(x_p)/φ_n(1): the mode at the load, where the striking end moves by 1 (uniform bar, driven end: (−1)ⁿ).
+    """
+
+    omega: Array
+    damping: Array
+    inertia: Array
+    at_load: Array
+
+    @property
+    def gamma(self) -> Array:
+        """γ_n = φ_n(x_p) φ_n(1): z_n moves the striking end by γ_n z_n (uniform bar, driven end: 2(−1)ⁿ)."""
+        return self.at_load / self.inertia
+
+    @property
+    def weight(self) -> Array:
+        """φ_n(x_p)²: the kinetic energy is ½ Σ weight z_n'², the load's power p Σ weight z_n' (uniform bar: 2)."""
+        return self.at_load**2 / self.inertia
+
+    @property
+    def end(self) -> Array:
+        """|φ_n(1)|, at the striking end (uniform bar: √2)."""
+        return 1.0 / np.sqrt(self.inertia)
+
+    @property
+    def size(self) -> int:
+        """N."""
+        return self.omega.size
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether every mode loses energy."""
+        return bool(np.all(self.damping > 0.0))
+
+    def stiffness(self, k: Array) -> ComplexArray:
+        """ω_n² + ik d_n − k², shape (N, K): what divides the harmonics k of the load."""
+        return np.asarray((self.omega**2)[:, None] + 1j * np.outer(self.damping, k) - (k**2)[None, :])
+
+    def first(self, count: int) -> Modes:
+        """The first `count` of them; itself when it has no more."""
+        if count >= self.size:
+            return self
+        return Modes(self.omega[:count], self.damping[:count], self.inertia[:count], self.at_load[:count])
+
+
+# ---- What a body is: everything that the mechanics may ask of a bar, and nothing of how it is asked
 
 Kind = TypeVar("Kind", bound="Body")
 
@@ -291,3 +367,95 @@ def _modes(body: Body, count: int, at: int) -> Modes:
 
 
 _known_modes = lru_cache(maxsize=32)(_modes)
+
+
+# ---- Bodies that something holds: structures with one gap, which move by their modes alone
+#
+# Such a body has no rigid motion. Its modes n = 1 … N are q_n'' + d_n q_n' + ω_n² q_n = b_n p(t), and the gap function
+# is y = Σ a_n q_n − g ≤ 0, with a_n the mode at the contact, b_n the mode at the load (modal mass 1) and g the gap. In
+# the words of `Modes`: 1/inertia = a_n², at_load = b_n/a_n, so that γ_n = a_n b_n and q_n = b_n z_n.
+
+MOST_GAP = 1e12
+"""Far beyond any gap: displacements keep some digits of an impact."""
+
+
+class HeldBody(Body):
+    """A structure that something holds, with a wall at a gap before its contact; `Body` says what to write.
+
+    Besides, `most_modes` and `gap`; static shapes and bounds of modes that nobody computes mean nothing here: all are
+    computed.
+    """
+
+    is_free: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def most_modes(self) -> int:
+        """How many modes it has, or as many as are taken unless more are asked for."""
+
+    def chosen(self, modes: int | None) -> int:
+        """N, the modes that are taken where so many are asked for; None for `most_modes`.
+
+        Raises
+        ------
+        ParameterError
+            For none: its modes are all that moves.
+        """
+        if modes == 0:
+            raise ParameterError("modes", 0, "1 or more: a body that is held has no rigid motion beside its modes")
+        return self.most_modes if modes is None else self.kept(modes)
+
+    def flexibility(self, modes: int, at: int = 0) -> float:
+        """Displacement of the contact under a constant unit force at the load, of the first modes."""
+        known = self.modes(modes, at)
+        return float(np.sum(known.gamma / known.omega**2))
+
+    def bent(self, modes: int, at: int = 0) -> Array:
+        """The modes z_n of the shape in which a force at the contact bends it, the contact moved by 1; shape (N,).
+
+        A mode that the load does not drive has no share in it.
+        """
+        known = self.modes(modes, at)
+        share = 1.0 / (known.inertia * known.omega**2)
+        driven = known.gamma != 0.0
+        return np.where(driven, share / np.where(driven, known.gamma, 1.0), 0.0) / float(share[driven].sum())
+
+    def static_shape(self, x: Array, source: float = 0.0) -> Shape:
+        n = self.most_modes
+        shapes = self.shapes(np.asarray(x, dtype=float), n)
+        from_source = self.shapes(np.array([source]), n).displacement[0] / self.inertia(n) / self.frequencies(n) ** 2
+        return Shape(shapes.displacement @ from_source, shapes.strain @ from_source)
+
+    def frequency_floor(self, n: int) -> float:
+        raise _of_bars("a bound of its higher modes")
+
+    @property
+    def coupling_bound(self) -> float:
+        raise _of_bars("a bound of its higher modes")
+
+    def mass_before(self, x: Array) -> Array:
+        raise _of_bars("the mass along it")
+
+    def nearest(self, omega: Array) -> IntArray:  # type: ignore[override]
+        known = self.frequencies(self.most_modes)
+        return np.asarray(1 + np.argmin(np.abs(known[None, :] - np.asarray(omega, dtype=float)[..., None]), axis=-1))
+
+    @property
+    def is_harmonic(self) -> bool:
+        return False
+
+
+def need_free(body: Body, what: str) -> None:
+    """Refuse a body that is held where the answer is one of bars that move as a whole.
+
+    Raises
+    ------
+    ParameterError
+        With what was asked for.
+    """
+    if not body.is_free:
+        raise _of_bars(what)
+
+
+def _of_bars(what: str) -> ParameterError:
+    return ParameterError("body", "held by a spring or a structure", f"a free bar for {what}")

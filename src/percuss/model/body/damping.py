@@ -13,8 +13,6 @@ from percuss.errors import ParameterError
 from percuss.model.checks import Array, ComplexArray, non_negative, numbers
 from percuss.model.parameter import Parameter, of_field
 
-__all__ = ["UNDAMPED", "Damping", "External", "KelvinVoigt", "Lossless", "Ratio", "Table"]
-
 MOST_DAMPING = 1e6
 """Far beyond any bar, in radians of the load."""
 

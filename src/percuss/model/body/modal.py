@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.model.body.body import Body, Shape
-from percuss.model.body.damping import Damping, Table
-from percuss.model.body.held import MOST_GAP, HeldBody
-from percuss.model.body.sized import Piece, SizedBody
-from percuss.model.checks import Array, count, finite, non_negative, numbers, positive
+from percuss.model.body.body import MOST_GAP, Body, HeldBody, Shape
+from percuss.model.body.damping import UNDAMPED, Damping, Table
+from percuss.model.body.uniform import LEAST_S, MOST_S, Bar, Piece, SizedBody
+from percuss.model.checks import Array, count, finite, instance, non_negative, numbers, positive
 from percuss.model.parameter import Parameter, of_field
-
-__all__ = ["GAP", "MOST_MODES", "ModalBody", "SizedModes"]
 
 MOST_MODES = 4096
 _LEAST_SHARE = 1e-100  # of the greatest a_n: stands for a mode with a node at the contact
@@ -230,3 +228,210 @@ class SizedModes(SizedBody):
     def __str__(self) -> str:
         n = len(self.omega)
         return f"structure of {n} mode{'s' if n > 1 else ''}, {self.omega[0] / (2.0 * np.pi):.6g} Hz the first"
+
+
+# ---- A uniform bar, or a rigid mass, on a spring and a dashpot at its driven end
+
+_STEPS = 80
+_USUAL = 32
+MOST_STIFFNESS = 1e12
+
+
+@dataclass(frozen=True)
+class Mounted(HeldBody):
+    """u_tt + d u_t − s² u_xx = 0 with s² u_x(0) = k u(0) + c u_t(0) − p(t), u_x(1) = 0, and the wall at u(1) = g.
+
+    Modes cos q_n(1 − x) with q_n tan q_n = k/s² and ω_n = q_n s. The dashpot gives every mode its share
+    δ_n = c φ_n(0)²; that it also joins modes, by c φ_m(0)φ_n(0), is left out, which is exact for a rigid mass, and
+    else to the first order in c.
+
+    Parameters
+    ----------
+    stiffness
+        k/(MΩ²) > 0, of a spring k on the mass M.
+    dashpot
+        c/(MΩ) ≥ 0.
+    s
+        Wave speed of the bar; inf: a rigid mass.
+    damping
+        The law of damping of the bar itself.
+    gap
+        g, of either sign.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range.
+
+    Examples
+    --------
+    >>> from percuss.model import Mounted
+    >>> Mounted(stiffness=4.0, dashpot=0.1).frequencies(3).tolist()
+    [2.0]
+    >>> Mounted(stiffness=4.0, dashpot=0.1, s=20.0).frequencies(2).round(4).tolist()
+    [1.9967, 62.8955]
+    """
+
+    kind: ClassVar[str] = "mounted"
+    parameters: ClassVar[tuple[Parameter[Any], ...]] = (
+        *Body.parameters,
+        of_field("stiffness", "spring k", "stiffness of the spring over MΩ²"),
+        of_field("dashpot", "dashpot c", "force per velocity of the dashpot over MΩ"),
+        GAP,
+    )
+
+    stiffness: float
+    dashpot: float = 0.0
+    s: float = math.inf
+    damping: Damping = UNDAMPED
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, check in (("stiffness", positive), ("dashpot", non_negative)):
+            value = check(name, getattr(self, name))
+            if value > MOST_STIFFNESS:
+                raise ParameterError(name, value, f"at most {MOST_STIFFNESS:g}")
+            object.__setattr__(self, name, value)
+        if self.s != math.inf:
+            object.__setattr__(self, "s", positive("s", self.s))
+            if not LEAST_S <= self.s <= MOST_S:
+                raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
+        instance("damping", self.damping, Damping)
+        object.__setattr__(self, "gap", _gap(self.gap))
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether it is a rigid mass."""
+        return self.s == math.inf
+
+    @property
+    def most_modes(self) -> int:
+        return 1 if self.is_rigid else _USUAL
+
+    def kept(self, modes: int) -> int:
+        return min(modes, 1) if self.is_rigid else min(modes, MOST_MODES)
+
+    def wave_numbers(self, count: int) -> Array:
+        """q_n, n = 1 … `count`; 0 of a rigid mass; shape (count,)."""
+        if self.is_rigid:
+            return np.zeros(self.kept(count))
+        ratio, n = self.stiffness / self.s**2, np.arange(self.kept(count))
+        low, high = np.zeros(n.size), np.full(n.size, 0.5 * np.pi)  # of q − nπ
+        for _ in range(_STEPS):  # r sin r' = ratio cos r' has one root in each interval
+            middle = 0.5 * (low + high)
+            above = (n * np.pi + middle) * np.sin(middle) > ratio * np.cos(middle)
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        return np.asarray(n * np.pi + self._polished(np.asarray(n * np.pi), np.asarray(0.5 * (low + high)), ratio))
+
+    @staticmethod
+    def _polished(whole: Array, part: Array, ratio: float) -> Array:
+        """One step of Newton's method: bisection leaves a small first root few digits."""
+        q = whole + part
+        off = q * np.sin(part) - ratio * np.cos(part)
+        slope = np.sin(part) + q * np.cos(part) + ratio * np.sin(part)
+        return np.asarray(part - off / slope)
+
+    def frequencies(self, count: int) -> Array:
+        if self.is_rigid:
+            return np.full(self.kept(count), math.sqrt(self.stiffness))
+        return self.wave_numbers(count) * self.s
+
+    def dampings(self, count: int) -> Array:
+        at_spring = np.cos(self.wave_numbers(count)) ** 2 / self.inertia(count)
+        return np.asarray(self.damping.of(self.frequencies(count)) + self.dashpot * at_spring)
+
+    def inertia(self, count: int) -> Array:
+        return np.asarray(0.5 * (1.0 + np.sinc(2.0 * self.wave_numbers(count) / np.pi)))
+
+    def shapes(self, x: Array, count: int) -> Shape:
+        q, places = self.wave_numbers(count), np.asarray(x, dtype=float)
+        angles = np.outer(1.0 - places, q)
+        return Shape(np.cos(angles), q * np.sin(angles))
+
+    @property
+    def transit_time(self) -> float:
+        return 1.0 / self.s
+
+    def __str__(self) -> str:
+        what = "rigid mass" if self.is_rigid else f"s = {self.s:.6g}, {self.damping}"
+        return f"{what} on a spring k = {self.stiffness:.6g} with c = {self.dashpot:.6g}, gap {self.gap:.6g}"
+
+
+@dataclass(frozen=True)
+class SizedMounted(SizedBody):
+    """The same in SI; its scales are the mass, and the length of the bar, 1 m without one.
+
+    Parameters
+    ----------
+    spring
+        k in N/m.
+    dashpot
+        c in N·s/m.
+    bar
+        The bar; None for a rigid mass.
+    rigid_mass
+        In kg, where there is no bar.
+    gap
+        g in m.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range.
+    """
+
+    kind: ClassVar[str] = "mounted"
+
+    spring: float
+    dashpot: float = 0.0
+    bar: Bar | None = None
+    rigid_mass: float = 1.0
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, check in (("spring", positive), ("dashpot", non_negative), ("rigid_mass", positive)):
+            object.__setattr__(self, name, check(name, getattr(self, name)))
+        object.__setattr__(self, "gap", _gap(self.gap))
+        if self.bar is not None:
+            instance("bar", self.bar, Bar)
+
+    @property
+    def length(self) -> float:  # type: ignore[override]
+        """Of the bar, in m; 1 m of a rigid mass."""
+        return 1.0 if self.bar is None else self.bar.length
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return self.rigid_mass if self.bar is None else self.bar.mass
+
+    @property
+    def damping(self) -> Damping:  # type: ignore[override]
+        """Of the bar itself."""
+        return UNDAMPED if self.bar is None else self.bar.damping
+
+    @property
+    def transit_time(self) -> float:
+        return 0.0 if self.bar is None else self.bar.transit_time
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        return () if self.bar is None else self.bar.pieces
+
+    def body(self, angular_frequency: float) -> Body:
+        scale = positive("angular_frequency", angular_frequency)
+        k, c = self.spring / (self.mass * scale**2), self.dashpot / (self.mass * scale)
+        gap = self.gap / self.length
+        if self.bar is None:
+            return Mounted(k, c, gap=gap)
+        own = self.bar.body(scale)
+        return Mounted(k, c, own.s, own.damping, gap)
+
+    def natural_frequencies(self, modes: int) -> Array:
+        found = self.body(1.0).modes(count("modes", modes, most=1 << 20))
+        squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
+        return np.asarray(np.sqrt(squares) / (2.0 * np.pi))
+
+    def __str__(self) -> str:
+        what = f"mass of {self.mass:.6g} kg" if self.bar is None else str(self.bar)
+        return f"{what} on a spring of {self.spring:.6g} N/m"

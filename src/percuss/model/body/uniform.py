@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, IntArray, Shape
-from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
-from percuss.model.checks import Array, ComplexArray, instance, positive
-
-__all__ = ["UniformBar"]
+from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping, External, Ratio, share_of_critical
+from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, positive
 
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
 LEAST_S, MOST_S = 1e-4, 1e9
@@ -165,3 +164,248 @@ def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
     for j in range(9, 0, -1):
         total = -square / (2 * j * (2 * j + 1)) * (1.0 + total)
     return total
+
+
+# ---- A body with its sizes in SI: what joins a dimensionless `Body` to metres, kilograms and pascals
+
+
+class Piece(NamedTuple):
+    """A length of one cross-section and one material, as it is drawn and as stress is told of it.
+
+    Parameters
+    ----------
+    start, end
+        From the driven end, in m.
+    area
+        Cross-sectional area in m².
+    youngs_modulus
+        In Pa.
+    density
+        In kg/m³.
+    diameter, bore
+        Outer and inner diameter in m of a round cross-section; where only the area is known, those of a solid one.
+    """
+
+    start: float
+    end: float
+    area: float
+    youngs_modulus: float
+    density: float
+    diameter: float
+    bore: float
+
+    @property
+    def impedance(self) -> float:
+        """A sqrt(E ρ) in N·s/m."""
+        return self.area * float(np.sqrt(self.youngs_modulus * self.density))
+
+    @property
+    def transit_time(self) -> float:
+        """Time of a wave through it, in s."""
+        return (self.end - self.start) * float(np.sqrt(self.density / self.youngs_modulus))
+
+    @property
+    def mass(self) -> float:
+        """In kg."""
+        return self.density * self.area * (self.end - self.start)
+
+
+class SizedBody(ABC):
+    """A body in SI units. To write one, write `length`, `damping`, `pieces` and `body`; everything else follows.
+
+    A body with a mass that none of its pieces has, such as a point mass at an end, writes `mass`, too. Its blows cannot
+    be resolved by waves (`percuss.blow`), which run through the pieces alone.
+    """
+
+    kind: ClassVar[str]
+    """Its word in JSON, the same as its dimensionless body's."""
+
+    length: float
+    """L in m."""
+
+    damping: Damping
+    """The law of its damping, with times in s (`Damping.per_radian`)."""
+
+    @property
+    @abstractmethod
+    def pieces(self) -> tuple[Piece, ...]:
+        """Its sections from the driven end to the striking end."""
+
+    @abstractmethod
+    def body(self, angular_frequency: float) -> Body:
+        """The dimensionless body under a load whose fundamental has the angular frequency Ω, in rad/s."""
+
+    @property
+    def mass(self) -> float:
+        """Mass of the whole bar in kg."""
+        return sum(piece.mass for piece in self.pieces)
+
+    @property
+    def transit_time(self) -> float:
+        """Time of a wave from end to end, in s."""
+        return sum(piece.transit_time for piece in self.pieces)
+
+    @property
+    def wave_speed(self) -> float:
+        """Length over transit time, in m/s: C of a uniform bar."""
+        return self.length / self.transit_time
+
+    @property
+    def contact_duration(self) -> float:
+        """Twice the transit time, in s: a wave runs through the bar and back."""
+        return 2.0 * self.transit_time
+
+    @property
+    def impedance(self) -> float:
+        """A sqrt(E ρ) at the striking end, in N·s/m."""
+        return self.pieces[-1].impedance
+
+    @property
+    def rigid_drag(self) -> float:
+        """Force per velocity of the bar as a whole, in N·s/m."""
+        return self.damping.rigid * self.mass
+
+    def youngs_modulus_at(self, x: Array) -> Array:
+        """Young's modulus in Pa at the places x, from 0 at the driven end to 1; same shape. Stress is E u_x."""
+        ends = np.array([piece.end for piece in self.pieces[:-1]]) / self.length
+        moduli = np.array([piece.youngs_modulus for piece in self.pieces])
+        return np.asarray(moduli[np.searchsorted(ends, x, side="right")])
+
+    def natural_frequencies(self, modes: int) -> Array:
+        """Damped natural frequencies of the elastic modes 1 … `modes` of the free bar.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (modes,), in Hz: λ_n/2π; 0 for a mode that is overdamped.
+        """
+        rate = 1.0 / self.transit_time  # any would do; with this one the numbers are of order 1
+        found = self.body(rate).modes(count("modes", modes, most=1 << 20))
+        squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
+        return np.asarray(rate * np.sqrt(squares) / (2.0 * np.pi))
+
+
+# ---- The uniform bar in SI units: a slender elastic rod of one cross-section and one material
+
+
+@dataclass(frozen=True, init=False)
+class Bar(SizedBody):
+    """A uniform elastic bar in SI units; steel unless told otherwise.
+
+    Parameters
+    ----------
+    length
+        Length L in m.
+    area
+        Cross-sectional area A in m²; or give `diameter`.
+    youngs_modulus
+        Young's modulus E in Pa.
+    density
+        Density in kg/m³.
+    damping
+        A law of damping with its times in s; or give `damping_ratio` or `drag`.
+    diameter
+        Diameter in m of a solid round bar, instead of `area`.
+    damping_ratio
+        ζ, the share of critical damping of every elastic mode (dimensionless), instead of `damping`: `Ratio(ζ)`.
+    drag
+        D, the force per metre of bar and per velocity, in N·s/m², instead of `damping`: `External(D/M)`.
+
+    Raises
+    ------
+    ParameterError
+        For sizes that are not positive and finite, when both or neither of `area` and `diameter` are given, or more
+        than one damping.
+
+    Examples
+    --------
+    >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
+    >>> print(bar)
+    Bar: 341 mm × 1886 mm², 5.05 kg, C = 5172 m/s, impedance 7.66e+04 N·s/m, first mode 7584 Hz
+    """
+
+    kind: ClassVar[str] = "uniform"
+
+    STEEL_MODULUS: ClassVar[float] = 210e9
+    """Young's modulus of steel in Pa, unless told otherwise."""
+
+    length: float
+    area: float
+    youngs_modulus: float
+    density: float
+    damping: Damping
+
+    def __init__(
+        self,
+        length: float,
+        area: float | None = None,
+        youngs_modulus: float = STEEL_MODULUS,
+        density: float = 7850.0,
+        damping: Damping | None = None,
+        *,
+        diameter: float | None = None,
+        damping_ratio: float | None = None,
+        drag: float | None = None,
+    ) -> None:
+        set_ = object.__setattr__
+        set_(self, "length", positive("length", length))
+        set_(self, "youngs_modulus", positive("youngs_modulus", youngs_modulus))
+        set_(self, "density", positive("density", density))
+        if area is not None and diameter is not None:
+            raise ParameterError("diameter", diameter, "either area or diameter, not both")
+        if area is None and diameter is None:
+            raise ParameterError("area", None, "an area (m²) or a diameter (m) greater than 0")
+        round_area = None if diameter is None else math.pi / 4.0 * positive("diameter", diameter) ** 2
+        set_(self, "area", positive("area", area if round_area is None else round_area))
+        if not 0.0 < self.mass < math.inf:
+            raise ParameterError("length", self.length, "sizes and a density that give the bar a finite mass")
+        set_(self, "damping", self._law(damping, damping_ratio, drag))
+
+    def _law(self, damping: Damping | None, ratio: float | None, drag: float | None) -> Damping:
+        given = {"damping": damping, "damping_ratio": ratio, "drag": drag}
+        several = [name for name, value in given.items() if value is not None]
+        if len(several) > 1:
+            raise ParameterError(several[1], given[several[1]], f"either {several[0]} or {several[1]}, not both")
+        if ratio is not None:
+            return Ratio(share_of_critical("damping_ratio", ratio))
+        if drag is not None:
+            return External(non_negative("drag", drag) / self.mass_per_length)
+        return UNDAMPED if damping is None else instance("damping", damping, Damping)
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The one section that it is."""
+        diameter = math.sqrt(4.0 / math.pi * self.area)
+        return (Piece(0.0, self.length, self.area, self.youngs_modulus, self.density, diameter, 0.0),)
+
+    def body(self, angular_frequency: float) -> UniformBar:
+        """The dimensionless bar under a load whose fundamental has the angular frequency Ω, in rad/s."""
+        omega = positive("angular_frequency", angular_frequency)
+        return UniformBar(self.wave_speed / (self.length * omega), self.damping.per_radian(omega))
+
+    @property
+    def mass_per_length(self) -> float:
+        """M in kg/m."""
+        return self.density * self.area
+
+    @property
+    def mass(self) -> float:
+        """Mass of the whole bar in kg."""
+        return self.mass_per_length * self.length
+
+    @property
+    def wave_speed(self) -> float:
+        """C = sqrt(EA/M) in m/s."""
+        return math.sqrt(self.youngs_modulus / self.density)
+
+    @property
+    def impedance(self) -> float:
+        """Mechanical impedance A sqrt(E ρ) in N·s/m."""
+        return self.area * math.sqrt(self.youngs_modulus * self.density)
+
+    def __str__(self) -> str:
+        return (
+            f"Bar: {1e3 * self.length:.4g} mm × {1e6 * self.area:.4g} mm², {self.mass:.3g} kg, "
+            f"C = {self.wave_speed:.4g} m/s, impedance {self.impedance:.3g} N·s/m, "
+            f"first mode {self.natural_frequencies(1)[0]:.4g} Hz"
+        )

@@ -3,9 +3,8 @@
 `Timed` is what a blow that takes time means for the motion of the bar as a whole.
 """
 
-from percuss.model.contact.contact import Contact, Result
+from percuss.model.contact.contact import Contact, Result, impedance_ratio, restitution_of_ratio, restitutions
 from percuss.model.contact.kept import Kept
-from percuss.model.contact.restitution import impedance_ratio, restitution_of_ratio, restitutions
 from percuss.model.contact.reversed import Reversed
 from percuss.model.contact.timed import ADVANCES, Advance, Timed
 

@@ -11,8 +11,6 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-__all__ = ["FallingPush"]
-
 _STEPS, _MOST = 24, 100_000
 _NEAR = 1e-9  # share of c within which the map is its derivative
 

@@ -7,8 +7,6 @@ from typing import ClassVar
 
 from percuss.model.contact.contact import Contact, Result
 
-__all__ = ["Kept"]
-
 
 @dataclass(frozen=True, init=False)
 class Kept(Contact):

@@ -9,8 +9,6 @@ from percuss.errors import ParameterError
 from percuss.model.body.body import Body
 from percuss.model.contact.contact import Contact, Result
 
-__all__ = ["Reversed"]
-
 
 @dataclass(frozen=True, init=False)
 class Reversed(Contact):

@@ -9,8 +9,6 @@ from typing import Literal
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, count, finite, non_negative, positive, unit_interval
 
-__all__ = ["ADVANCES", "Advance", "Timed"]
-
 Advance = Literal["kept", "pushed back", "residual penetration"]
 
 ADVANCES: tuple[Advance, ...] = ("kept", "pushed back", "residual penetration")

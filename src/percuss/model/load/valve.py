@@ -2,22 +2,187 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
 
 from percuss.errors import ParameterError
-from percuss.model.checks import choice, finite, instance, non_negative, positive, several, text, unit_interval
-from percuss.model.load.cushion import Cushion
-from percuss.model.load.supply import Supply
+from percuss.model.checks import choice, instance, non_negative, positive, several, text, unit_interval
+from percuss.model.checks import force as checked_force
 
-__all__ = ["MOST_PORTS", "MOST_STATES", "NO_CHAMBER", "Chamber", "Orders", "Port", "Valve"]
+# ---- A cushion at the front end of the stroke, which stops a piston that finds no tool
+
+
+@dataclass(frozen=True)
+class Cushion:
+    """A cushion beyond the wall, such as oil that the piston traps when it goes forward without the tool.
+
+    At the depth z it pushes a piston that goes in back with `force` + `stiffness` z, and one that comes out with the
+    part `returned` of that. It begins at the wall or beyond, so that it takes nothing from a blow on the tool.
+
+    Parameters
+    ----------
+    beyond
+        Distance beyond the wall at which it begins, 0 or greater (dimensionless).
+    force
+        At its beginning, 0 or greater; dimensionless, as a load is.
+    stiffness
+        Increase of the force per depth, 0 or greater (dimensionless).
+    length
+        Depth at which the piston meets the front end of the housing, greater than 0; None for no end.
+    returned
+        Part of the energy that it gives back, from 0 (oil that is throttled) to 1 (a spring).
+    area
+        Of the piston's ring that presses on the oil (m²), where its pressure is to be told.
+
+    Raises
+    ------
+    ParameterError
+        When a number is out of range.
+
+    Examples
+    --------
+    >>> Cushion(beyond=0.02, force=1.0, stiffness=50.0).energy(0.1)
+    0.35
+    """
+
+    beyond: float = 0.0
+    force: float = 0.0
+    stiffness: float = 0.0
+    length: float | None = None
+    returned: float = 0.0
+    area: float | None = None
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        for name in ("beyond", "force", "stiffness"):
+            set_(self, name, non_negative(name, getattr(self, name)))
+        set_(self, "returned", unit_interval("returned", self.returned))
+        for name in ("length", "area"):
+            if getattr(self, name) is not None:
+                set_(self, name, positive(name, getattr(self, name)))
+
+    def energy(self, depth: float) -> float:
+        """What it takes from a piston that goes in to a depth, ∫ (force + stiffness z) dz.
+
+        Raises
+        ------
+        ParameterError
+            When the depth is negative.
+        """
+        depth = non_negative("depth", depth)
+        return depth * (self.force + 0.5 * self.stiffness * depth)
+
+    def scaled(self, force: float, length: float) -> Cushion:
+        """The same cushion in other units of force and length; the area stays in m².
+
+        Raises
+        ------
+        ParameterError
+            When a number is not greater than 0.
+        """
+        force, length = positive("force", force), positive("length", length)
+        end = None if self.length is None else self.length * length
+        more = self.stiffness * force / length
+        return Cushion(self.beyond * length, self.force * force, more, end, self.returned, self.area)
+
+
+# ---- What feeds the valve of a machine: a pump with a steady flow, and an accumulator whose pressure falls and rises
+
+
+@dataclass(frozen=True)
+class Supply:
+    """A pump of steady flow, and an accumulator from which the piston draws.
+
+    The pressure π is a multiple of the one for which the forces of the valve's states hold. In the state k the piston
+    is pushed by π p_k, and draws p_k u′ while it moves toward the wall with u′ (the area on which the pressure acts
+    is the one that displaces oil), so that
+
+        c π′ = q − p_k u′,   energy of the accumulator c π²/2.
+
+    The accumulator is represented by its tangent: for a gas, c belongs to its volume V and exponent n by C = V/(n P).
+    There is no relief valve, and no leakage.
+
+    Parameters
+    ----------
+    flow
+        q, what the pump gives: the power that its flow has at the pressure 1, Q P (dimensionless, of the unit of mass).
+    compliance
+        c of the accumulator: the volume that it gives up per pressure, times the square of that pressure, C P².
+    start
+        The pressure at the start, 0 or greater.
+
+    Raises
+    ------
+    ParameterError
+        When `flow` or `compliance` is not greater than 0, or `start` negative.
+
+    References
+    ----------
+    H. E. Merritt, Hydraulic Control Systems, Wiley, 1967, on compressibility as the capacity of a chamber.
+
+    Examples
+    --------
+    >>> Supply.of_oil(flow=2.2e-3, compliance=2.5e-11, pressure=160e5).flow
+    35200.0
+    """
+
+    flow: float
+    compliance: float
+    start: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "flow", positive("flow", self.flow))
+        object.__setattr__(self, "compliance", positive("compliance", self.compliance))
+        object.__setattr__(self, "start", non_negative("start", self.start))
+
+    @classmethod
+    def of_oil(cls, flow: float, compliance: float, pressure: float, start: float | None = None) -> Supply:
+        """The supply in SI, for a valve in newtons and metres whose forces hold at a pressure.
+
+        Parameters
+        ----------
+        flow
+            Q of the pump, m³/s.
+        compliance
+            C of the accumulator, m³/Pa.
+        pressure
+            For which the forces of the states hold, Pa.
+        start
+            The pressure at the start, Pa; `pressure` by default.
+
+        Raises
+        ------
+        ParameterError
+            As of the class.
+        """
+        flow, compliance = positive("flow", flow), positive("compliance", compliance)
+        pressure = positive("pressure", pressure)
+        begins = 1.0 if start is None else non_negative("start", start) / pressure
+        return cls(flow * pressure, compliance * pressure**2, begins)
+
+    def scaled(self, power: float, energy: float) -> Supply:
+        """The same supply in other units of power and of energy.
+
+        Raises
+        ------
+        ParameterError
+            When a number is not greater than 0.
+        """
+        return Supply(self.flow * positive("power", power), self.compliance * positive("energy", energy), self.start)
+
+
+# ---- A load that the piston itself switches: a valve with states, ports, delays, and a gas chamber behind the piston
 
 MOST_STATES = 64
 """The most states a valve may have."""
 
 MOST_PORTS = 64
 """The most ports a valve may have."""
+
+_LEAST_FORCE = 1e-100
+"""What a smaller force does takes longer than any number can count."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +214,7 @@ class Chamber:
     stiffness: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "force", finite("force", self.force))
+        object.__setattr__(self, "force", checked_force("force", self.force, _LEAST_FORCE))
         object.__setattr__(self, "stiffness", non_negative("stiffness", self.stiffness))
 
 
@@ -219,6 +384,21 @@ class Valve:
                 return force + self.chamber.force
         raise ParameterError("state", state, _one_of([name for name, _ in self.pairs]))
 
+    @property
+    def time_unit(self) -> float:
+        """A power of two near the time in which the greatest force drives the bar from the wall to the farthest port.
+
+        Where ports have no place it is near the longest delay. What is taken for simultaneous, or for the end of
+        chatter, is measured by it.
+        """
+        way = max((port.behind for port in self.ports if port.behind is not None), default=0.0)
+        push = max(abs(self.force(name)) for name, _ in self.pairs)
+        if way > 0.0 and push > 0.0:
+            exponent = 0.5 * (math.log2(way) - math.log2(push))
+        else:
+            exponent = math.log2(max(port.delay for port in self.ports) or 1.0)
+        return 2.0 ** min(max(round(exponent), -300), 300)
+
     def scaled(self, force: float, length: float, time: float = 1.0) -> Valve:
         """The same valve in other units: forces, distances and delays multiplied by these numbers.
 
@@ -293,7 +473,7 @@ def _pairs(states: object) -> tuple[tuple[str, float], ...]:
     names = [text("states", name, "names of states as keys") for name, _ in found]
     if len(set(names)) < len(names):
         raise ParameterError("states", names, "states of different names")
-    return tuple((name, finite(f"states[{name!r:.40}]", force)) for name, force in found)
+    return tuple((name, checked_force(f"states[{name!r:.40}]", value, _LEAST_FORCE)) for name, value in found)
 
 
 def _one_of(names: list[str]) -> str:

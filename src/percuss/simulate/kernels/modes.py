@@ -4,10 +4,260 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inner, summed
-from percuss.simulate.kernels.codes import POWERS, SINGLY
-from percuss.simulate.kernels.creeping import creep
-from percuss.simulate.kernels.elementary import fading, sine_cosine
+from percuss.compiled import inlined, inner, summed
+from percuss.simulate.kernels.motion_records import EPS, POWERS, SINGLY
+
+# ---- Modes that are overdamped or close to it: they keep the value and the rate of their free motion
+
+
+@inner
+def creep(d, square, omega, tau):
+    """g, h, h' and 1 − g of a mode that is overdamped or close to it, each without cancellation.
+
+    h is the answer to a unit push, h(0) = 0 and h'(0) = 1, and g = ω² ∫h, so that the free motion is
+    q − q(0) = q'(0) h − q(0) g, with rate q'(0) h' − q(0) ω² h. `square`: λ² = ω² − d²/4, of either sign.
+    """
+    x = d * tau
+    if x < 1.0:  # the power series of h, its terms divided by τ
+        y = omega * tau
+        y *= y
+        before, term, g, h, rate = 0.0, 1.0, 0.5, 1.0, 1.0
+        k = 1.0
+        while k < 24.0:
+            before, term = term, -(x * term + y * before / k) / (k + 1.0)
+            k += 1.0
+            h += term
+            g += term / (k + 1.0)
+            rate += term * k
+            if abs(term) + abs(before) * y < 1e-19:
+                break
+        g *= y
+        return g, tau * h, rate, 1.0 - g
+    half = 0.5 * d
+    if square > 0.0:
+        lam = math.sqrt(square)
+        fade = math.exp(-0.5 * x)
+        sine, cosine = math.sin(0.5 * lam * tau), math.cos(lam * tau)
+        h = fade * (math.sin(lam * tau) / lam)
+        slow = fade * cosine
+        return fade * (2.0 * sine * sine) - math.expm1(-0.5 * x) - half * h, h, slow - half * h, slow + half * h
+    kappa = math.sqrt(-square)
+    rate = omega * omega / (half + kappa)  # of the slow part, d/2 − κ
+    fade, spread = math.exp(-rate * tau), 2.0 * kappa * tau
+    h = fade * (-math.expm1(-spread) / (2.0 * kappa) if spread > 1e-300 else tau)
+    return -math.expm1(-rate * tau) - rate * h, h, fade * math.exp(-spread) - rate * h, fade + rate * h
+
+
+@inner
+def free_motion(d, square, omega, tau):
+    """1 − g, h and h' of any mode: q = q(0) (1 − g) + q'(0) h, q' = q'(0) h' − q(0) ω² h."""
+    if d < 1.9 * omega:
+        lam, fade = math.sqrt(square), math.exp(-0.5 * d * tau)
+        slow, h = fade * math.cos(lam * tau), fade * (math.sin(lam * tau) / lam)
+        return slow + 0.5 * d * h, h, slow - 0.5 * d * h
+    _, h, rate, left = creep(d, square, omega, tau)
+    return left, h, rate
+
+
+@inner
+def most_of(d, square, omega, q, q1, tau, start, start1):
+    """Bounds of |q|, |q'|, |q''|, |q‴| from τ on for a mode that is overdamped or close to it.
+
+    `q`, `q1`: value and rate at τ; `start`, `start1`: at the anchor. As 0 ≤ h ≤ 1/d and |1 − g| ≤ 1 (`creep`),
+    |q| ≤ |q(τ)| + |q'(τ)|/d. With the two rates a < b of decay, p = q' + a q obeys p' = −b p: it fades at the quick
+    one, q' = p − a q, q'' = a² q − d p, q‴ = (a² + b d) p − a³ q, and nothing cancels.
+    """
+    most = abs(q) + abs(q1) / d
+    if square >= 0.0:
+        q2 = -d * q1 - omega * omega * q
+        q3 = -d * q2 - omega * omega * q1
+        q4 = -d * q3 - omega * omega * q2
+        rounding = 8.0 * EPS * d * (abs(q1) + d * abs(q))  # all rates are near d/2
+        one, two, three = abs(q1) + abs(q2) / d, abs(q2) + abs(q3) / d, abs(q3) + abs(q4) / d
+        return most, one + rounding / d, two + 2.0 * rounding, three + 4.0 * rounding * d
+    kappa = math.sqrt(-square)
+    quick = 0.5 * d + kappa
+    slow = omega * omega / quick
+    p = (abs(start1 + slow * start) + 4.0 * EPS * (abs(start1) + slow * abs(start))) * math.exp(-quick * tau)
+    one = slow * most
+    two = slow * one
+    return most, one + p, two + d * p, slow * two + (slow * slow + quick * d) * p
+
+
+@inner
+def creeping(modes, z, work, tau):
+    """Of the creeping modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives.
+
+    q(τ) and the rest are read off `work`, where `elastic` left them, unless τ is 0.
+    """
+    grown = 1.0 + 1e-12
+    most, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(modes.creeping.shape[0]):
+        j = modes.creeping[i]
+        d, q, q1 = modes.damping[j], z[0, j], z[1, j]
+        if tau > 0.0:
+            q, q1 = work.aside_re[j], work.aside_im[j]
+            most += work.forced[j]
+        most += grown * (max(q1, 0.0) / d + 1.0001 * max(-q, 0.0))  # h ≤ 1/d and g ≥ −1e-4, see `creep`
+        _, one, two, three = most_of(d, modes.signed[j], modes.omega[j], q, q1, tau, z[0, j], z[1, j])
+        sup1 += grown * one
+        sup2 += grown * two
+        sup3 += grown * three
+    return most, sup1, sup2, sup3
+
+
+@inner
+def creep_sizes(bar, modes, z):
+    """Of the creeping modes: what Σ|q − q(0)| is below at any time, and below times (1 − e^{−d_0τ})/d_0's integral …
+
+    … then Σ|q'(0)| and Σ(d|q'| + ω²|q|): what rounding is measured by. A mode damped less than the rigid motion has no
+    second bound.
+    """
+    place, push, rate, curve = 0.0, 0.0, 0.0, 0.0
+    for i in range(modes.creeping.shape[0]):
+        j = modes.creeping[i]
+        d, q, q1, square = modes.damping[j], abs(z[0, j]), abs(z[1, j]), modes.omega[j] * modes.omega[j]
+        place += q
+        push += square * q
+        rate += q1
+        curve += d * q1 + square * q
+        if d < 0.999 * bar.damping:
+            place += q1 / d
+            push += 1e200 * (q + q1)
+    return place, push, rate, curve
+
+
+# ---- Functions of single numbers that come again and again, without cancellation and faster than those of the library
+
+
+@inner
+def sine_cosine(x):
+    """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials.
+
+    Never to be inlined into a function with reordered sums: they would undo its rounding.
+    """
+    if not abs(x) < 1e5:
+        return math.sin(x), math.cos(x)
+    turns = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0  # to the nearest whole number
+    r = ((x - turns * 1.5707963267341256) - turns * 6.077100506303966e-11) - turns * 2.0222662487111665e-21
+    q = r * r
+    even = q * q
+    s = (
+        (-1.0 / 6.0 + q * (1.0 / 120.0))
+        + even * ((-1.0 / 5040.0 + q * (1.0 / 362880.0)) + even * ((-1.0 / 39916800.0 + q * (1.0 / 6227020800.0))
+        + even * (-1.0 / 1307674368000.0)))
+    )  # fmt: skip
+    c = (
+        (1.0 / 24.0 - q * (1.0 / 720.0))
+        + even * ((1.0 / 40320.0 - q * (1.0 / 3628800.0)) + even * ((1.0 / 479001600.0 - q * (1.0 / 87178291200.0))
+        + even * (1.0 / 20922789888000.0)))
+    )  # fmt: skip
+    s = r + r * q * s
+    c = 1.0 - (0.5 * q - even * c)
+    which = int(turns)
+    sine, cosine = (c, s) if which & 1 else (s, c)
+    return -sine if which & 2 else sine, -cosine if (which + 1) & 2 else cosine
+
+
+@inner
+def drift(d, tau):
+    """(1 − e^{−dτ})/d and its integral, for any d ≥ 0; theory §2, mode 0."""
+    x = d * tau
+    if x < 0.04:
+        xx = x * x
+        total = 1.0 / 40320.0 - x * (1.0 / 362880.0)
+        total = (1.0 / 24.0 - x * (1.0 / 120.0)) + xx * ((1.0 / 720.0 - x * (1.0 / 5040.0)) + xx * total)
+        total = (0.5 - x * (1.0 / 6.0)) + xx * total
+        return tau * (1.0 - x * total), tau * tau * total
+    if x < 0.5:
+        term, total, k = 0.5, 0.5, 2.0
+        while abs(term) > 1e-17:
+            k += 1.0
+            term *= -x / k
+            total += term
+        return tau * (1.0 - x * total), tau * tau * total
+    first = -math.expm1(-x) / d
+    return first, (tau - first) / d
+
+
+@inner
+def sway(d, spring, tau):
+    """The answer h to a unit push of a damped motion on a spring and its integral: `drift` with a frequency.
+
+    h is 0 and h' = 1 − d h − ω² ∫h is 1 at τ = 0; smooth in d and ω, down to 0.
+    """
+    if spring == 0.0:
+        return drift(d, tau)
+    square = spring * spring
+    if d >= 1.9 * spring or spring * tau < 0.5:
+        g, h, _, _ = creep(d, (spring - 0.5 * d) * (spring + 0.5 * d), spring, tau)
+        return h, g / square
+    half = 0.5 * d
+    lam = math.sqrt((spring - half) * (spring + half))
+    fade = math.exp(-half * tau)
+    h = fade * math.sin(lam * tau) / lam
+    return h, (1.0 - fade * math.cos(lam * tau) - half * h) / square
+
+
+@inner
+def fading(half, tau):
+    """e^{−hτ} and e^{−hτ} − 1, h half the damping."""
+    x = half * tau
+    if x < 0.04:
+        xx = x * x
+        fall = (1.0 / 120.0 - x * (1.0 / 720.0)) + xx * (1.0 / 5040.0 - x * (1.0 / 40320.0))
+        fall = -x * ((1.0 - 0.5 * x) + xx * ((1.0 / 6.0 - x * (1.0 / 24.0)) + xx * fall))
+        return 1.0 + fall, fall
+    return math.exp(-x), math.expm1(-x)
+
+
+@inlined
+def reach(u, v, m):
+    """How far u + v h + m h²/2 stays below 0 from h = 0 on, where it does reach 0 if m < 0; 0 when it is not below."""
+    if u > 0.0 or (u == 0.0 and v >= 0.0):
+        return 0.0
+    root = math.sqrt(v * v - 2.0 * m * u)
+    if v >= 0.0:
+        return -2.0 * u / (v + root) if v + root > 0.0 else math.inf
+    return (root - v) / m if m > 0.0 else math.inf
+
+
+@inner
+def reach_cubic(u, v, a, m, m2):
+    """How far u + v h + a h²/2 + m h³/6 surely stays below 0, knowing besides that the curvature is at most `m2`.
+
+    On [0, H] the third term is at most (m H/3) h²/2: a parabola for each H tried.
+    """
+    best = reach(u, v, m2)
+    width = 4.0 * best
+    if a < 0.0:
+        width = max(width, min(-1.5 * a / max(m, 1e-300), 1e9))
+    for _ in range(4):
+        if not best < width < math.inf:
+            break
+        curve = a + m * width / 3.0
+        if curve <= 0.0 and v <= 0.0:
+            got = width if u + v + curve < 0.0 else 0.0
+        elif v * v < 2.0 * curve * u:
+            got = width  # the top of the parabola lies below 0
+        else:
+            got = min(width, reach(u, v, curve))
+        best = max(best, got)
+        width *= 0.5
+    return best
+
+
+@inlined
+def below(u, v, m):
+    """From where to where u − v h + m h²/2 is below 0, for h ≥ 0; an empty span when it never is."""
+    inside = v * v - 2.0 * m * u
+    if v <= 0.0 or inside <= 0.0:
+        return math.inf, 0.0
+    both = v + math.sqrt(inside)
+    return max(2.0 * u / both, 0.0), (both / m if m > 0.0 else math.inf)
+
+
+# ---- The elastic modes in flight: their phasors, their free motion, and their forced motion
 
 SMALL = 1e-3  # an angle whose fifth power does not matter
 

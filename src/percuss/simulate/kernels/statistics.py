@@ -5,8 +5,230 @@ from __future__ import annotations
 import math
 
 from percuss.compiled import entry, inlined, inner
-from percuss.simulate.kernels.codes import LOST_CYCLE, TURN
-from percuss.simulate.kernels.cycles import wanders
+from percuss.simulate.kernels.motion_records import (
+    ASKED,
+    CHATTER,
+    IMPACT,
+    LOOSE,
+    LOST_CYCLE,
+    STATE_NUMBERS,
+    SURE,
+    TURN,
+    TWIN,
+    UNSEEN,
+)
+
+# ---- The search for a cycle: among impacts by their states, among releases by their phases
+
+SAME = 64  # last impacts looked at
+SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
+SETTLING = 100.0  # tolerances within which a state after a rest is still on its way to the one after the rest before
+FEW = 4  # main blows of a cycle too few for errors to grow
+
+
+@inlined
+def remember(speed, motion):
+    """The state just after an impact, to be compared with later ones."""
+    now, count, z, anchor = motion.now, motion.count, motion.z, motion.anchor
+    now.anchor_phase, now.anchor_speed, now.anchor_rigid_rate = now.phase, speed, now.rigid_rate
+    for j in range(z.shape[1]):
+        anchor[0, j] = z[0, j]
+        anchor[1, j] = z[1, j]
+    count.anchor, count.anchor_period = count.impacts, count.period
+    count.rests, count.chatters = 0, 0
+
+
+@inlined
+def returned(bar, modes, speed, motion, tolerance):
+    """Whether the state is the remembered one, each number to `tolerance` of its scale."""
+    now, z, anchor = motion.now, motion.z, motion.anchor
+    turn = abs(now.phase - now.anchor_phase)
+    if min(turn, TURN - turn) > tolerance:
+        return False
+    bound = tolerance * (bar.force + abs(speed))
+    if abs(speed - now.anchor_speed) > bound or abs(now.rigid_rate - now.anchor_rigid_rate) > bound:
+        return False
+    most = 0.0
+    for j in range(z.shape[1]):
+        off = max(abs(z[0, j] - anchor[0, j]), abs(z[1, j] - anchor[1, j]))
+        most = max(most, off * (1.0 + modes.lam[j]))  # of displacements and of velocities
+    return most <= bound
+
+
+@inner
+def farthest(past, shift, first, last, scale):
+    """Greatest distance of the impacts number `first` … `last` − 1 from those `shift` before, phases and speeds."""
+    most, ring = 0.0, past.shape[0] - 1
+    for i in range(first, last):
+        a, b = i & ring, (i - shift) & ring
+        turn = abs(past[a].phase - past[b].phase)
+        most = max(most, min(turn, TURN - turn), abs(past[a].speed - past[b].speed) / scale)
+    return most
+
+
+@inlined
+def shortest(past, impacts, periods, seen, scale, tolerance):
+    """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
+
+    A motion that settles with a negative multiplier comes back after two impacts before it does after one: the
+    distance of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for.
+    """
+    for part in range(1, impacts // 2 + 1):
+        if impacts % part or (periods * part) % impacts or 2 * impacts + part > min(seen, past.shape[0]):
+            continue
+        off = farthest(past, part, seen - impacts, seen, scale)
+        if off <= tolerance:
+            return part
+        if abs(off - farthest(past, part, seen - 2 * impacts, seen - impacts, scale)) > 1e-4 * off:
+            return 0
+    return impacts
+
+
+@inner
+def clear(motion):
+    """The sums begun anew, now: at the first return of a cycle, and when the impacts to be discarded are over."""
+    for i in range(motion.totals.shape[1]):
+        motion.totals[0, i] = motion.totals[1, i] = 0.0
+
+
+@inner
+def forget_marked(motion):
+    """The sums before the release that later ones are compared with are not those of the cycle."""
+    for i in range(motion.totals.shape[1]):
+        motion.totals[1, i] = 0.0
+
+
+@inner
+def mark(motion):
+    """The last release remembered, to be compared with later ones; at the first impact after it."""
+    now, count, totals = motion.now, motion.count, motion.totals
+    now.marked, now.laid = now.released, 0.0
+    count.mark, count.mark_period = count.impacts, count.release_period
+    count.mark_releases, count.mark_chatters = 0, 0
+    if count.verdict != SURE:
+        for i in range(totals.shape[1]):
+            totals[1, i] += totals[0, i]
+            totals[0, i] = 0.0
+
+
+@inner
+def sure(motion):
+    """The cycle between two equal releases is one: the sums are those over it."""
+    motion.count.verdict, motion.count.confirmed = SURE, 2
+    forget_marked(motion)
+    mark(motion)
+
+
+@inner
+def released_again(motion):
+    """The search for a cycle among the releases, at the first impact after each: Brent's, as `recurrence`.
+
+    A bar at rest leaves the wall undeformed and without speed, at a phase that is a number of the load: two releases at
+    one phase are the same state, and the motion between them is a cycle. How many load periods it takes is known when
+    rounding has not had a say in it: `verify` decides, unless the main blows are too few for errors to grow.
+    """
+    now, count = motion.now, motion.count
+    count.mark_releases += 1
+    if count.mark > 0 and now.released == now.marked:
+        periods = count.release_period - count.mark_period
+        if count.verdict <= TWIN:
+            few = count.verdict == UNSEEN and motion.sums[0].struck <= FEW
+            count.verdict, count.confirmed, count.found_at = ASKED, 0, count.mark
+            count.cycle_impacts, count.cycle_periods = count.impacts - count.mark, periods
+            count.cycle_kind = 2 if count.mark_chatters else 1
+            if few:
+                sure(motion)
+            return
+        if count.verdict == SURE:
+            if periods == count.cycle_periods:
+                count.confirmed += 1
+            else:
+                count.verdict, count.confirmed, count.cycle_impacts = LOST_CYCLE, 0, 0
+        mark(motion)
+    elif count.mark == 0 or (count.mark_releases >= count.mark_patience and count.verdict <= TWIN):
+        count.mark_patience = max(2 * count.mark_patience, 1)
+        mark(motion)
+
+
+@inlined
+def recurrence(bar, modes, speed, fresh, motion, tolerance):
+    """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
+
+    Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
+    compared again from there on. Two returns with the same p and n confirm it. Where the bar rests, only the first
+    impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike. A release at one of
+    the phases where the load begins to pull is compared by that phase alone, see `released_again`.
+    """
+    now, count = motion.now, motion.count
+    since = count.impacts - count.anchor
+    if fresh and now.released >= 0.0:
+        released_again(motion)
+        if count.verdict > TWIN:
+            remember(speed, motion)
+        return
+    if count.rests > 0 and not fresh and since < 4 * count.patience:
+        return
+    periods = count.period - count.anchor_period
+    if count.anchor > 0 and (fresh or count.rests == 0) and returned(bar, modes, speed, motion, tolerance):
+        ahead = now.phase - now.anchor_phase
+        if ahead < -math.pi:
+            periods -= 1
+        elif ahead > math.pi:
+            periods += 1
+        if periods > 0:
+            cycle = since
+            if count.rests == 0:
+                cycle = shortest(motion.past, since, periods, count.impacts, bar.force + abs(speed), tolerance)
+            if cycle == 0:
+                count.confirmed, count.cycle_impacts = 0, 0
+            else:
+                periods = periods * cycle // since
+                if cycle == count.cycle_impacts and periods == count.cycle_periods:
+                    count.confirmed += 1
+                else:
+                    count.cycle_impacts, count.cycle_periods, count.confirmed = cycle, periods, 1
+                    count.found_at = count.anchor
+                    clear(motion)
+            count.cycle_kind = 2 if count.chatters else (1 if count.rests else 0)
+            remember(speed, motion)
+            return
+    if fresh and count.rests == 1 and returned(bar, modes, speed, motion, SETTLING * tolerance):
+        # nearly as one rest before: what settles from both sides in turn comes back after two rests before it does now
+        count.confirmed, count.cycle_impacts = 0, 0
+        remember(speed, motion)
+        return
+    if count.confirmed and since > count.cycle_impacts:
+        count.confirmed, count.cycle_impacts = 0, 0
+    if count.anchor == 0 or since >= count.patience:
+        count.patience = max(2 * count.patience, 1)
+        remember(speed, motion)
+
+
+@inner
+def wanders(past, impacts):
+    """Whether no shift by up to `SHIFTS` impacts brings the last impacts back to `LOOSE`ly the same phases and speeds.
+
+    `past`: the last impacts, in a ring.
+    """
+    if impacts < SAME + SHIFTS:
+        return False
+    top, ring = 0.0, past.shape[0] - 1
+    for i in range(impacts - SAME, impacts):
+        top = max(top, abs(past[i & ring].speed))
+    for shift in range(1, SHIFTS + 1):
+        near = True
+        for i in range(impacts - SAME, impacts):
+            a, b = i & ring, (i - shift) & ring
+            turn = abs(past[a].phase - past[b].phase)
+            if min(turn, TURN - turn) > LOOSE or abs(past[a].speed - past[b].speed) > LOOSE * top:
+                near = False
+                break
+        if near:
+            return False
+    return True
+
+
+# ---- Running sums over the impacts of a motion, and what is concluded from them
 
 
 @inlined
@@ -91,11 +313,35 @@ def concluded(motion, code, member):
     member.ended, member.strikes, member.first = code, count.impacts, count.found_at - 1 if settled else -1
     member.cycle_impacts = count.cycle_impacts if settled else 0
     member.cycle_periods = count.cycle_periods if settled else 0
-    member.cycle_kind = count.cycle_kind if settled else 0
-    member.wanders = 1 if count.verdict == LOST_CYCLE or wanders(motion.past, count.impacts) else 0
+    member.cycle_kind = count.cycle_kind if settled or count.verdict == LOST_CYCLE else 0
+    member.wanders = 1 if wanders(motion.past, count.impacts) else 0
 
 
 @entry
 def conclude(motion, code, member):
     """What is kept of a motion that was followed by itself."""
     concluded(motion, code, member)
+
+
+# ---- The record of what happens
+
+
+@inlined
+def record(kind, before, lost, motion, log):
+    """One event with the state after it, unless the record has no rows."""
+    if log.events.shape[0] == 0:
+        return
+    now, count, z, states = motion.now, motion.count, motion.z, log.states
+    i = count.events
+    count.events += 1
+    event = log.events[i]
+    event.phase, event.period, event.piece, event.kind = now.phase, count.period, count.piece, kind
+    event.before, event.after, event.lost = before, now.gap_rate, lost
+    event.kinetic = now.kinetic_energy if kind == IMPACT else 0.0
+    event.resolved = count.run if kind == CHATTER else 0
+    if states.shape[0]:
+        n = z.shape[1]
+        states[i, 0], states[i, 1] = now.gap, now.rigid_rate
+        for j in range(n):
+            states[i, STATE_NUMBERS + j] = z[0, j]
+            states[i, STATE_NUMBERS + n + j] = z[1, j]

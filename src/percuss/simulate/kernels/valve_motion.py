@@ -9,24 +9,29 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import entry, inlined
-from percuss.simulate.kernels.bounds import amplitudes
-from percuss.simulate.kernels.codes import (
+from percuss.compiled import entry, inlined, inner, summed
+from percuss.simulate.kernels.bounds import amplitudes, drifted, smooth_at_anchor
+from percuss.simulate.kernels.modes import forced_modes, turn_modes
+from percuss.simulate.kernels.motion import advance
+from percuss.simulate.kernels.motion_records import (
     AT_REST,
     AWAY,
     BY_IMPACTS,
     BY_TIME,
     BY_WORK,
+    CHATTER,
     CONTACT,
     CROWDED,
     DEPARTED,
     ENTERS,
+    EPS,
     FLYING,
     FULL,
     GOES_ON,
     GRAZE,
     GRAZED,
     GRAZING,
+    IMPACT,
     IN_CHAMBER,
     NEVER,
     NOTHING,
@@ -34,20 +39,290 @@ from percuss.simulate.kernels.codes import (
     ON_PORT,
     ON_WALL,
     PERIODIC,
+    RELEASE,
+    REST,
     RESTING,
     TIRED,
+    VALVE,
+    Drive,
+    Sight,
 )
-from percuss.simulate.kernels.flight import advance
-from percuss.simulate.kernels.modes import turn_modes
-from percuss.simulate.kernels.smooth import drifted, smooth_at_anchor
-from percuss.simulate.kernels.valve_changes import SAME_TIME, change, crossings, fire
-from percuss.simulate.kernels.valve_cycles import sliding, wandering
-from percuss.simulate.kernels.valve_orders import enter, go_by
-from percuss.simulate.kernels.valve_records import Drive, Sight
-from percuss.simulate.kernels.valve_sight import held_by_gas, met, most, out_of_reach, rigid_place
-from percuss.simulate.kernels.valve_wall import let_loose, set_down, strike, to_rest
+from percuss.simulate.kernels.valve_sight import (
+    EDGE,
+    demand,
+    enter,
+    go_by,
+    held_by_gas,
+    met,
+    most,
+    next_crossing,
+    next_order,
+    out_of_reach,
+    recurrence,
+    rigid_place,
+    seen,
+    sliding,
+    wandering,
+)
+from percuss.simulate.kernels.wall import CHATTER_ERROR, chatter_left, held, kinetic_energy, turn_over, turn_strain
+
+# ---- What happens to a machine at the wall: the blow, rest at the end of chatter, and release
+
+NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
+QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
+
+
+@summed
+def potential(table, gear, motion, force):
+    """Elastic energy of the bar and of the chamber at the anchor."""
+    bar, modes, z = table.bar, table.modes, motion.z
+    total, first = 0.0, bar.spring * rigid_place(table, gear, motion, force)
+    for j in range(modes.omega.shape[0]):
+        q = modes.omega[j] * (z[0, j] + force * modes.statics[j])
+        total += modes.inertia[j] * q * q
+    return total + 0.5 * bar.whole * first * first
+
+
+@inlined
+def strike(plant, speed, log):
+    """One blow: the velocities turned over, and the strain where the law does; u_t → −R u_t (B77 10)."""
+    table, motion, desk, controls = plant.table, plant.motion, plant.desk, plant.controls
+    bar, modes, now, count, valve, z = table.bar, table.modes, motion.now, motion.count, controls.now, motion.z
+    force, taken = plant.gear.forces[valve.state], 0.0
+    now.gap = 0.0
+    forced_modes(table.coupling, desk, 1.0, 0.0, 1)
+    now.kinetic_energy = turn_over(bar, modes, z, now, desk)
+    now.rigid_rate *= -bar.restitution
+    now.gap_rate *= -bar.restitution
+    if bar.strain != 1.0 and modes.omega.shape[0]:  # with the end on the wall all displacements turn alike
+        taken = (1.0 - bar.strain * bar.strain) * potential(table, plant.gear, motion, force)
+        bar.mean = force
+        turn_strain(bar, modes, z, desk)
+    amplitudes(bar, modes, z, now)
+    brief = now.since < now.last_flight and valve.pulled == 0
+    count.run = count.run + 1 if brief and now.last_flight > 0.0 else 1
+    count.pile = count.pile + 1 if now.since < 4.0 * EPS else 0
+    now.last_flight = math.inf if now.last_flight < 0.0 else now.since
+    now.since, valve.pulled, valve.clear = 0.0, 1 if force < 0.0 else 0, 0.0
+    valve.awaited, valve.fresh = 0.0, 0
+    count.impacts += 1
+    valve.blows += 1
+    lost = (1.0 - bar.restitution * bar.restitution) * now.kinetic_energy + taken
+    valve.taken += lost
+    valve.strongest = max(valve.strongest, speed)
+    enter(IMPACT, speed, lost, now.kinetic_energy, 0, motion, controls, log)
+
+
+@inner
+def lie(table, motion, force):
+    """The bar undeformed and at rest on the wall: the free part is less the static one."""
+    modes, now, z = table.modes, motion.now, motion.z
+    for j in range(modes.omega.shape[0]):
+        z[0, j] = -force * modes.statics[j]
+        z[1, j] = -modes.half[j] * z[0, j] * modes.inverse[j]
+    amplitudes(table.bar, modes, z, now)
+    now.gap, now.gap_rate, now.rigid_rate = 0.0, 0.0, 0.0
+
+
+@inner
+def energy_left(plant):
+    """Energy of the motion and of the strain at the anchor, with that of the chamber."""
+    table, motion = plant.table, plant.motion
+    forced_modes(table.coupling, plant.desk, 1.0, 0.0, 1)
+    kinetic = kinetic_energy(table.bar, table.modes, motion.z, motion.now, plant.desk)
+    return kinetic + potential(table, plant.gear, motion, plant.gear.forces[plant.controls.now.state])
+
+
+@inner
+def set_down(plant, wait, log):
+    """The bar comes to rest, after `wait` when chatter ends then: what motion and strain it has is lost."""
+    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
+    count, valve = motion.count, controls.now
+    force, lost = gear.forces[valve.state], energy_left(plant)
+    chatter = table.bar.restitution > 0.0 and (count.run > 1 or wait > 0.0)
+    valve.taken += lost
+    go_by(motion, controls, wait)
+    lie(table, motion, force)
+    count.mode, valve.clear = RESTING, 0.0
+    valve.rests += 1
+    if chatter:
+        valve.chatters += 1
+        valve.blows -= count.run - 1
+        enter(CHATTER, 0.0, lost, 0.0, count.run, motion, controls, log)
+        lost = 0.0
+    enter(REST, 0.0, lost, 0.0, 0, motion, controls, log)
+    if chatter:  # the last of its blows
+        for port in range(gear.to.shape[0]):
+            if gear.side[port] == 0.0:
+                demand(gear, motion, controls, port, 0.0, log)
+
+
+@inner
+def let_loose(plant, log):
+    """A resting bar released, undeformed, as the force pulls.
+
+    Its end only moves away until the force pushes again or, in a chamber, until the spring turns it round, and until
+    that has run through the bar as a wave.
+    """
+    bar, motion, controls = plant.table.bar, plant.motion, plant.controls
+    now, count, valve = motion.now, motion.count, controls.now
+    lie(plant.table, motion, plant.gear.forces[valve.state])
+    count.mode, count.run, count.pile = ON_WALL, 0, 0
+    valve.lap, valve.pulled, valve.clear, valve.awaited = bar.wave, 1, 0.0, 0.0
+    now.hold = math.inf if bar.spring == 0.0 else max(bar.wave, QUARTER / bar.spring)
+    now.last_flight, now.since = -1.0, 0.0
+    enter(RELEASE, 0.0, 0.0, 0.0, 0, motion, controls, log)
+
+
+@inlined
+def to_rest(plant, ahead):
+    """Whether a bar on the wall comes to rest, and after what time; −1 when it flies, −2 when it strikes at once.
+
+    `ahead`: time to the next order.
+    """
+    table, motion = plant.table, plant.motion
+    bar, now, count = table.bar, motion.now, motion.count
+    forgets = bar.strain == 0.0 and table.modes.omega.shape[0] > 0  # undeformed, it leaves as from rest
+    slow = NO_SPEED * (abs(now.drift) + now.sup1)
+    if now.gap_rate > slow:
+        return -2.0
+    if now.gap_rate >= -slow:
+        pushed = plant.gear.forces[plant.controls.now.state] > 0.0
+        struck = count.mode == ON_WALL and bar.restitution == 0.0 and (pushed or forgets)
+        if struck or now.acceleration >= 0.0 or count.pile > 100:
+            return 0.0
+        now.gap_rate = 0.0
+        return -1.0
+    most = held(table, motion)
+    if most >= 0.0 and energy_left(plant) <= most:
+        return 0.0
+    left = chatter_left(table, motion, plant.desk, ahead)
+    sprung = bar.spring * left
+    return left if sprung * sprung * left <= CHATTER_ERROR else -1.0
+
+
+# ---- What changes the valve of a machine: its ports as they are crossed, and the orders as they are due
+
+SAME_TIME = 4e-12  # within this events are simultaneous; a period is some units of time
+
+
+@inlined
+def change(plant, tolerance, log):
+    """The order that is due is carried out: the static shape jumps, so the free part jumps back."""
+    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
+    bar, modes, now, count, valve, z = table.bar, table.modes, motion.now, motion.count, controls.now, motion.z
+    before, after = valve.state, next_order(controls)
+    old, new = gear.forces[before], gear.forces[after]
+    if valve.fresh > 0:  # no contact came under the force that ends now
+        controls.usual[before] = 0.0
+    valve.state = after
+    if count.mode == RESTING:
+        lie(table, motion, new)
+    else:
+        for j in range(modes.omega.shape[0]):
+            jump = modes.statics[j] * (old - new)
+            z[0, j] += jump
+            z[1, j] -= modes.half[j] * jump * modes.inverse[j]
+        amplitudes(bar, modes, z, now)
+        if now.hold > 0.0 and new > 0.0:  # just released: not out of the wall's reach before the force pushes again
+            now.hold = max(min(now.hold, valve.lap), 0.0)
+            if now.hold == 0.0 and now.gap >= 0.0:
+                now.gap, count.mode = 0.0, ON_WALL
+    valve.clear, valve.pauses, valve.fresh, valve.stalled = 0.0, 0, 1, 0
+    valve.awaited = controls.usual[valve.state] if now.hold == 0.0 else 0.0
+    if new < 0.0:
+        valve.pulled = 1
+    if after != before:  # else it came in place of an order that would have changed the state
+        enter(VALVE, now.gap_rate, 0.0, 0.0, 0, motion, controls, log)
+    recurrence(table, motion, controls, tolerance)
+
+
+@inlined
+def crossings(plant, sight, first, horizon, limit, forever):
+    """The next crossing of each port, in `cross` and `kind`; returns the first time, of which port, and NEVER or not.
+
+    Only ports whose state was not the last demanded can do anything. TIRED when one could not be decided.
+    """
+    gear, motion, controls = plant.gear, plant.motion, plant.controls
+    cross, kind, last = controls.cross, controls.kind, controls.now.last
+    best, which, answer = math.inf, -1, NEVER
+    since = controls.now.time - controls.now.changed
+    for port in range(gear.to.shape[0]):
+        cross[port], kind[port] = math.inf, NOWHERE
+        if gear.side[port] == 0.0 or gear.to[port] == last:
+            continue
+        until = min(horizon, best) + SAME_TIME
+        guess = controls.usual_cross[port] - since
+        cross[port], kind[port], steps = next_crossing(plant, sight, port, first, until, limit, forever, guess)
+        motion.count.work += steps
+        if kind[port] == TIRED:
+            return best, which, TIRED
+        if kind[port] != NEVER:
+            answer = NOWHERE
+        if cross[port] < best:
+            best, which = cross[port], port
+    return best, which, answer
+
+
+@inlined
+def fire(plant, at, struck, log):
+    """The ports that are crossed at this moment demand, in their order; with a blow, those of the blow besides.
+
+    `at`: the time of the event, from the anchor before it.
+    """
+    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
+    force = gear.forces[controls.now.state]
+    first = rigid_place(table, gear, motion, force)
+    for port in range(gear.to.shape[0]):
+        if gear.side[port] == 0.0:
+            if struck:
+                demand(gear, motion, controls, port, motion.now.gap_rate, log)
+            continue
+        place, rate = seen(table, gear, motion, force, port, first)
+        now_in = controls.kind[port] == ENTERS and controls.cross[port] <= at + SAME_TIME
+        if not now_in and not struck and gear.side[port] * rate > 0.0:  # of those whose state was demanded last before
+            now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + gear.edge[port])
+        if now_in:
+            controls.just[port] = 1
+            demand(gear, motion, controls, port, rate, log)
+
+
+@entry
+def begin_valve(plant, displacement, rate, resting, on_wall, asks, log):
+    """The anchor at a start: q_i and q_i', (N+1,), of which the gap is the sum unless it is on the wall.
+
+    `asks`: whether ports whose region is occupied demand at once, in their order.
+    """
+    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
+    bar, modes, now, count, z = table.bar, table.modes, motion.now, motion.count, motion.z
+    force = gear.forces[controls.now.state]
+    gap, speed = displacement[0], rate[0]
+    for j in range(modes.omega.shape[0]):
+        gap += displacement[j + 1]
+        speed += rate[j + 1]
+        z[0, j] = displacement[j + 1] - force * modes.statics[j]
+        z[1, j] = rate[j + 1]
+        if modes.oscillates[j] > 0.0:
+            z[1, j] = -modes.inverse[j] * (rate[j + 1] + modes.half[j] * z[0, j])
+    now.gap, now.gap_rate, now.rigid_rate = 0.0 if on_wall else gap, speed, rate[0]
+    now.last_flight = -1.0
+    amplitudes(bar, modes, z, now)
+    count.mode = RESTING if resting else (ON_WALL if on_wall else FLYING)
+    if not asks:
+        return
+    first = rigid_place(table, gear, motion, force)
+    for port in range(gear.to.shape[0]):
+        place, own = seen(table, gear, motion, force, port, first)
+        off = gear.side[port] * (place + gear.edge[port])
+        if off > EDGE * (abs(place) + gear.edge[port]):
+            controls.just[port] = 1
+            demand(gear, motion, controls, port, own, log)
+
+
+# ---- The motion of a machine that switches its own valve, from event to event
 
 MANY_PAUSES = 100_000
+IN_VAIN = 64  # half swings of a stalled machine without a blow, after which it is followed only to a time asked for
 
 
 @entry
@@ -123,8 +398,8 @@ def flown(plant, sight, rules, left, log):
     found, tau, speed, late, slip = NOTHING, math.inf, 0.0, 0.0, 0.0
     if forever and now.since == 0.0 and valve.stalled == 0 and held_by_gas(table, gear, motion, controls):
         valve.stalled = 1
-        if rules.until_cycle:
-            return IN_CHAMBER
+    if valve.stalled > 0 and rules.end_phase == math.inf and now.since > IN_VAIN * horizon:
+        return BY_WORK
     clear, awaited, fresh, usual = valve.clear, valve.awaited, valve.fresh, controls.usual[valve.state]
     if at_once:
         found, tau, speed, late = CONTACT, 0.0, now.gap_rate, math.inf
@@ -148,7 +423,7 @@ def flown(plant, sight, rules, left, log):
     if at_wall:
         reach_wall(plant, found, tau, speed, late, slip, log)
         if found == GRAZE:
-            return IN_CHAMBER if valve.stalled > 0 else GOES_ON
+            return IN_CHAMBER if valve.stalled > 0 and table.modes.omega.shape[0] == 0 else GOES_ON
     elif best <= ahead:
         controls.usual_cross[which] = (valve.time - valve.changed) + best
     if not at_wall and ahead > 0.0:
@@ -169,7 +444,11 @@ def upcoming(plant, sight, on_wall, first, horizon, forever, limit):
     """
     gear, motion, controls = plant.gear, plant.motion, plant.controls
     valve, found, tau, speed, late, slip = controls.now, NOTHING, math.inf, 0.0, 0.0, 0.0
-    best, which, answer = crossings(plant, sight, first, horizon, limit, forever)
+    best, which, answer = math.inf, -1, NEVER
+    if valve.stalled > 0:
+        controls.cross[:] = math.inf
+    else:
+        best, which, answer = crossings(plant, sight, first, horizon, limit, forever)
     if answer == TIRED:
         return best, which, answer, TIRED, tau, speed, late, slip
     need = horizon

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from percuss.errors import ParameterError
 from percuss.model import Machine
-from percuss.model.checks import Array
-from percuss.simulate.damped_modes import DampedModes
-from percuss.simulate.kernels.layout import Harmonics, Table
-from percuss.simulate.kernels.valve_records import Gear
+from percuss.model.checks import Array, finite
+from percuss.simulate.kernels.motion_records import CHATTER, REST, Gear, Harmonics, Table
+from percuss.simulate.machine.machine_events import MachineEvents
+from percuss.simulate.simulated_motion import EnergyBalance, drift, free_motion, panels
+from percuss.simulate.spectrum import DampedModes
 from percuss.simulate.tables import bar_of, tabled_modes
-
-__all__ = ["Elastic", "Mechanism", "mechanism"]
 
 _NODE = 1e-12
 _SOFTEST = 1e-100  # frequency of a chamber that is none
@@ -58,9 +60,7 @@ class Elastic(DampedModes):
 class Mechanism:
     """A machine cut at mode N, in the units of the kernels; made by `mechanism`.
 
-    Their unit of time is a power of two, so that only exponents differ, and near the time in which the greatest force
-    drives the bar from the wall to the farthest port: what the kernels take for simultaneous, or for the end of
-    chatter, is measured by that.
+    Their unit of time is a power of two, so that only exponents differ: `Valve.time_unit`.
 
     Parameters
     ----------
@@ -71,14 +71,10 @@ class Mechanism:
     machine: Machine
     modes: int
 
-    @cached_property
+    @property
     def unit(self) -> float:
         """The unit of time, in that of the machine."""
-        valve = self.machine.valve
-        way = max((port.behind for port in valve.ports if port.behind is not None), default=1.0)
-        push = max(abs(valve.force(name)) for name, _ in valve.pairs)
-        exponent = 0.5 * (math.log2(way) - math.log2(push)) if push > 0.0 else 0.0
-        return 2.0 ** min(max(round(exponent), -300), 300)
+        return self.machine.valve.time_unit
 
     @cached_property
     def end(self) -> Array:
@@ -202,3 +198,141 @@ class Mechanism:
 def mechanism(machine: Machine, modes: int) -> Mechanism:
     """The numbers of a machine, kept for the next motion of it."""
     return Mechanism(machine, modes)
+
+
+# ---- The motion of a machine in closed form from an event on: no engine, only the formulas
+
+_TERMS = 24
+
+
+def flight(mechanism: Mechanism, displacement: Array, velocity: Array, force: float, tau: Array) -> tuple[Array, Array]:
+    """q_i and q_i', each of shape (N+1, len(tau)), at times `tau` ≥ 0 after a state, under a constant force.
+
+    As long as the bar touches nothing. `displacement`, `velocity`: q_i and q_i' there, shape (N+1,).
+    """
+    elastic, machine = mechanism.slow, mechanism.machine
+    d, w, b = machine.drag, mechanism.spring, velocity[0]
+    pull = mechanism.gear.gain * force - w * w * displacement[0]
+    h, integral = sway(d, w, tau)
+    place = displacement[0] + b * h + pull * integral
+    rate = b * (1.0 - d * h - w * w * integral) + pull * h
+    if not elastic.omega.size:
+        return place[None], rate[None]
+    left, answer, answer_rate = free_motion(elastic, tau)
+    still = force * elastic.statics[:, None]
+    z, v = displacement[1:, None] - still, velocity[1:, None]
+    q = still + z * left + v * answer
+    q_rate = v * answer_rate - z * (elastic.omega[:, None] ** 2 * answer)
+    return np.vstack([place, q]), np.vstack([rate, q_rate])
+
+
+def sway(d: float, w: float, tau: Array) -> tuple[Array, Array]:
+    """The answer to a unit push of a damped motion on a spring, h(0) = 0 and h'(0) = 1, and its integral; smooth in w.
+
+    By the power series where little has happened, else by the closed form.
+    """
+    if w == 0.0:
+        return drift(d, tau)
+    half = 0.5 * d
+    kappa = np.sqrt(complex(half * half - w * w))
+    brief = (w * tau < 0.5) & (d * tau < 1.0)
+    h, integral = np.empty(tau.shape), np.empty(tau.shape)
+    t = tau[brief]
+    x, y = d * t, (w * t) ** 2
+    before, term = np.zeros(t.size), np.ones(t.size)
+    h_series, sum_series = np.ones(t.size), np.full(t.size, 0.5)
+    for k in range(1, _TERMS):
+        before, term = term, -(x * term + y * before / k) / (k + 1.0)
+        h_series += term
+        sum_series += term / (k + 2.0)
+    h[brief], integral[brief] = t * h_series, t * t * sum_series
+    t = tau[~brief]
+    if kappa.real > 1e-3 * half:  # the slow rate without cancellation
+        rate = w * w / (half + kappa.real)
+        slow = np.exp(-rate * t)
+        answer = slow * -np.expm1(-2.0 * kappa.real * t) / (2.0 * kappa.real)
+        fallen = -np.expm1(-rate * t) - rate * answer
+    else:
+        fade = np.exp(-half * t)
+        turn = kappa * t
+        small = np.abs(turn) < 1e-6
+        sinh = np.where(small, 1.0 + turn * turn / 6.0, np.sinh(turn) / np.where(small, 1.0, turn)).real
+        answer = fade * t * sinh
+        fallen = 1.0 - fade * np.cosh(turn).real - half * answer
+    h[~brief], integral[~brief] = answer, fallen / w**2
+    return h, integral
+
+
+# ---- Where the energy of a machine's motion goes: work of the valve, drag and ringing, blows
+
+
+@dataclass(frozen=True)
+class MachineBalance(EnergyBalance):
+    """Energy between two instants, as an `EnergyBalance`; per unit of mass.
+
+    `input` is the work of the valve with the constant part of the chamber's force; the rest of the chamber's is
+    `stored`, as ½κu(0)².
+
+    Attributes
+    ----------
+    rests
+        Of `impacts`, what lying down takes, with the end of chatter: motion and strain that the last blow left.
+    """
+
+    rests: float = 0.0
+
+
+class Motion(Protocol):
+    """What is asked of a motion; a `MachineTrajectory` has it."""
+
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def events(self) -> MachineEvents: ...
+    @property
+    def begin_time(self) -> float: ...
+    @property
+    def end_time(self) -> float: ...
+    def state(self, t: npt.ArrayLike) -> npt.NDArray[np.int64]: ...
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array: ...
+    def before(self, x: npt.ArrayLike, t: float) -> float: ...
+    def ends(self, t: npt.ArrayLike) -> tuple[Array, Array]: ...
+    def energy(self, t: npt.ArrayLike) -> Array: ...
+
+
+def machine_balance(motion: Motion, first: float | None = None, last: float | None = None) -> MachineBalance:
+    """Energy between two times; see `MachineTrajectory.energy_balance`.
+
+    The work of the valve is Σ p_k (u(0) at the end − at the begin of a flight); that of damping is integrated over the
+    closed forms with Gauss's rule.
+    """
+    begin = motion.begin_time if first is None else finite("first", first)
+    end = motion.end_time if last is None else finite("last", last)
+    if not motion.begin_time <= begin <= end <= motion.end_time:
+        accepted = f"two times in order from {motion.begin_time:.6g} to {motion.end_time:.6g}"
+        raise ParameterError("first, last", f"{begin:.6g}, {end:.6g}", accepted)
+    times, own = motion.events.time, motion.machine.modes(motion.modes)
+    inside = (times > begin) & (times <= end)
+    edges = np.unique(np.concatenate([[begin], times[inside], [end]]))
+    place = motion.machine.body.place(motion.machine.at)
+    fastest = max(float(own.omega.max()), 1e-300)
+    put_in = lost = 0.0
+    for a, b in pairwise(edges):
+        middle = np.array([0.5 * (a + b)])
+        force = float(motion.mechanism.forces[motion.state(middle)][0])
+        ends = np.array([a, b])
+        left, right = motion.position(place, ends)[0, 0], motion.before(place, b)
+        put_in += force * (right - left)
+        if own.damping.any():
+            t, w = panels(a, b, fastest, float(own.damping.max()))
+            speed = (motion.ends(t)[1].T / motion.mechanism.end).T
+            lost += float(w @ (own.damping @ speed**2))
+    taken = float(motion.events.energy_lost[inside].sum())
+    lying = inside & np.isin(motion.events.code, (CHATTER, REST))
+    stored = motion.energy(np.array([begin, end]))
+    by_rest = float(motion.events.energy_lost[lying].sum())
+    return MachineBalance(put_in, lost, taken, float(stored[1] - stored[0]), by_rest)

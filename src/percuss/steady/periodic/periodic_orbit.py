@@ -2,21 +2,447 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model.checks import Array, array
+from percuss.errors import ParameterError, PercussError
+from percuss.halting import look
+from percuss.model import Load, System
+from percuss.model.checks import Array, array, choice, finite, instance
+from percuss.model.load import Side
+from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.periodic.flight import Flight
-from percuss.steady.periodic.impact_motion import ImpactMotion
-from percuss.steady.periodic.sameness import canonical, load_turn
-from percuss.steady.periodic.sampled_flights import sampled_flights, samples_are_many
-from percuss.steady.reason import Reason
+from percuss.steady.harmonic import Response
+from percuss.steady.orbit import Reason
+from percuss.steady.oscillator import ModalState, free_sum, phi1, phi2
+from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
+from percuss.steady.periodic.impact_chain import ImpactChain, ManyNumbers, Passage, bordered, eliminated
+from percuss.steady.phases import forced_response
+from percuss.steady.truncation import Truncation
 
-__all__ = ["PeriodicOrbit"]
+# ---- One flight of an orbit, from impact to impact: the motion of the striking end, for the proof that it stays off
+
+_SAMPLES = 64
+
+
+def state_at(omega: Array, before: tuple[Array, Array], forced: tuple[Array, Array], system: System) -> ModalState:
+    """The elastic modes at an impact, from u_n, u_n' just before it and from f_n, f_n'; shapes (N,)."""
+    (u, v), (f, forced_velocity) = before, forced
+    after, rate = system.contact.after(u, v)
+    return ModalState(omega, u, v, after, after - f, rate - forced_velocity, forced_velocity, np.ones_like(omega))
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight from any state at the wall; times in radians of the load after the impact that it starts from.
+
+    Parameters
+    ----------
+    system, modes
+        The bar of modes 0 … N.
+    phase
+        Load phase at its start.
+    period
+        Its duration.
+    state
+        The elastic modes at the impact that it starts from.
+    rigid_rebound
+        Mean velocity of the bar at its start.
+    rebound_velocity, impact_velocity
+        Velocity of the striking end at its start, and at its end.
+    rigid_stroke
+        Range of the mean motion over the whole orbit, the scale of errors.
+    """
+
+    system: System
+    modes: int
+    phase: float
+    period: float
+    state: ModalState
+    rigid_rebound: float
+    rebound_velocity: float
+    impact_velocity: float
+    rigid_stroke: float
+
+    @property
+    def periods(self) -> int:
+        """The load periods that it takes, rounded up."""
+        return max(1, math.ceil(self.period / (2.0 * math.pi)))
+
+    @property
+    def requested_modes(self) -> int:
+        """N: the bar has no other modes."""
+        return self.modes
+
+    @property
+    def cut(self) -> bool:
+        """The forced part ends with the modes, too."""
+        return True
+
+    @property
+    def tolerance(self) -> float:
+        """Wanted error of the striking end's position: none."""
+        return 0.0
+
+    @property
+    def error_bound(self) -> float:
+        """Nothing is left out."""
+        return 0.0
+
+    @cached_property
+    def response(self) -> Response:
+        """The forced response of the bar."""
+        return forced_response(self.system)
+
+    @cached_property
+    def truncation(self) -> Truncation:
+        """All modes, at every look."""
+        return Truncation(self, self.modes, self.modes, self.modes, self.state, 0.0)
+
+    def modal_state(self, modes: int) -> ModalState:
+        """The first elastic modes at the impact that it starts from."""
+        return self.state.first(modes)
+
+    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
+        """Gap function and its velocity with the first `modes` elastic modes; each of shape (len(t),)."""
+        look()
+        forced, forced_velocity = self.response.end_motion(self.phase + t, modes, cut=True)
+        drift, drift_velocity = self._drift(t)
+        known = self.system.body.modes(self.modes, self.system.load.at)
+        rows = known.gamma[None, :modes]
+        z, z_velocity = free_sum(known.omega, known.damping, (self.state.z, self.state.z_velocity), t, rows)
+        start = self.response.end_motion(np.array([self.phase]), modes, cut=True)[0][0] + rows[0] @ self.state.z[:modes]
+        return forced + drift + z[0] - start, forced_velocity + drift_velocity + z_velocity[0]
+
+    def _drift(self, t: Array) -> tuple[Array, Array]:
+        """What the mean load and the start add to the periodic rigid motion, and its velocity."""
+        d, mean = self.system.d, self.system.push
+        start = self.rigid_rebound - float(self.response.rigid_velocity(np.array([self.phase]))[0])
+        fade = t * phi1(d * t)
+        return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
+
+    def mean_range(self) -> float:
+        """Range of the mean motion over the flight; of that of the contact itself where the body is held."""
+        t = np.linspace(0.0, self.period, _SAMPLES * self.periods + 1)
+        if not self.system.body.is_free:
+            return float(np.ptp(self.end_motion(t, self.modes)[0]))
+        return float(np.ptp(self.response.rigid_displacement(self.phase + t) + self._drift(t)[0]))
+
+
+# ---- The motion through p impacts at given times: its states, its speeds and its linearisation
+
+TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class ImpactMotion(Shown):
+    """What a `PeriodicOrbit` is before it is asked whether it is possible; see there for the parameters."""
+
+    system: System
+    periods: int
+    times: tuple[float, ...]
+    modes: int
+    rebound: float | None = None
+
+    # -- the impacts --
+
+    @property
+    def impacts(self) -> int:
+        """p."""
+        return len(self.times)
+
+    @property
+    def label(self) -> str:
+        """z=p/n."""
+        return f"z={self.impacts}/{self.periods}"
+
+    @property
+    def period(self) -> float:
+        """T = 2πn."""
+        return TURN * self.periods
+
+    @property
+    def phases(self) -> Array:
+        """Phase of the load at each impact, in [0, 2π); shape (p,)."""
+        return np.mod(self.times, TURN)
+
+    @property
+    def flight_times(self) -> Array:
+        """How long the bar flies after each impact; shape (p,)."""
+        return self._passage.flights
+
+    @property
+    def speeds(self) -> Array:
+        """Speed of the striking end just before each impact; shape (p,)."""
+        return self._passage.speed
+
+    @property
+    def rebound_speeds(self) -> Array:
+        """Speed with which the striking end leaves the wall after each impact: R times that before; shape (p,)."""
+        return np.asarray(-self.system.contact.velocity_factor * self.speeds)
+
+    @property
+    def rigid_velocities(self) -> Array:
+        """Mean velocity of the bar just before each impact; shape (p,)."""
+        return self._passage.rigid
+
+    @property
+    def rigid_rebounds(self) -> Array:
+        """Mean velocity of the bar just after each impact; shape (p,)."""
+        return self._passage.rebound
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy of all modes just before each impact; shape (p,)."""
+        weight = self._chain.known.weight
+        return np.asarray(0.5 * self._passage.rigid**2 + 0.5 * self._passage.velocity**2 @ weight)
+
+    @cached_property
+    def states(self) -> tuple[ModalState, ...]:
+        """The elastic modes at each impact, just before and just after it."""
+        known, passage = self._chain.known, self._passage
+        rows = zip(
+            zip(passage.displacement, passage.velocity, strict=True),
+            zip(passage.forced, passage.forced_velocity, strict=True),
+            strict=True,
+        )
+        return tuple(state_at(known.omega, before, forced, self.system) for before, forced in rows)
+
+    # -- just after the first impact, as for a steady motion --
+
+    @property
+    def phase(self) -> float:
+        """Phase of the load at the first impact."""
+        return float(self.phases[0])
+
+    @property
+    def rigid_velocity(self) -> float:
+        """Mean velocity of the bar just before the first impact."""
+        return float(self.rigid_velocities[0])
+
+    def modal_state(self, modes: int) -> ModalState:
+        """The first elastic modes at the first impact.
+
+        Raises
+        ------
+        ParameterError
+            When the orbit is one of a bar with fewer.
+        """
+        if modes > self.modes:
+            raise ParameterError("modes", modes, f"at most {self.modes}, the modes of the orbit")
+        return self.states[0].first(modes)
+
+    # -- how it is computed --
+
+    @cached_property
+    def _chain(self) -> ImpactChain:
+        kept = self.system.body.kept(self.modes)
+        if kept != self.modes:
+            raise ParameterError("modes", self.modes, f"at most {kept}", "so many modes the structure has")
+        return ImpactChain(self.system, self.impacts, self.periods, self.modes)
+
+    @cached_property
+    def _passage(self) -> Passage:
+        return self._passage_on("right")
+
+    def _passage_on(self, side: Side) -> Passage:
+        rebound = None if self.rebound is None else np.array(self.rebound)
+        return self._chain.passage(np.array(self.times), rebound, side)
+
+    @property
+    def residuals(self) -> Array:
+        """The p equations of the flights and that for the rigid velocity, 0 for an orbit; see `off`. Shape (p + 1,)."""
+        return np.append(self._passage.gap, self._passage.closure)
+
+    @property
+    def residual(self) -> float:
+        """How far the striking end is from the wall at the impacts, at most: rounding."""
+        return float(np.abs(self.residuals).max())
+
+    def off(self, system: System) -> Array:
+        """The equations for the times, with the times of this orbit and another system: 0 if it has this orbit, too.
+
+        The p equations of the flights, and by how much the rigid velocity after the first impact changes in a cycle
+        where it does not follow from the times. Shape (p + 1,).
+        """
+        chain = ImpactChain(instance("system", system, System), self.impacts, self.periods, self.modes)
+        passage = chain.passage(np.array(self.times), None if self.rebound is None else np.array(self.rebound))
+        return np.append(passage.gap, passage.closure)
+
+    def linearised(self, xi: complex = 1.0, side: Side = "right") -> npt.NDArray[np.complex128] | Array:
+        """K(ξ), which is singular where ξ is a multiplier of the orbit; shape (p, p).
+
+        K(1) is the derivative of the p equations for the impact times, the matrix of Newton's method. A fold has
+        det K(1) = 0, a flip det K(−1) = 0; nothing is divided by the speed of an impact.
+
+        Parameters
+        ----------
+        xi
+            ξ, real or complex.
+        side
+            Which value of the load counts where it jumps at an impact.
+        """
+        return eliminated(self.bordered(xi, side))
+
+    def bordered(self, xi: complex = 1.0, side: Side = "right") -> npt.NDArray[np.complex128] | Array:
+        """K(ξ) before the rigid velocity is eliminated, which is finite where that does not follow from the times.
+
+        The last column belongs to a change of the mean velocity after the first impact, the last row says that it is ξ
+        times itself after a cycle. Shape (p + 1, p + 1).
+
+        Parameters
+        ----------
+        xi, side
+            As for `linearised`.
+        """
+        choice("side", side, "left", "right")
+        if not isinstance(xi, complex):
+            xi = finite("xi", xi)
+        passage = self._passage if side == "right" else self._passage_on(side)
+        return bordered(self._chain, passage, xi)
+
+    def many_numbers(self) -> ManyNumbers:
+        """`bordered` for many ξ at once."""
+        return ManyNumbers.of(self._chain, self._passage)
+
+    def modal_determinants(self, xi: complex = 1.0) -> npt.NDArray[np.complex128] | Array:
+        """det(ξ − M_n), with M_n the map of mode n through the cycle with the times of the impacts held; shape (N,).
+
+        Where one of them vanishes at ξ = 1 the amplitude of the mode is free: internal resonance.
+        """
+        if not isinstance(xi, complex):
+            xi = finite("xi", xi)
+        blocks = self._passage.blocks
+        return np.asarray((xi - blocks.a) * (xi - blocks.e) - blocks.b * blocks.c)
+
+
+# ---- The flights of an orbit at many samples: the greatest maximum of the gap function, and a quick proof with bounds
+
+PER_WAVE = 8.0
+MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
+
+
+class SampledFlights(NamedTuple):
+    """What samples of the flights tell.
+
+    Parameters
+    ----------
+    height
+        The greatest local maximum of the gap function inside the flights; minus infinity where there is none.
+    time, flight
+        When, after the impact from which that flight starts, and the number of the flight.
+    proven
+        Whether they prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the
+        wall between them. That they do not means nothing: the bar may be near the wall somewhere.
+    """
+
+    height: float
+    time: float
+    flight: int
+    proven: bool
+
+
+@lru_cache(maxsize=64)
+def sampled_flights(motion: ImpactMotion) -> SampledFlights:
+    """Look at the flights eight times in each period of the fastest mode, by compiled functions; the last are kept."""
+    numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
+    rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
+    place = np.array([*motion.times, rebound])
+    orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
+    height, time, flight, proven = found.tolist()
+    return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+
+
+def samples_are_many(motion: ImpactMotion) -> bool:
+    """Whether the samples of a cycle would take longer than a proof flight by flight: at very large s."""
+    if motion.modes == 0:
+        return False
+    fastest = float(motion.system.body.modes(motion.modes, motion.system.load.at).omega[-1])
+    return PER_WAVE * fastest * motion.period / (2.0 * math.pi) * motion.modes > MOST
+
+
+# ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load
+
+SAME = 1e-7
+"""Impact times that are as near as this are the same, in radians of the load."""
+
+_ROUNDING = 1e-12
+
+
+def load_turn(load: Load) -> float:
+    """After how long the load repeats: 2π, or an even part of it, as where only its harmonics 2, 4, … are present."""
+    if not load.is_piecewise:
+        return TURN / math.gcd(*load.harmonics.tolist()) if load.harmonics.size else TURN
+    breaks, values = np.asarray(load.breaks), np.asarray(load.values)
+    for shift in range(1, breaks.size):  # by so many steps
+        if breaks.size % shift:
+            continue
+        moved = np.mod(np.roll(breaks, -shift) - breaks, TURN)
+        if np.ptp(moved) <= _ROUNDING and np.all(np.roll(values, -shift) == values):
+            return float(moved[0])
+    return TURN
+
+
+def differences(times: Array, others: Array, period: float, turn: float) -> Array:
+    """t_i − t'_{i+c} for every shift c of the first impact, moved by whole periods of the load to be least.
+
+    Parameters
+    ----------
+    times
+        Shape (…, p).
+    others
+        Times of K orbits, shape (K, p).
+    period, turn
+        T, and after how long the load repeats.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (…, K, p, p): orbits, shifts, impacts.
+    """
+    p = others.shape[-1]
+    endless = np.concatenate([others, others + period], axis=-1)
+    shifted = np.stack([endless[:, c : c + p] for c in range(p)], axis=1)
+    off = times[..., None, None, :] - shifted
+    return np.asarray(off - turn * np.rint(off.mean(axis=-1, keepdims=True) / turn))
+
+
+def repeats(times: Array, period: float, turn: float) -> int:
+    """How often a shorter orbit is repeated in the cycle: 1 for none; `times` of shape (p,)."""
+    p = times.size
+    turns = round(period / turn)
+    for often in range(math.gcd(p, turns), 1, -1):
+        if p % often or turns % often:
+            continue
+        step = p // often
+        endless = np.concatenate([times, times + period])
+        if np.abs(endless[step : step + p] - times - period / often).max() <= SAME:
+            return often
+    return 1
+
+
+def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
+    """The times from the impact with the least phase on, which is in the first period of the load; and its number.
+
+    Of impacts with phases that are the same but for rounding, that before the shortest flight.
+    """
+    flights = np.append(times[1:], times[0] + period) - times
+    phases = np.mod(times, turn)
+    phases = np.where(turn - phases <= SAME, phases - turn, phases)
+    least = np.flatnonzero(phases <= phases.min() + SAME)
+    first = int(least[np.argmin(flights[least])])
+    moved = np.concatenate([times[first:], times[:first] + period])
+    start = float(np.mod(moved[0], turn))
+    return start + np.append(0.0, np.cumsum(np.diff(moved))), first
+
+
+# ---- One periodic motion with p impacts in n load periods, as a value: is it possible, where does the bar go?
 
 
 @dataclass(frozen=True)
@@ -131,3 +557,95 @@ class PeriodicOrbit(ImpactMotion):
         more = ", …" if self.impacts > 4 else ""
         where = "admissible" if self.admissible else f"not admissible ({self.obstacle.value if self.obstacle else ''})"
         return f"PeriodicOrbit {self.label}: phases {phases}{more} rad, {where}, {self.modes} modes"
+
+
+# ---- How an orbit moves with a parameter: the column of the parameter beside the matrix of the times
+
+_STEP = 1e-6  # of the parameter, relative where that is large
+
+
+def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:
+    """∂F/∂λ at fixed times of the impacts, by central differences: exact to 1e-10 of F, and of the load to rounding.
+
+    Beside `orbit.bordered()` it is the matrix with which a branch is followed.
+
+    Parameters
+    ----------
+    orbit
+        The orbit.
+    family
+        The system at a value of the parameter λ.
+    value
+        λ of the orbit.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (p + 1,): of the p equations, and of that for the rigid velocity (0 where this follows from the times).
+
+    Raises
+    ------
+    ParameterError
+        When the family gives no system.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.steady import orbit_near
+    >>> def family(mean):
+    ...     return System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(mean, 1.0))
+    >>> orbit = orbit_near(family(0.62), [0.4, 2.3], modes=0)
+    >>> parameter_column(orbit, family, 0.62).shape
+    (3,)
+    """
+    instance("orbit", orbit, PeriodicOrbit)
+    here = finite("value", value)
+    if not callable(family) or isinstance(family, type):
+        raise ParameterError("family", family, "a function from a number to a System")
+    step = _STEP * max(1.0, abs(here))
+
+    def off(by: float) -> Array:
+        return orbit.off(instance("family", family(here + by), System))
+
+    try:
+        forward, inner = off(step), step
+    except PercussError:  # the range of the parameter ends here
+        forward, inner = off(-step), -step
+    try:
+        return np.asarray((forward - off(-inner)) / (2.0 * inner))
+    except PercussError:
+        return np.asarray((4.0 * forward - off(2.0 * inner) - 3.0 * off(0.0)) / (2.0 * inner))
+
+
+def time_rates(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:
+    """dt_i/dλ, how the impact times move with the parameter; shape (p,).
+
+    They grow without bound towards a fold.
+
+    Parameters
+    ----------
+    orbit, family, value
+        As for `parameter_column`.
+
+    Raises
+    ------
+    ParameterError
+        As `parameter_column`; and at a fold.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.steady import orbit_near
+    >>> def family(mean):
+    ...     return System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(mean, 1.0))
+    >>> orbit = orbit_near(family(0.62), [0.4, 2.3], modes=0)
+    >>> later = orbit_near(family(0.62 + 1e-6), orbit.times, modes=0)
+    >>> moved = (np.array(later.times) - orbit.times) / 1e-6
+    >>> bool(abs(moved - time_rates(orbit, family, 0.62)).max() < 1e-4)
+    True
+    """
+    column = parameter_column(orbit, family, value)
+    try:
+        return np.asarray(-np.linalg.solve(orbit.bordered(), column)[:-1])
+    except np.linalg.LinAlgError:
+        raise ParameterError("value", value, "a value at which the orbit is no fold") from None

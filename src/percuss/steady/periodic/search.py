@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,17 +15,285 @@ import numpy.typing as npt
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
 from percuss.model import HeldBody, System
-from percuss.model.checks import Array, array, callback, count, instance
-from percuss.steady.periodic.found_orbits import FoundOrbits, Tally
-from percuss.steady.periodic.given_starts import RANDOM, given_rows
+from percuss.model.checks import Array, array, callback, count, instance, numbers
+from percuss.shown import Shown
+from percuss.steady.orbit import Reason
+from percuss.steady.periodic.compiled_orbits import Outcome, newton
 from percuss.steady.periodic.impact_chain import ImpactChain
-from percuss.steady.periodic.newton import Outcome, newton
 from percuss.steady.periodic.pair_proof import proved_pairs
-from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
-from percuss.steady.periodic.root_search import RootSearch, verdict
+from percuss.steady.periodic.periodic_orbit import SAME, PeriodicOrbit, differences, load_turn, repeats
 from percuss.steady.states import check_pushes, steady_states
 
-__all__ = ["MOST_IMPACTS", "MOST_PERIODS", "orbit_near", "orbits"]
+# ---- What a search for orbits found, and why each of its other tries gave none
+
+_NAMED = 8  # modes
+_DOUBT = 0.05
+_HALVINGS = 50
+
+
+class Drop(Enum):
+    """Why a try gave no new orbit."""
+
+    LOST = "did not converge"
+    COALESCED = "impacts coalesce"
+    REPEAT = "repeats a shorter orbit"
+    RESONANT = "internal resonance"
+    NO_BLOW = "strikes backwards"
+    THROUGH_WALL = "through the wall"
+    KNOWN = "known already"
+
+
+class Tally(NamedTuple):
+    """How many starts came from one source, and how many of the orbits they were the first to lead to."""
+
+    tries: int
+    orbits: int
+
+
+@dataclass(frozen=True)
+class FoundOrbits(Shown):
+    """The orbits z=p/n that a search found.
+
+    Parameters
+    ----------
+    system, impacts, periods, modes
+        What was asked: p, n and N.
+    orbits
+        Those that are possible, by the phase of their first impact.
+    rejected
+        The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
+    tries
+        Starts that were followed; 0 where none was needed.
+    dropped
+        How many of the tries gave no new orbit, by reason; of a complete list, how many roots are none.
+    unseen
+        Estimate of the share of random starts that would lead to orbits not found: of the tries without deflation that
+        ended at an orbit, the part whose orbit they met once only (Good, Biometrika 40 (1953) 237–264). None when no
+        such try ended at one; 0 where the list is complete.
+    complete
+        Whether there are proved to be no others: of one impact in a cycle, and of two of a rigid bar but in degenerate
+        cases.
+    sources
+        Where the starts came from: ``"random times"``, and what was given besides.
+    ended
+        From how many tries `unseen` is estimated; it is worth little where these are few.
+    halted
+        Whether the search was told to end before all of its tries.
+    """
+
+    system: System
+    impacts: int
+    periods: int
+    modes: int
+    orbits: tuple[PeriodicOrbit, ...]
+    rejected: tuple[PeriodicOrbit, ...] = field(repr=False)
+    tries: int
+    dropped: Mapping[Drop, int]
+    unseen: float | None
+    complete: bool
+    sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
+    ended: int = 0
+    halted: bool = False
+
+    @property
+    def label(self) -> str:
+        """z=p/n."""
+        return f"z={self.impacts}/{self.periods}"
+
+    @property
+    def unseen_in_words(self) -> str:
+        """The estimate of `unseen` with its bound, and by how many tries."""
+        if self.unseen is None:
+            return "none met"
+        tries = f"{self.ended} tr{'ies' if self.ended > 1 else 'y'} that ended at an orbit"
+        return f"{self.unseen:.2g}, at most {self.unseen_bound:.2g} (with 95 %, by {tries})"
+
+    @property
+    def unseen_bound(self) -> float | None:
+        """The greatest share of starts, with 95 %, that would lead to orbits not found; None as for `unseen`.
+
+        Exact for a share of which so few of so many tries are met: Clopper and Pearson, Biometrika 26 (1934) 404–413.
+        """
+        if self.unseen is None or self.complete:
+            return self.unseen
+        return _at_most(round(self.unseen * self.ended), self.ended)
+
+    @property
+    def resonant_modes(self) -> tuple[int, ...]:
+        """The elastic modes n that come back by themselves after the cycle of a root: internal resonance."""
+        roots = (*self.orbits, *self.rejected)
+        return tuple(sorted({n for root in roots for n in root.resonant_modes}))
+
+    def __str__(self) -> str:
+        found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
+        if self.complete:
+            head = f"{self.label}: {found}, complete (proved){free_amplitude(self.resonant_modes)}"
+        else:
+            estimate = (
+                "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen_in_words}"
+            )
+            head = f"{self.label}: {found} in {self.tries} tries, {estimate}{', halted' if self.halted else ''}"
+            head += free_amplitude(self.resonant_modes)
+        return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
+
+
+def free_amplitude(modes: Collection[int]) -> str:
+    """What a headline says of modes that the equations leave open: nothing where there are none."""
+    named = ", ".join(str(n) for n in sorted(modes)[:_NAMED]) + (", …" if len(modes) > _NAMED else "")
+    return f", but for the free amplitude of mode{'s' if len(modes) > 1 else ''} {named}" if modes else ""
+
+
+def _at_most(successes: int, trials: int) -> float:
+    """The probability with which no more successes than these have the probability 5 %; 1 when all are."""
+    if successes >= trials:
+        return 1.0
+    j = np.arange(successes)
+    ways = np.concatenate([[0.0], np.cumsum(np.log((trials - j) / (j + 1.0)))])
+    j = np.arange(successes + 1)
+    low, high = successes / trials, 1.0
+    for _ in range(_HALVINGS):
+        share = 0.5 * (low + high)
+        if np.exp(ways + j * math.log(share) + (trials - j) * math.log1p(-share)).sum() > _DOUBT:
+            low = share
+        else:
+            high = share
+    return 0.5 * (low + high)
+
+
+# ---- The roots that a search for orbits has found, with a verdict on each, and what became of its tries
+
+_AT_ONCE = 256  # starts of a batch, at most
+_NUMBERS = 1 << 20  # of an array of a batch
+
+
+def verdict(orbit: PeriodicOrbit) -> Drop | None:
+    """Why a root is no orbit; None for one that is."""
+    if orbit.impacts > 1 and orbit.resonant_modes:
+        return Drop.RESONANT
+    obstacle = orbit.obstacle
+    return None if obstacle is None else Drop.NO_BLOW if obstacle is Reason.NO_BLOW else Drop.THROUGH_WALL
+
+
+class RootSearch:
+    """The roots found so far, with a verdict on each, and the tries that gave no new orbit."""
+
+    def __init__(self, chain: ImpactChain) -> None:
+        self.chain = chain
+        self.turn = load_turn(chain.system.load)
+        self.known = np.empty((0, chain.impacts))  # every root, repeats of shorter orbits among them
+        self.roots: list[tuple[PeriodicOrbit, Drop | None]] = []
+        self.dropped: Counter[Drop] = Counter()
+
+    def drawn(self, random: np.random.Generator, size: int) -> Array:
+        """Random times in a period, in order; shape (size, p)."""
+        return np.sort(random.uniform(0.0, self.chain.period, (size, self.chain.impacts)), axis=1)
+
+    def batches(self, tries: int, first: int = _AT_ONCE) -> Iterator[int]:
+        """Sizes of the batches of so many tries, each twice the one before, up to what does not fill the memory."""
+        chain = self.chain
+        most = max(1, min(_AT_ONCE, _NUMBERS // (chain.impacts**2 * max(chain.modes, 1))))
+        size = min(first, most)
+        while tries > 0:
+            yield min(size, tries)
+            tries, size = tries - size, min(2 * size, most)
+
+    def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
+        """The motion with impacts at given times, the first of them in the first period of the load."""
+        chain = self.chain
+        kept = rebound if chain.is_neutral else None
+        return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
+
+    def followed(self, starts: Array, known: Array | None = None) -> list[int]:
+        """Follow starts and judge their ends; the numbers of the possible orbits at which they ended."""
+        ended = newton(self.chain, starts, known, self.turn)
+        self.dropped[Drop.LOST] += int((ended.outcome == Outcome.LOST).sum())
+        self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
+        reached = []
+        for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
+            number, new = self.judged(ended.times[row], float(ended.rebound[row]))
+            reason = self.roots[number][1]
+            if reason is None:
+                reached.append(number)
+            if not new or reason is not None:
+                self.dropped[reason or Drop.KNOWN] += 1
+        return reached
+
+    def judged(self, times: Array, rebound: float) -> tuple[int, bool]:
+        """The number of a root, and whether it is new."""
+        if self.roots:
+            off = np.abs(differences(times, self.known, self.chain.period, self.turn)).max(axis=-1).min(axis=-1)
+            nearest = int(np.argmin(off))
+            if off[nearest] <= SAME:
+                return nearest, False
+        orbit = self.orbit(times, rebound)
+        again = repeats(times, self.chain.period, self.turn) > 1
+        self.roots.append((orbit, Drop.REPEAT if again else verdict(orbit)))
+        self.known = np.concatenate([self.known, np.array([orbit.times])])
+        return len(self.roots) - 1, True
+
+    @property
+    def good(self) -> int:
+        """How many orbits have been found."""
+        return sum(1 for _, reason in self.roots if reason is None)
+
+    def result(
+        self,
+        tries: int,
+        unseen: float | None,
+        *,
+        complete: bool = False,
+        sources: Mapping[str, Tally] | None = None,
+        ended: int = 0,
+        halted: bool = False,
+    ) -> FoundOrbits:
+        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
+        chain = self.chain
+        listed = sorted(self.roots, key=lambda root: root[0].times)
+        good = tuple(orbit for orbit, reason in listed if reason is None)
+        others = tuple(orbit for orbit, reason in listed if reason not in (None, Drop.REPEAT))
+        counted = Counter(reason for _, reason in self.roots) if complete else self.dropped
+        dropped = {drop: counted[drop] for drop in Drop if counted[drop]}
+        return FoundOrbits(
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
+            sources or {}, ended, halted,
+        )  # fmt: skip
+
+
+# ---- Where the starts of a search come from: random times, and rows of times that are given
+
+RANDOM = "random times"
+"""What starts are called that nobody gave."""
+
+_LATEST = 1e12  # rad
+
+
+def given_rows(near: object, impacts: int, periods: int) -> dict[str, Array]:
+    """Rows of times to start from, by where they come from, each of the shape (K, p); they may be none."""
+    if near is None:
+        return {}
+    if not isinstance(near, Mapping):
+        raise ParameterError("near", near, 'rows of times by their source, as {"a guess": [[0.4, 2.3]]}, or None')
+    return {_source(name): _rows(f"near[{name!r}]", rows, impacts, periods) for name, rows in near.items()}
+
+
+def _source(name: object) -> str:
+    if not isinstance(name, str) or not name or name == RANDOM:
+        raise ParameterError("near", name, "words for where the starts come from")
+    return name
+
+
+def _rows(name: str, rows: object, impacts: int, periods: int) -> Array:
+    accepted = f"rows of {impacts} increasing times within {periods} load period{'s' if periods > 1 else ''}"
+    found = numbers(name, rows, accepted)
+    if not found.size:
+        return np.empty((0, impacts))
+    orderly = found.ndim == 2 and found.shape[1] == impacts and bool(np.all(np.abs(found) <= _LATEST))
+    if not orderly or np.any(np.diff(found) <= 0.0) or np.any(np.ptp(found, axis=1) >= 2.0 * math.pi * periods):
+        raise ParameterError(name, rows, accepted)
+    return found
+
+
+# ---- All orbits of a label that a search finds: exactly for one impact, else from random times, with an honest count
 
 MOST_IMPACTS = 64
 MOST_PERIODS = 256

@@ -1,17 +1,20 @@
 """The machine that switches its own valve: cycles, what prevents them, margins; the rigid piston in closed form."""
 
 from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
+from percuss.steady.self_excited.elastic_chain import Rhythm
 from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
-from percuss.steady.self_excited.margins import ValveMargins, valve_margins
-from percuss.steady.self_excited.obstacle import Obstacle
-from percuss.steady.self_excited.piston_records import Leg, Rebound, Segment, Switch, Uncovering
-from percuss.steady.self_excited.rhythm import Rhythm
-from percuss.steady.self_excited.rigid_cycle import RigidCycle
-from percuss.steady.self_excited.ringing import ModeShare, Ringing
-from percuss.steady.self_excited.self_switching import SelfExcited, self_excited_motion
-from percuss.steady.self_excited.sensitivity import Sensitivity, sensitivities
-from percuss.steady.self_excited.slow_pressure import SlowPressure, pressure_over, slow_pressure
-from percuss.steady.self_excited.valve_cycle import ValveCycle
+from percuss.steady.self_excited.margins import (
+    Sensitivity,
+    SlowPressure,
+    ValveMargins,
+    pressure_over,
+    sensitivities,
+    slow_pressure,
+    valve_margins,
+)
+from percuss.steady.self_excited.piston_legs import Leg, Rebound, Segment, Switch, Uncovering
+from percuss.steady.self_excited.rigid_cycle import ModeShare, RigidCycle, Ringing, ValveCycle
+from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
 
 __all__ = [
     "BlankBlow",

@@ -16,12 +16,11 @@ from percuss.errors import ParameterError
 from percuss.model import Cushion
 from percuss.model.checks import instance
 from percuss.shown import Shown
+from percuss.steady.self_excited.margins import mean_pressure
 from percuss.steady.self_excited.piston_flight import Flight
-from percuss.steady.self_excited.piston_records import Piston, Rebound
-from percuss.steady.self_excited.rigid_cycle import RigidCycle
+from percuss.steady.self_excited.piston_legs import Piston, Rebound
+from percuss.steady.self_excited.rigid_cycle import RigidCycle, under_pressure
 from percuss.steady.self_excited.self_switching import SelfExcited, piston_of
-
-__all__ = ["BlankBlow", "BlankEnding", "blank_blow"]
 
 _MOST_PASSES = 64
 _MOST_EVENTS = 40 * _MOST_PASSES
@@ -54,6 +53,8 @@ class BlankBlow(Shown):
     depth, peak_force, taken
         How deep it goes into the cushion at first, the greatest force of the cushion there, and the energy that the
         cushion keeps of that.
+    worst_pass, worst_depth, worst_force
+        The pass in which it goes deepest, from 1 on, how deep, and the greatest force of the cushion there.
     front_speed
         At which it strikes the front end of the housing; 0 when it does not.
     ending
@@ -63,6 +64,9 @@ class BlankBlow(Shown):
         what it does repeats.
     period, again
         Of a machine that cycles without a blow: the time between passes, and their speed; else None.
+    pressure
+        Under which it moves, as a multiple of that for which the forces of the states hold: with a supply the mean
+        pressure of the cycle, else 1.
     """
 
     speed: float
@@ -71,11 +75,15 @@ class BlankBlow(Shown):
     depth: float
     peak_force: float
     taken: float
+    worst_pass: int
+    worst_depth: float
+    worst_force: float
     front_speed: float
     ending: BlankEnding
     passes: int
     period: float | None
     again: float | None
+    pressure: float = 1.0
 
     @property
     def energy(self) -> float:
@@ -100,8 +108,8 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
 
     Notes
     -----
-    Blows demand nothing, as there are none; the ports do. A piston that is pushed less than the cushion holds lies in
-    the cushion, until the valve changes; the oil does not leak.
+    Blows demand nothing, as there are none; the ports do. A supply is taken to hold its mean pressure. A piston that is
+    pushed less than the cushion holds lies in the cushion, until the valve changes; the oil does not leak.
 
     Examples
     --------
@@ -119,7 +127,10 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
     leg = cycle.legs[int(np.argmax(cycle.blow_speeds))]
     assert leg.rebound is not None
     given = motion.machine.valve.cushion if cushion is None else instance("cushion", cushion, Cushion)
-    return _Blank(piston_of(motion.machine), given, leg.rebound, leg.blow_speed).followed()
+    piston, fed = piston_of(motion.machine), motion.machine.valve.supply is not None
+    pressure = mean_pressure(cycle) if fed else 1.0
+    piston = under_pressure(piston, pressure) if fed else piston
+    return replace(_Blank(piston, given, leg.rebound, leg.blow_speed).followed(), pressure=pressure)
 
 
 class _Blank:
@@ -134,8 +145,8 @@ class _Blank:
         )
         self.where: Literal["free", "in", "out"] = "free" if cushion is None or cushion.beyond > 0.0 else "in"
         self.passes = [(0.0, speed)]
-        self.reach = 0.0
-        self.first: float | None = None  # reach of the first pass
+        self.reach = 0.0  # … in this pass
+        self.reaches: list[float] = []  # … in those before
         self.front_speed = 0.0
         self.ending: BlankEnding | None = None
         self.repeats = False
@@ -152,22 +163,32 @@ class _Blank:
         return self._told()
 
     def _told(self) -> BlankBlow:
-        reach = self.reach if self.first is None else self.first
-        depth = peak = taken = 0.0
-        if self.cushion is not None and reach == math.inf:  # it pushes less than the valve, at any depth
-            depth, peak = math.inf, self.cushion.force
+        reaches = [*self.reaches, self.reach]
+        reach, most = reaches[0], max(reaches)
+        worst = next(i for i, one in enumerate(reaches) if one >= most * (1.0 - _SAME))
+        depth, peak = self._into(reach)
+        taken = 0.0
+        if depth == math.inf:
             taken = math.inf if peak > 0.0 else 0.0
-        elif self.cushion is not None and reach > self.cushion.beyond:
-            depth = reach - self.cushion.beyond
-            peak = self.cushion.force + self.cushion.stiffness * depth
+        elif self.cushion is not None:
             turned = self.front_speed == 0.0 or len(self.passes) > 1
             taken = (1.0 - self.cushion.returned * turned) * self.cushion.energy(depth)
         again, period = None, None
         if self.repeats:
             (before, _), (last, again) = self.passes[-2:]
             period = last - before
-        figures = self.passes[0][1], self.cushion, reach, depth, peak, taken, self.front_speed
+        first = self.passes[0][1], self.cushion, reach, depth, peak, taken
+        figures = *first, worst + 1, *self._into(reaches[worst]), self.front_speed
         return BlankBlow(*figures, self.ending or "goes on", len(self.passes), period, again)
+
+    def _into(self, reach: float) -> tuple[float, float]:
+        """Depth in the cushion, and its greatest force, of a piston that goes so far beyond the wall."""
+        if self.cushion is None or reach <= self.cushion.beyond:
+            return 0.0, 0.0
+        if reach == math.inf:  # it pushes less than the valve, at any depth
+            return math.inf, self.cushion.force
+        depth = reach - self.cushion.beyond
+        return depth, self.cushion.force + self.cushion.stiffness * depth
 
     # -- its way --
 
@@ -231,7 +252,8 @@ class _Blank:
         for which in found.which:
             if which == 0:
                 self.passes.append((self.time, -self.v))
-                self.first = self.reach if self.first is None else self.first
+                self.reaches.append(self.reach)
+                self.reach = 0.0
             elif which <= len(ports):
                 self._demand(ports[which - 1])
             else:

@@ -12,12 +12,9 @@ import numpy.typing as npt
 from percuss.kernel_cache import ensure_cache
 from percuss.model import Machine
 from percuss.model.checks import Array
-from percuss.steady.self_excited.fed_cycle import under_pressure
-from percuss.steady.self_excited.obstacle import Obstacle, why_unstable
-from percuss.steady.self_excited.piston_records import Piston
-from percuss.steady.self_excited.self_switching import piston_of
-
-__all__ = ["RigidCycles", "rigid_cycles"]
+from percuss.steady.self_excited.piston_legs import Piston
+from percuss.steady.self_excited.rigid_cycle import under_pressure
+from percuss.steady.self_excited.self_switching import Obstacle, piston_of, why_unstable
 
 _OBSTACLES = (
     None,
@@ -78,8 +75,8 @@ def rigid_cycles(
     """
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed
-    from percuss.steady.self_excited import leg_kernels as lk
-    from percuss.steady.self_excited import newton_kernels as nk
+    from percuss.steady.self_excited import cycle_kernels as lk
+    from percuss.steady.self_excited import cycle_kernels as nk
 
     pistons = [piston_of(machine) for machine in machines]
     fed = np.array([machine.valve.supply is not None for machine in machines], dtype=bool)
@@ -122,7 +119,7 @@ def _judged(
     begun: npt.NDArray[np.bool_],
     limits: Array,
 ) -> RigidCycles:
-    from percuss.steady.self_excited import leg_kernels as lk
+    from percuss.steady.self_excited import cycle_kernels as lk
 
     factor = np.array([machine.contact.velocity_factor for machine in machines])
     lossless = np.array(

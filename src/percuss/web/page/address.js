@@ -1,6 +1,7 @@
 // The address bar holds the whole state: the view and what the case changes in its machine, as readable words.
 //   #panel=map&machine=mini-breaker&load.mean=800 N&contact.restitution=0.3
 
+import { settled } from "./dom.js";
 import { DEFAULTS, data, machineTables, on, view } from "./state.js";
 import { valueAt, withKey } from "./moves.js";
 
@@ -87,19 +88,14 @@ function whole(text, otherwise) {
   return Number.isSafeInteger(value) && value >= 0 ? value : otherwise;
 }
 
-let timer = 0;
 let mine = "";
 
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
-  on("view tables", () => {
-    clearTimeout(timer);
-    timer = setTimeout(writeAddress, 180);
-  });
+  on("view tables", settled(writeAddress, 180));
 }
 
 export function writeAddress() {
-  clearTimeout(timer);
   if (!data.tables) return;
   const text = `#${address()}`;
   if (text === location.hash) return;

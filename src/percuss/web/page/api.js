@@ -1,5 +1,8 @@
 // The door to the server. Every number that the page shows comes through here.
 
+import { $ } from "./dom.js";
+import { during } from "./under_way.js";
+
 const TOKEN = "percuss-token";
 
 /** The token from the address, kept for this tab and taken out of the address at once. */
@@ -28,20 +31,30 @@ function headers(extra = {}) {
   return token ? { ...extra, Authorization: `Bearer ${token}` } : extra;
 }
 
-async function ask(path, options, tries = 4) {
-  let response;
-  try {
-    response = await fetch(`/api/${path}`, { ...options, headers: headers(options.headers) });
-  } catch (error) {
-    if (error.name === "AbortError") throw error;
-    throw new Refusal(0, [
-      { key: "", value: null, message: "The server does not answer.", remedy: "Is percuss serve still running?" },
-    ]);
+const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+const AGAIN = 1000; // ms until a server that does not answer is asked again
+
+/** What the server answers; while it does not, as when it is started again, the page says so and goes on asking. */
+async function reached(path, options) {
+  for (;;) {
+    try {
+      const response = await fetch(`/api/${path}`, { ...options, headers: headers(options.headers) });
+      $("#away").hidden = true;
+      return response;
+    } catch (error) {
+      if (error.name === "AbortError") throw error;
+      $("#away").hidden = false;
+      await pause(AGAIN);
+    }
   }
+}
+
+async function ask(path, options, tries = 4) {
+  const response = await reached(path, options);
   if (response.ok) return response;
   if (response.status === 429 && tries > 0) {
     const seconds = Number(response.headers.get("Retry-After") ?? 1);
-    await new Promise((done) => setTimeout(done, 1000 * Math.min(Math.max(seconds, 0.2), 5)));
+    await pause(1000 * Math.min(Math.max(seconds, 0.2), 5));
     return ask(path, options, tries - 1);
   }
   throw await refusal(response);
@@ -67,12 +80,17 @@ const posted = (body, signal) => ({
   signal,
 });
 
-export const get = async (path) => (await ask(path, {})).json();
-export const post = async (path, body, signal) => (await ask(path, posted(body, signal))).json();
+/** What `taken` makes of a response; it is under way under the first word of its path. */
+const answered = (path, options, taken) => during(/^\w+/.exec(path)[0], ask(path, options).then(taken));
+
+const json = (response) => response.json();
+
+export const get = (path) => answered(path, {}, json);
+export const post = (path, body, signal) => answered(path, posted(body, signal), json);
 
 /** An answer with arrays: its header, and `arrays` by name as typed arrays with a `shape`. */
 export async function postBinary(path, body, signal) {
-  const buffer = await (await ask(path, posted(body, signal))).arrayBuffer();
+  const buffer = await answered(path, posted(body, signal), (response) => response.arrayBuffer());
   const size = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
   const kinds = { f4: Float32Array, u1: Uint8Array, i2: Int16Array };
@@ -86,21 +104,19 @@ export async function postBinary(path, body, signal) {
 }
 
 /** A file to keep: the bytes and the name that the server gives it. */
-export async function postFile(path, body, name) {
-  const response = await ask(path, posted(body));
-  const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
-  return { blob: await response.blob(), name: given ? given[1] : name };
-}
+export const postFile = (path, body, name) =>
+  answered(path, posted(body), async (response) => {
+    const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
+    return { blob: await response.blob(), name: given ? given[1] : name };
+  });
 
-export async function upload(path, file) {
-  return (
-    await ask(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file })
-  ).json();
-}
+export const upload = (path, file) =>
+  answered(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file }, json);
 
 /** Server-sent events over POST: `heard(event, data)` for each, until the stream ends or `signal` aborts it. */
-export async function stream(path, body, heard, signal) {
-  const response = await ask(path, posted(body, signal));
+export const stream = (path, body, heard, signal) => answered(path, posted(body, signal), (response) => read(response, heard));
+
+async function read(response, heard) {
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let rest = "";
   for (;;) {

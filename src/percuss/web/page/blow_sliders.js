@@ -28,7 +28,7 @@ export function blowSliders(moved) {
 /** The sliders anew when there are other ones, else their values. */
 export function followBlowSliders() {
   const keys = keysOf(data.tables ?? {});
-  const now = JSON.stringify([keys, struckNow(data.tables ?? {})]);
+  const now = JSON.stringify([keys.map(([key, words]) => [key, words, quantity(valueAt(data.tables, key)).unit]), struckNow(data.tables ?? {})]);
   if (now !== parts.key) {
     parts.key = now;
     parts.rows = new Map(keys.map(([key, words]) => [key, slider(key, words)]));
@@ -71,7 +71,7 @@ function slider(key, words) {
   const begun = quantity(valueAt(data.tables, key));
   const ratio = key === "rock.unloading_ratio";
   const [low, high, step] = ratio ? [0.05, 1, 0.01] : [0.25, 2, 0.005].map((part) => part * begun.value); // round numbers
-  let { unit } = begun;
+  const { unit } = begun;
   const output = h("output", { for: id });
   const input = h("input", {
     type: "range",
@@ -90,7 +90,6 @@ function slider(key, words) {
   const follow = () => {
     const found = quantity(valueAt(data.tables, key));
     if (!found || key in parts.moves) return;
-    unit = found.unit;
     if (found.value > Number(input.max)) input.max = found.value;
     if (found.value < Number(input.min)) input.min = found.value;
     if (document.activeElement !== input || Math.abs(Number(input.value) - found.value) > Number(input.step))

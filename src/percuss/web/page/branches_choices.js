@@ -2,7 +2,7 @@
 
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber } from "./format.js";
-import { present } from "./moves.js";
+import { isRange, present, rangeOf, rangeText } from "./moves.js";
 import { chosen, data, isHeld, show, view } from "./state.js";
 import { UP } from "./branches_picture.js";
 
@@ -21,13 +21,9 @@ const known = () => data.info.parameters.filter(({ name, value }) => name !== "m
 export function along() {
   const found = known().find(({ name }) => name === view.along) ?? known().find(({ name }) => name === "load_factor") ?? known()[0];
   const { name, unit, low, high, movable } = found;
-  const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view.alongr);
-  const wish = given ? [Number(given[1]), Number(given[2])] : [];
-  const [from, to] = good(...wish) ? wish : [low, high];
+  const [from, to] = rangeOf(view.alongr, unit) ?? [low, high];
   return { name, unit, from, to, movable, label: inUnit(found.label, unit) };
 }
-
-const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
 
 /** What `percuss follow` is asked to begin with: the motion of the head of the page, unless another one is named. */
 export function beginning() {
@@ -82,11 +78,11 @@ function edge(end, axis) {
   const commit = (event) => {
     const inputs = ["from", "to"].map((name) => $(`#branches-${name}`));
     const [from, to] = inputs.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
-    const taken = good(from, to);
+    const taken = isRange(from, to);
     for (const input of inputs) input.setAttribute("aria-invalid", String(!taken && input === event.target));
     const words = "A range must go from a number to a greater one; the diagram keeps the previous range.";
     put($("#branches-range-problem"), taken ? "" : words);
-    if (taken) show({ along: along().name, alongr: `${from}:${to}` });
+    if (taken) show({ along: along().name, alongr: rangeText(from, to, along().unit) });
   };
   const input = { type: "number", step: "any", id, "data-end": end, ".value": String(plainNumber(axis[end], 6)), onchange: commit };
   const about = { "aria-label": `${end}, of the parameter`, "aria-describedby": "branches-range-problem" };

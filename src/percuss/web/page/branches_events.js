@@ -56,7 +56,7 @@ export function orbitList(card, found, begin) {
     ];
     return h("tr", {}, cells.map((cell) => h("td", {}, cell)));
   });
-  const missing = found.complete ? "These are all." : `${found.tries} tries; the share that a search of this size may miss: ${number(100 * found.unseen, 2)} %.`;
+  const missing = found.complete ? "These are all." : `${found.tries} tries; the share that a search of this size may miss: ${number(100 * found.unseen, 2)} %, at most ${number(100 * found.unseen_bound, 2)} %.`;
   put(
     card,
     h("h2", {}, `Motions ${found.label}`),

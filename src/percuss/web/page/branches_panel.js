@@ -254,10 +254,15 @@ function pointer(canvas) {
   };
   const place = (event, only) => placeAt(branches, RISING[view.up], parts.chart.frame, at(event), only);
   const drag = framed((event) => dragging && look(place(event, spot.branch)));
-  canvas.addEventListener("pointerdown", (event) => {
-    if (!branches.length || !parts.chart.at(event)) return;
+  const near = (event) => {
+    if (!branches.length || !parts.chart.at(event)) return null;
     const found = place(event);
-    if (found.far > NEAR) return;
+    return found.far > NEAR ? null : found;
+  };
+  canvas.addEventListener("click", (event) => event.pointerType === "touch" && look(near(event)));
+  canvas.addEventListener("pointerdown", (event) => {
+    const found = event.pointerType === "touch" ? null : near(event); // a finger that swipes moves the page
+    if (!found) return;
     dragging = true;
     canvas.setPointerCapture(event.pointerId);
     look(found);

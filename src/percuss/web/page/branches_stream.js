@@ -3,6 +3,7 @@
 
 import { Refusal, stream } from "./api.js";
 import { h, put } from "./dom.js";
+import { during } from "./under_way.js";
 
 let turn = Promise.resolve(); // until the part before has ended
 
@@ -47,7 +48,7 @@ export class Part {
     this.bar.value = 0;
     put(this.words, this.begun);
     try {
-      await before;
+      await during(this.path, before);
       if (own !== this.#running) return;
       await stream(this.path, question, (event, found) => own === this.#running && this.#take(event, found), own.signal);
       if (own === this.#running && !this.bar.hidden) throw ended();

@@ -3,7 +3,8 @@
 import { post, upload } from "./api.js";
 import { $, $$, h, put } from "./dom.js";
 import { number, percent, withUnit } from "./format.js";
-import { data, setTables, show } from "./state.js";
+import { data, setTables, show, view } from "./state.js";
+import { during } from "./under_way.js";
 
 const RECORDINGS = [".csv", ".txt", ".tsv", ".dat", ".mat", ".wav", ".h5", ".hdf5", ".tdms"];
 const parts = {};
@@ -101,7 +102,9 @@ function droppable() {
 }
 
 /** A case, a case with its recording, or a recording for the case that is there. */
-async function take(files) {
+const take = (files) => during("case", taken(files));
+
+async function taken(files) {
   const [cases, recordings] = [files.filter(isCase), files.filter((file) => !isCase(file))];
   if (!files.length) return;
   if (cases.length > 1 || recordings.length > 1) {
@@ -119,9 +122,10 @@ async function take(files) {
 async function readCase(file, record) {
   try {
     const found = record ? await readRecorded(file, record) : await post("case", { toml: await file.text() });
-    Object.assign(data, { base: null, physical: null, info: found });
-    show({ machine: "", orbit: 0 });
-    setTables(found.tables);
+    Object.assign(data, { base: null, physical: null });
+    Object.assign(view, { machine: "", orbit: 0 });
+    setTables(found.tables, found);
+    show({});
     put(parts.history, found.history ? recording(found.history, found.notes) : "");
   } catch (error) {
     refuse(error.problems ?? [{ key: "", message: error.message, remedy: "" }]);

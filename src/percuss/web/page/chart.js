@@ -1,7 +1,7 @@
 // Charts on a canvas, drawn in well under a millisecond each so that a slider repaints them all within its frame.
 // A chart is told what to draw by a plain object:
 //   x, y   {label, from, to, ticks?: [[value, text]]}      equal: true for one scale on both
-//   image  {canvas, under, smooth}                                drawn over the whole plane, first row at the bottom
+//   image  {canvas, under, smooth, faded}                                drawn over the whole plane, first row at the bottom
 //   items  line {x, y, colour, dash?, width?}, points {x, y, shape, colour, size?, under?: below the lines}, band {from, to, colour} (in y),
 //          level {at, axis?, colour, dash?}, circle {radius}, label {x, y, text}
 

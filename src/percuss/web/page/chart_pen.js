@@ -121,6 +121,7 @@ function image(pen, shown, { left, right, top, bottom }) {
   pen.beginPath();
   pen.rect(left, top, width, height);
   pen.clip();
+  pen.globalAlpha = shown.faded ? 0.4 : 1;
   pen.translate(left, top);
   const place = (into, cells) => {
     const [across, up] = [width / Math.max(cells.width - 1, 1), height / Math.max(cells.height - 1, 1)];

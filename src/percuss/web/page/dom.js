@@ -1,5 +1,7 @@
 // Small helpers for building the page. Text only ever enters as text nodes: nothing from a case becomes markup.
 
+import { begun } from "./under_way.js";
+
 export const $ = (selector, root = document) => root.querySelector(selector);
 export const $$ = (selector, root = document) => [...root.querySelectorAll(selector)];
 
@@ -67,11 +69,13 @@ const due = new Set();
 /** A function that runs at most once a frame, with its latest arguments. */
 export function framed(action) {
   let latest = [];
-  const run = () => due.delete(run) && action(...latest);
+  let end = null;
+  const run = () => due.delete(run) && (end(), action(...latest));
   return (...args) => {
     latest = args;
     if (due.has(run)) return;
     due.add(run);
+    end = begun("frame");
     requestAnimationFrame(run);
   };
 }
@@ -85,9 +89,11 @@ export function afterFrame(action) {
   return () => {
     if (waiting) return;
     waiting = true;
+    const end = begun("frame");
     requestAnimationFrame(() =>
       setTimeout(() => {
         waiting = false;
+        end();
         action();
       }),
     );
@@ -97,9 +103,15 @@ export function afterFrame(action) {
 /** A function that waits until nobody has called it for a while. */
 export function settled(action, milliseconds) {
   let timer = 0;
+  let end = null;
   return (...args) => {
     clearTimeout(timer);
-    timer = setTimeout(() => action(...args), milliseconds);
+    end ??= begun("rest");
+    timer = setTimeout(() => {
+      end();
+      end = null;
+      action(...args);
+    }, milliseconds);
   };
 }
 

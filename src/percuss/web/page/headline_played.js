@@ -26,7 +26,7 @@ export function playedVerdict() {
 function meaning(label) {
   const [head, tail] = label.split(/[=/]/);
   const n = Number(label.split("/")[1] ?? 1);
-  const again = n === 1 ? "every load period" : `again after ${n} load periods`;
+  const again = tail === "?" ? "after a time that rounding decides" : n === 1 ? "every load period" : `again after ${n} load periods`;
   const words = {
     z: `${tail === "1" ? "one blow" : `${tail} blows`} ${n === 1 ? "every load period" : `in ${n} load periods`}`,
     chatter: `bounces that die out, rest and release, ${again}`,

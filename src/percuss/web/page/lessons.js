@@ -143,7 +143,7 @@ export const LESSONS = [
       scene(
         "Never the same",
         heard(32),
-        pneumatic(0.78, 0.8, REBOUND),
+        pneumatic(0.788, 0.8, REBOUND),
         "Now the motion never repeats: the points in the impact chart fill a curve. Find what lies in between with the load factor slider.",
       ),
     ],
@@ -305,7 +305,7 @@ export const LESSONS = [
       scene(
         "At its end",
         heard(32),
-        pneumatic(0.78, 0.8, REBOUND),
+        pneumatic(0.788, 0.8, REBOUND),
         "Below all flips nothing is left of the cascade that is stable: the blows never repeat. The motions of the cascade are all still there, unstable, and this one comes near one of them after another.",
       ),
     ],

@@ -110,11 +110,12 @@ function draw(motion) {
 }
 
 const mark = (time) => parts.units && (machineMoment(time, parts.units), followMachine(parts.drawn, parts.units, time));
-const shown = framed((time) => shownNow() && mark(time));
+const cursor = (time) => shownNow() && mark(time);
+const shown = framed(cursor);
 
 function ticked(time) {
   follow(parts.stage, data.info?.bar?.first_mode_Hz);
-  shown(time);
+  (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 
 function struck() {

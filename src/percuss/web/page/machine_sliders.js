@@ -8,8 +8,10 @@ import { data, drag, switchesItself } from "./state.js";
 const FORCES = "load.states"; // all of them, where there is no pressure
 const parts = { rows: [], base: null, mine: "", factor: 1 };
 
-/** Their keys. */
-export const machineSliderNames = () => keysOf(data.tables).map(([name]) => name);
+/** Their keys, with the units of their ranges. */
+export const machineSliderNames = () => keysOf(data.tables).map(([key, , range]) => `${key} ${unitOf(key, range)}`);
+
+const unitOf = (key, range) => (Array.isArray(range) ? quantity(valueAt(data.tables, key)).unit : range.unit);
 
 /** The sliders of the case, with ranges about its values. */
 export function machineSliders() {
@@ -49,7 +51,7 @@ function slider([key, words, range]) {
   const id = `slide-${steps(key).join("-")}`;
   const begun = quantity(valueAt(data.tables, key));
   const [low, high] = Array.isArray(range) ? range.map((part) => part * begun.value) : [range.low, range.high];
-  let unit = Array.isArray(range) ? begun.unit : range.unit;
+  const unit = unitOf(key, range);
   const output = h("output", { for: id });
   const told = (value) => {
     const text = withUnit(value, unit);
@@ -70,7 +72,7 @@ function slider([key, words, range]) {
   });
   const follow = () => {
     const found = key === FORCES ? { value: factor(), unit } : (quantity(valueAt(data.tables, key)) ?? { value: 0, unit });
-    ({ unit } = found);
+    if (found.unit !== unit) return; // there are other sliders at once
     if (found.value > Number(input.max)) input.max = found.value;
     if (found.value < Number(input.min)) input.min = found.value;
     if (document.activeElement !== input || Math.abs(Number(input.value) - found.value) > Number(input.step)) input.value = found.value;

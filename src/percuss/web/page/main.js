@@ -11,6 +11,7 @@ import { watchPreparing } from "./preparing.js";
 import { startSliders } from "./sliders.js";
 import { setSound, soundOn } from "./sound.js";
 import { DEFAULTS, data, know, on, pickMachine, setTables, show, tell, view, wish } from "./state.js";
+import { during } from "./under_way.js";
 
 const FIRST = "mini-breaker";
 const THEMES = ["auto", "light", "dark"];
@@ -156,12 +157,7 @@ async function load(address) {
   if (!newest()) return;
   data.base = info?.tables ?? null;
   data.physical = null;
-  if (info) {
-    data.info = info;
-    data.tables = tables;
-    tell("info");
-  }
-  setTables(tables);
+  setTables(tables, info ?? data.info);
   tell("view");
 }
 
@@ -199,4 +195,4 @@ async function start() {
   document.documentElement.dataset.ready = "1";
 }
 
-start();
+during("start", start());

@@ -2,6 +2,7 @@
 
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber, withUnit } from "./format.js";
+import { isRange, rangeOf, rangeText } from "./moves.js";
 import { data, isHeld, show, switchesItself, view } from "./state.js";
 
 const SHOWN = {
@@ -63,9 +64,7 @@ export const told = ({ name, unit }, value, digits = 4) => `${title(name)} = ${w
 /** The axis "x" or "y": {name, unit, from, to, whole}. */
 export function axis(which) {
   const known = parameter(view[which]) ?? usual(which);
-  const given = /^([-+.\deE]+):([-+.\deE]+)$/.exec(view[`${which}r`]);
-  const wish = given ? [Number(given[1]), Number(given[2])] : [];
-  const [from, to] = good(...wish) ? wish : [known.low, known.high];
+  const [from, to] = rangeOf(view[`${which}r`], known.unit) ?? [known.low, known.high];
   return { name: known.name, unit: known.unit, from, to, whole: known.name === "m" };
 }
 
@@ -75,8 +74,6 @@ function usual(which) {
   const { parameters } = data.info;
   return parameters.find(({ name }) => wish.test(name)) ?? parameters[which === "x" ? 0 : Math.min(1, parameters.length - 1)];
 }
-
-const good = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
 
 export const labelOf = ({ name, unit }) => inUnit(title(name), unit);
 
@@ -108,23 +105,25 @@ export function choices(row) {
 
 /** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. */
 function chosenAxis(which, name) {
-  const { low, high } = parameter(name);
-  return { [which]: name, [`${which}r`]: name.includes(".") ? `${plainNumber(low)}:${plainNumber(high)}` : "" };
+  const { low, high, unit } = parameter(name);
+  return { [which]: name, [`${which}r`]: name.includes(".") ? rangeText(plainNumber(low), plainNumber(high), unit) : "" };
 }
 
 /** The ranges of both axes as the view keeps them. */
-export const keptRanges = () => Object.fromEntries(["x", "y"].map((which) => [`${which}r`, `${axis(which).from}:${axis(which).to}`]));
+export const keptRanges = () => Object.fromEntries(["x", "y"].map((which) => [`${which}r`, kept(axis(which))]));
+
+const kept = ({ from, to, unit }) => rangeText(from, to, unit);
 
 /** One end of an axis. */
 function edge(which, end) {
   const commit = (event) => {
     const ends = ["from", "to"].map((name) => $(`#map-${which}-${name}`));
     const [from, to] = ends.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
-    const taken = good(from, to);
+    const taken = isRange(from, to);
     for (const input of ends) input.setAttribute("aria-invalid", String(!taken && input === event.target));
     const words = "A range must go from a number to a greater one; the map keeps the previous range.";
     put($("#map-range-problem"), taken ? "" : words);
-    if (taken) show({ [`${which}r`]: `${from}:${to}` });
+    if (taken) show({ [`${which}r`]: rangeText(from, to, axis(which).unit) });
   };
   const value = String(axis(which)[end]);
   const about = { "data-edge": `${which} ${end}`, "aria-describedby": "map-range-problem" };

@@ -10,7 +10,8 @@ const POINTS = 24; // of a curve in one request
 
 /** The map that is wanted now: what is asked, in which steps, and a key that tells it from others. */
 export function wanted(x, y, version) {
-  const { quantities, body: own } = shown();
+  const kind = shown();
+  const { quantities, body: own } = kind;
   const named = new Map(data.about.quantities.map((q) => [q.name, q]));
   const plane = [x, y].every(({ name }) => parameter(name)?.plane);
   const byArrays = plane && quantities.every((name) => named.get(name)?.fast);
@@ -19,7 +20,7 @@ export function wanted(x, y, version) {
   const reduced = byArrays && !quantities.some((name) => name === "stable" || name === "margin");
   const sides = switchesItself() ? [16, most] : reduced ? [50, most] : byArrays ? [16, 60, most] : [8, 24, most];
   const body = { case: data.tables, quantities, ...own, ...(!switchesItself() && { periods: view.m }) };
-  return { key: JSON.stringify([x, y, quantities, view.m, version]), x, y, sides, body };
+  return { key: JSON.stringify([x, y, quantities, view.m, version]), version, kind, x, y, sides, body };
 }
 
 /** The values of an axis in `count` steps; a whole number steps by one. */

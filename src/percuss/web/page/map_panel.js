@@ -6,12 +6,13 @@ import { Chart } from "./chart.js";
 import { theme } from "./colours.js";
 import { framed, h, latest, put } from "./dom.js";
 import { number, plainNumber } from "./format.js";
-import { axis, choices, keptRanges, labelOf, parameter, shown, told } from "./map_axes.js";
+import { axis, choices, keptRanges, labelOf, parameter, told } from "./map_axes.js";
 import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_followed.js";
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
 import { heldAt, present, withKey } from "./moves.js";
 import { data, drag, move, on, show, switchesItself, uptodate, view } from "./state.js";
+import { during } from "./under_way.js";
 
 export const panel = {
   name: "map",
@@ -99,7 +100,7 @@ const coarse = latest(
     lines = [];
     take(found, map, null);
     parts.chart.canvas.dataset.coarse = String(found.nx);
-    if (map.key === parts.key) finer(map, found.cost).catch(failed);
+    if (map.key === parts.key) during("map", finer(map, found.cost)).catch(failed);
   },
   failed,
 );
@@ -147,9 +148,13 @@ async function draw(exact) {
   return !done;
 }
 
-function take(found, { x, y }, under) {
-  if (under) under.under = null; // of three one on top of the other the lowest is out of sight
-  plane = { x, y, under, nx: found.nx, ny: found.ny, rows: found.rows, ...content(found, shown()) };
+function take(found, { x, y, version, kind }, under) {
+  plane = { x, y, under, version, nx: found.nx, ny: found.ny, rows: found.rows, ...content(found, kind, under) };
+  if (under) {
+    under.under = null; // of three one on top of the other the lowest is out of sight
+    Object.assign(under, { low: plane.low, high: plane.high });
+    picture(under);
+  }
   picture(plane);
   repaint();
 }
@@ -159,6 +164,9 @@ const like = (one, other) => ["name", "unit", "from", "to"].every((part) => one[
 
 /** Whether the latest map is over the axes that are wanted now. */
 const shownHere = (x, y) => Boolean(plane?.canvas && like(plane.x, x) && like(plane.y, y));
+
+/** Whether it is of the case as it is now, but for a move along its axes. */
+const ofNow = (x, y) => shownHere(x, y) && plane.version >= since;
 
 /** Where the design stands in the plane. */
 function design() {
@@ -175,12 +183,12 @@ const repaint = framed(() => {
   const x = axis("x");
   const y = axis("y");
   const same = shownHere(x, y);
-  const items = [...legends(plane, theme()), ...(same ? lines.map(line) : []), ...followedItems(x), marked(x, y)];
+  const items = [...legends(plane, theme()), ...(ofNow(x, y) ? lines.map(line) : []), ...followedItems(x), marked(x, y)];
   parts.chart.draw({
     x: { label: labelOf(x), from: x.from, to: x.to },
     y: { label: labelOf(y), from: y.from, to: y.to },
     items: items.filter(Boolean),
-    image: same ? { canvas: plane.canvas, hatches: plane.hatches, under: plane.under, smooth: false } : null,
+    image: same ? { canvas: plane.canvas, hatches: plane.hatches, under: plane.under, smooth: false, faded: !ofNow(x, y) } : null,
     about: `Map over ${labelOf(x)} and ${labelOf(y)}; arrow keys move the design`,
   });
 });
@@ -199,8 +207,8 @@ const line = ({ kind, x, y }) => ({
 function marked(x, y) {
   const here = design();
   if (here.x === undefined || here.y === undefined) return null;
-  const place = `${told(x, here.x)}, ${told(y, here.y)}${answered() ? `: ${verdict()}` : ""}`;
-  const cell = plane?.kind === "families" && shownHere(x, y) ? cellAt(plane, here) : "";
+  const place = `${told(x, here.x)}, ${told(y, here.y)}: ${answered()?.changed === data.changed ? verdict() : "…"}`;
+  const cell = plane?.kind === "families" && ofNow(x, y) ? cellAt(plane, here) : "";
   const found = cell ? ` A simulation finds ${cell} there.` : "";
   put(parts.readout, `The design stands at ${place}.${found} Drag it, click anywhere, or use the arrow keys.`);
   parts.chart.canvas.dataset.design = `${here.x},${here.y}`;
@@ -220,8 +228,9 @@ function pointer(canvas) {
     const at = parts.chart.at(event, true); // dragged out of the map, the design stays at its edge
     if (at) goTo(at);
   });
+  canvas.addEventListener("click", (event) => event.pointerType === "touch" && parts.chart.at(event) && go(event));
   canvas.addEventListener("pointerdown", (event) => {
-    if (!parts.chart.at(event)) return;
+    if (event.pointerType === "touch" || !parts.chart.at(event)) return; // a finger that swipes moves the page
     dragging = true;
     canvas.setPointerCapture(event.pointerId);
     go(event);
@@ -248,7 +257,7 @@ function pointer(canvas) {
 function hover(event) {
   const at = event && !dragging ? parts.chart.at(event) : null;
   const [x, y] = [axis("x"), axis("y")];
-  const cell = at && shownHere(x, y) ? cellAt(plane, at) : "";
+  const cell = at && ofNow(x, y) ? cellAt(plane, at) : "";
   parts.tip.hidden = !cell;
   if (!cell) return;
   const place = `${told(x, at.x, 3)}, ${told(y, at.y, 3)}`;

@@ -6,8 +6,9 @@ import { number, withUnit } from "./format.js";
 
 const VERDICTS = { none: "no steady motion", unstable: "steady motion, unstable", stable: "stable steady motion" };
 
-/** One number a cell: a code for verdicts and words, a value for the rest; `words` is what stands in each cell. */
-export function content({ arrays, quantities }, kind) {
+/** One number a cell: a code for verdicts and words, a value for the rest; `words` is what stands in each cell. Of rows over
+ * a coarser map of the whole plane, `under`, the range is that of both. */
+export function content({ arrays, quantities }, kind, under = null) {
   const [first, second] = kind.quantities;
   const values = arrays[first];
   if (second) {
@@ -21,7 +22,7 @@ export function content({ arrays, quantities }, kind) {
     return { kind: "families", codes: values.map((n) => family[n] ?? -1), words, labels: values };
   }
   const margin = first.includes("margin");
-  const [low, high] = span([values], 0);
+  const [low, high] = span([values, under?.values ?? []], 0);
   const ends = margin ? { low: Math.min(Math.max(low, -1), 0), high: Math.max(high, 0) } : { low, high };
   return { kind: margin ? "margins" : "sizes", values, ...ends, unit: quantities[first].unit ?? "" };
 }
@@ -61,7 +62,7 @@ export function picture(plane) {
     return shades[Math.min(Math.max(255 * shareOf(plane, values[i]), 0), 255) | 0];
   };
   plane.canvas = cells(nx, ny, rows, shade);
-  plane.used = codes ? new Set(codes) : null; // once for a plane: there are tens of thousands, and a move redraws
+  plane.used = codes ? new Set([...new Set(codes), ...(plane.under?.used ?? [])]) : null; // once for a plane: there are tens of thousands, and a move redraws
   plane.hatches = [];
   for (const [i, { hatch }] of plane.looks.entries())
     if (hatch && plane.used.has(i))

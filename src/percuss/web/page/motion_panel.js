@@ -221,7 +221,7 @@ const shown = framed(cursor);
 
 function ticked(time) {
   if (motion) follow(parts.stage, motion.first_mode_Hz);
-  shown(time);
+  (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 
 function struck(event) {

@@ -28,6 +28,21 @@ export const valueAt = (tables, key) => steps(key).reduce((found, step) => found
 /** The key of the number that a key holds: of a table such as {kind = "ratio", value = 1e-3} that of its value. */
 export const heldAt = (tables, key) => (valueAt(tables, key)?.value === undefined ? key : `${key}.value`);
 
+/** A range as the address keeps it, with the unit that its numbers are in: "300:340 mm". */
+export const rangeText = (from, to, unit) => `${from}:${to}${unit ? ` ${unit}` : ""}`;
+
+/** The range of an address, [from, to]; null for none, or none in this unit. */
+export function rangeOf(text, unit) {
+  const found = /^([-+.\deE]+):([-+.\deE]+)(?: (.+))?$/.exec(text);
+  const [from, to] = found ? [Number(found[1]), Number(found[2])] : [];
+  return isRange(from, to) && (found[3] ?? unit) === unit ? [from, to] : null;
+}
+
+export const isRange = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
+
+/** The unit in which a key is written; undefined where the key has no number. */
+export const unitOf = (tables, key) => quantity(valueAt(tables, heldAt(tables, key)))?.unit;
+
 /** The number that a parameter stands at now; undefined when it has none. */
 export function present(data, name) {
   if (name in data.placed) return data.placed[name];

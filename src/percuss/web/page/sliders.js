@@ -17,11 +17,11 @@ export function startSliders() {
   on("quick view", later);
 }
 
-/** Every slider anew when the case has other ones; the ranges stay as long as the names do. */
+/** Every slider anew when the case has other ones; the ranges stay as long as the names and the units do. */
 function build() {
   const own = switchesItself();
   const sliding = (!own && data.info?.parameters?.filter((p) => p.slides)) || [];
-  const names = own ? machineSliderNames() : sliding.map((p) => p.name);
+  const names = own ? machineSliderNames() : sliding.map((p) => `${p.name} ${p.unit}`);
   const key = `${view.machine}|${Boolean(data.tables?.system)}|${own}|${names.join()}`;
   if (key === built) return own ? followMachineSliders() : follow();
   built = key;

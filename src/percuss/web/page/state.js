@@ -3,7 +3,7 @@
 
 import { get, post, postBinary } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
-import { withKey } from "./moves.js";
+import { heldAt, unitOf, withKey } from "./moves.js";
 
 export const DEFAULTS = {
   panel: "", // the first one
@@ -41,8 +41,14 @@ export function on(topics, heard) {
   for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
 }
 
+/** Tell all; one that fails is reported, and the others hear of it all the same. */
 export function tell(topic) {
-  for (const heard of listeners.get(topic) ?? []) heard(topic);
+  for (const heard of listeners.get(topic) ?? [])
+    try {
+      heard(topic);
+    } catch (error) {
+      reportError(error);
+    }
 }
 
 export function show(changes) {
@@ -233,11 +239,17 @@ export function wish() {
   return () => mine === wishes;
 }
 
-/** Another case altogether, or one edited by hand. */
-export function setTables(tables) {
+const kindOf = (tables) => `${Boolean(tables?.body)} ${tables?.load?.kind === "valve"}`;
+
+/** Another case altogether, with what the server has told of it, or one edited by hand. Nothing stays of a case of another
+ * kind: what is told of a structure is not what is told of a bar. */
+export function setTables(tables, info = data.info) {
   wishes += 1;
   epoch += 1;
-  Object.assign(data, { tables, moving: {}, placed: {} });
+  if (kindOf(tables) !== kindOf(data.tables)) Object.assign(data, { quick: null, steady: null, machine: null });
+  const told = info !== data.info;
+  Object.assign(data, { tables, info, moving: {}, placed: {} });
+  if (told) tell("info");
   changedCase(null);
 }
 
@@ -251,8 +263,12 @@ export function drag(tables, names = null) {
 
 export const setKey = (key, value) => setTables(withKey(data.tables, key, value));
 
-/** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. */
+/** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. A key whose
+ * unit is another one since gets that unit back, for the server takes the number in the unit of the tables. */
 export function move(values) {
+  for (const { name, unit, value, dimensionless } of data.info?.parameters ?? [])
+    if (name in values && !dimensionless && ![undefined, unit].includes(unitOf(data.tables, name)))
+      data.tables = withKey(data.tables, heldAt(data.tables, name), unit ? `${value} ${unit}` : value);
   Object.assign(data.moving, values);
   Object.assign(data.placed, values);
   changedCase(Object.keys(values));
@@ -269,12 +285,9 @@ export async function pickMachine(name) {
   const found = await machineTables(name);
   if (!newest()) return;
   Object.assign(view, { machine: name, orbit: 0, xr: "", yr: "" }); // ranges are of the machine before
-  data.base = found.tables;
-  data.physical = null;
-  data.info = found;
-  tell("info");
+  Object.assign(data, { base: found.tables, physical: null });
+  setTables(found.tables, found);
   tell("view");
-  setTables(found.tables);
 }
 
 /** Why an orbit is stable or not; short until the multipliers are known. */

@@ -10,8 +10,8 @@ x_n free oscillations: about the static displacement for steps, without the wave
 import math
 
 from percuss.compiled import entry, inner, summed
-from percuss.steady.periodic.kernels.forced import TURN, piece_at, prepared
-from percuss.steady.periodic.kernels.layout import (
+from percuss.steady.periodic.kernels.forced_passage import TURN, passed, phi1, phi2, piece_at, prepared, propagated
+from percuss.steady.periodic.kernels.orbit_records import (
     ALPHA,
     BETA,
     DAMPING,
@@ -41,8 +41,6 @@ from percuss.steady.periodic.kernels.layout import (
     U,
     V,
 )
-from percuss.steady.periodic.kernels.oscillator import phi1, phi2, propagated
-from percuss.steady.periodic.kernels.passage import passed
 
 __all__ = ["flown"]
 

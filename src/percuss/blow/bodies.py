@@ -1,0 +1,301 @@
+"""The striker as a chain of sections: impedances, transit times, where they lie, and areas where they are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import accumulate, pairwise
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model import Body, Section, SizedBody, SteppedBar, UniformBar
+from percuss.model.body.stepped import MOST_JUMP, MOST_SECTIONS, section_of
+from percuss.model.body.uniform import Piece
+from percuss.model.checks import Array, choice, count, finite, instance, non_negative, positive, several
+
+# ---- What is struck: a rigid wall, or a rod of sections with what is at its far end, such as a bit on rock
+
+End = Literal["infinite", "free", "fixed", "rock"]
+ENDS: tuple[End, ...] = ("infinite", "free", "fixed", "rock")
+"""What a rod can have at its far end."""
+
+
+@dataclass(frozen=True)
+class Rock:
+    """Rock under a bit: a spring that yields, and that cannot pull (Lundberg 1973).
+
+    The force rises with the penetration along `stiffness` while the bit goes deeper than ever before. Back and again
+    forward it goes along the steeper `stiffness`/`unloading_ratio`; the rest of the penetration remains.
+
+    Parameters
+    ----------
+    stiffness
+        K_1 of the first loading, in N/m.
+    unloading_ratio
+        γ, the share of the penetration that springs back, greater than 0 and at most 1, dimensionless; 1 is elastic.
+    gap
+        Distance between bit and rock before the blow, in m.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range.
+
+    Examples
+    --------
+    >>> Rock(4e8, unloading_ratio=0.4).unloading_stiffness
+    1000000000.0
+    """
+
+    stiffness: float
+    unloading_ratio: float = 1.0
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness))
+        accepted = "a number greater than 0 and at most 1"
+        ratio = finite("unloading_ratio", self.unloading_ratio, accepted)
+        if not 0.0 < ratio <= 1.0:
+            raise ParameterError("unloading_ratio", self.unloading_ratio, accepted)
+        object.__setattr__(self, "unloading_ratio", ratio)
+        object.__setattr__(self, "gap", non_negative("gap", self.gap))
+
+    @property
+    def unloading_stiffness(self) -> float:
+        """K_2 = K_1/γ in N/m."""
+        return self.stiffness / self.unloading_ratio
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A rigid wall.
+
+    Parameters
+    ----------
+    gap
+        Distance between the faces before the blow, in m (dimensionless: in lengths of the striker).
+
+    Raises
+    ------
+    ParameterError
+        For a gap that is negative.
+    """
+
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gap", non_negative("gap", self.gap))
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A rod at rest, free of stress, in front of the striker.
+
+    Parameters
+    ----------
+    sections
+        From the struck face on, each a `Section`, or a dict of what makes one. With the end "infinite" the last one,
+        and only that, has the length None.
+    end
+        What is at the far end: "infinite" (nothing ever comes back), "free", "fixed", or "rock".
+    bit_mass
+        Mass in kg lumped at a free end or in front of the rock; may be 0. A bit with a length is one more section.
+    joint_masses
+        Pairs (step, mass): masses in kg lumped between the sections, step 1 between the first and the second.
+    rock
+        The `Rock`, with the end "rock".
+    gap
+        Distance between the faces before the blow, in m.
+    impedance
+        Of an endless rod of which nothing else is known: see `Rod.of_impedance`.
+
+    Raises
+    ------
+    ParameterError
+        For values out of range, and parts that do not go together.
+
+    Examples
+    --------
+    >>> drill = Rod([Section(1.2, diameter=0.038), Section(0.1, diameter=0.06)], "rock", bit_mass=3.0, rock=Rock(4e8))
+    >>> len(drill.pieces), drill.end
+    (2, 'rock')
+    >>> Rod([Section(None, diameter=0.038)]).end
+    'infinite'
+    """
+
+    sections: tuple[Section, ...]
+    end: End = "infinite"
+    bit_mass: float = field(default=0.0, kw_only=True)
+    joint_masses: tuple[tuple[int, float], ...] = field(default=(), kw_only=True)
+    rock: Rock | None = field(default=None, kw_only=True)
+    gap: float = field(default=0.0, kw_only=True)
+    impedance: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        given = several("sections", self.sections, "a list of sections")
+        object.__setattr__(self, "sections", tuple(section_of(i, one) for i, one in enumerate(given)))
+        choice("end", self.end, *ENDS)
+        object.__setattr__(self, "bit_mass", non_negative("bit_mass", self.bit_mass))
+        object.__setattr__(self, "gap", non_negative("gap", self.gap))
+        object.__setattr__(self, "joint_masses", _joint_masses(self.joint_masses, len(self.sections)))
+        if self.impedance is None:
+            self._check_lengths()
+        else:
+            object.__setattr__(self, "impedance", positive("impedance", self.impedance))
+            if self.sections or self.end != "infinite":
+                raise ParameterError("impedance", self.impedance, "an endless rod without sections")
+        self._check_end()
+
+    @classmethod
+    def of_impedance(cls, impedance: float, gap: float = 0.0) -> Rod:
+        """An endless rod by its impedance alone, in the units of the striker's; no areas, so no stresses.
+
+        N·s/m where the striker has sizes; of a dimensionless striker mass × angular frequency, in which a uniform bar
+        has the impedance s.
+
+        Raises
+        ------
+        ParameterError
+            For values out of range.
+
+        Examples
+        --------
+        >>> Rod.of_impedance(4e4).end
+        'infinite'
+        """
+        return cls((), gap=gap, impedance=positive("impedance", impedance))
+
+    def _check_lengths(self) -> None:
+        if not 1 <= len(self.sections) <= MOST_SECTIONS:
+            raise ParameterError("sections", f"{len(self.sections)} of them", f"1 to {MOST_SECTIONS} sections")
+        last = len(self.sections) - 1
+        for i, section in enumerate(self.sections):
+            endless = self.end == "infinite" and i == last
+            if endless and section.length is not None:
+                remedy = 'leave the length out, or say what is at the end: "free", "fixed" or "rock"'
+                raise ParameterError(f"sections[{i}].length", section.length, "none: the rod has no end", remedy)
+            if not endless and section.length is None:
+                remedy = 'only the last section of a rod with the end "infinite" has none'
+                raise ParameterError(f"sections[{i}].length", None, "a length in m", remedy)
+        for i, (one, other) in enumerate(pairwise(piece.area for piece in self.pieces), 1):
+            if max(one, other) >= MOST_JUMP * min(one, other):
+                wanted = f"an area that differs from its neighbour's by a factor of less than {MOST_JUMP:,.0f}"
+                raise ParameterError(f"sections[{i}].area", other, wanted, "check the units of its sizes")
+
+    def _check_end(self) -> None:
+        if self.rock is not None:
+            instance("rock", self.rock, Rock)
+        if (self.rock is None) == (self.end == "rock"):
+            remedy = "give the rock, or another end" if self.end == "rock" else 'say end="rock"'
+            raise ParameterError("rock", self.rock, f"{'a' if self.end == 'rock' else 'no'} Rock at this end", remedy)
+        if self.bit_mass > 0.0 and self.end not in ("free", "rock"):
+            raise ParameterError("bit_mass", self.bit_mass, f"0: the end is {self.end}", 'only "free" and "rock" move')
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """Its sections from the struck face on; the last one of an endless rod ends at infinity."""
+        starts = accumulate((section.length or 0.0 for section in self.sections[:-1]), initial=0.0)
+        return tuple(section.piece(start) for section, start in zip(self.sections, starts, strict=bool(self.sections)))
+
+    @property
+    def face_impedance(self) -> float:
+        """Impedance of the struck face."""
+        return self.pieces[0].impedance if self.impedance is None else self.impedance
+
+    @property
+    def end_impedance(self) -> float:
+        """Impedance at the far end."""
+        return self.pieces[-1].impedance if self.impedance is None else self.impedance
+
+
+Target: TypeAlias = Wall | Rod
+"""What is struck."""
+
+
+def _joint_masses(given: Iterable[Any], sections: int) -> tuple[tuple[int, float], ...]:
+    accepted = "pairs (number of the step, mass in kg)"
+    pairs = [several("joint_masses", pair, accepted) for pair in several("joint_masses", given, accepted)]
+    if any(len(pair) != 2 for pair in pairs):
+        raise ParameterError("joint_masses", given, accepted)
+    if pairs and sections < 2:
+        raise ParameterError("joint_masses", given, "none: one section has no steps")
+    found = [(count("joint_masses", step, 1, sections - 1), non_negative("joint_masses", m)) for step, m in pairs]
+    if len({step for step, _ in found}) < len(found):
+        raise ParameterError("joint_masses", given, "one mass at a step")
+    return tuple(found)
+
+
+# ---- The striker as a chain of sections: impedances, transit times, where they lie, and areas where they are known
+
+Striker = SizedBody | Body
+"""What strikes: with its sizes in SI, or dimensionless."""
+
+
+@dataclass(frozen=True)
+class Sections:
+    """A row of sections.
+
+    Parameters
+    ----------
+    impedance, transit, length, speed
+        Of each, shape (K,), inf for the transit time and the length of an endless one. SI, or the scales of a
+        dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance is known has the
+        speed 1, so that places along it are times of a wave.
+    area
+        In m², or None where only the impedances are known.
+    """
+
+    impedance: Array
+    transit: Array
+    length: Array
+    speed: Array
+    area: Array | None
+
+
+def striker_sections(striker: Striker) -> Sections:
+    """The sections of a striker from the driven end on.
+
+    Raises
+    ------
+    ParameterError
+        For anything that is no chain of sections.
+    """
+    if isinstance(striker, SizedBody):
+        return _of_pieces(striker.pieces)
+    if isinstance(striker, SteppedBar):
+        chain = striker.sections
+        return Sections(chain.impedance, chain.transit, chain.width, 1.0 / chain.slowness, None)
+    if isinstance(striker, UniformBar):
+        return Sections(
+            np.array([striker.s]), np.array([striker.transit_time]), np.ones(1), np.array([striker.s]), None
+        )
+    raise ParameterError("striker", striker, "a bar: Bar, SectionedBar, UniformBar or SteppedBar")
+
+
+def rod_sections(rod: Rod, striker: Striker) -> Sections:
+    """The sections of a rod from the struck face on, in the units of the striker.
+
+    Raises
+    ------
+    ParameterError
+        For a rod with sizes in front of a striker without.
+    """
+    if rod.impedance is not None:
+        endless = np.array([np.inf])
+        return Sections(np.array([rod.impedance]), endless, endless, np.ones(1), None)
+    if not isinstance(striker, SizedBody):
+        raise ParameterError("target", rod, "a wall, or Rod.of_impedance", "a dimensionless striker has no sizes")
+    return _of_pieces(rod.pieces)
+
+
+def _of_pieces(pieces: tuple[Piece, ...]) -> Sections:
+    return Sections(
+        np.array([piece.impedance for piece in pieces]),
+        np.array([piece.transit_time for piece in pieces]),
+        np.array([piece.end - piece.start for piece in pieces]),
+        np.array([(piece.youngs_modulus / piece.density) ** 0.5 for piece in pieces]),
+        np.array([piece.area for piece in pieces]),
+    )

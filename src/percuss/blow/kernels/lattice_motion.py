@@ -1,0 +1,423 @@
+"""The motion of a machine on the lattice, step by step."""
+
+from __future__ import annotations
+
+import math
+
+from percuss.blow.kernels.lattice_records import LOAD, OFF, REBOUNDED, UNLOAD
+from percuss.compiled import entry, inlined, inner, summed
+
+# ---- The far end of a tool that is fed between blows: a bit, with or without a mass, on rock that yields
+#
+# m v' + Z v + F = 2 Z f, u' = v, g = v − f, with F = K u while the bit goes deeper than ever, K/γ (u − u_r) on the way
+# back and forward again, u_r = (1 − γ) u_m, and no force beyond (Lundberg 1973). f is its mean over a step.
+
+_MOST_TURNS = 8  # changes of branch within a step
+_HALVINGS = 60
+_CRITICAL = 1e-4  # |qt| below which a bit is as good as critically damped
+
+
+@inner
+def bit_after(z, m, k, f, w, v, t):
+    """Where the bit is a time t later, and its velocity; w counts from where the branch has no force."""
+    if m == 0.0:
+        velocity = 2.0 * f - k / z * w
+        moved = velocity * t if k == 0.0 else -velocity * z / k * math.expm1(-k / z * t)
+        return w + moved, velocity - k / z * moved
+    if k == 0.0:
+        fall = -math.expm1(-z / m * t)
+        return w + 2.0 * f * t + (v - 2.0 * f) * m / z * fall, v + (2.0 * f - v) * fall
+    a, square = 0.5 * z / m, (0.5 * z / m) ** 2 - k / m
+    q = math.sqrt(abs(square))
+    if q * t < _CRITICAL:
+        fade = math.exp(-a * t)
+        c, s = fade * (1.0 + 0.5 * square * t * t), fade * t * (1.0 + square * t * t / 6.0)
+    elif square > 0.0:
+        slow, fast = math.exp((q - a) * t), math.exp(-(q + a) * t)
+        c, s = 0.5 * (slow + fast), 0.5 * (slow - fast) / q
+    else:
+        fade = math.exp(-a * t)
+        c, s = fade * math.cos(q * t), fade * math.sin(q * t) / q
+    rest = 2.0 * z * f / k
+    off = w - rest
+    return rest + off * (c + a * s) + v * s, v * (c - a * s) - k / m * off * s
+
+
+@inner
+def leaves(branch, span, w, v):
+    """Whether a bit there, and so fast, has left its branch."""
+    if branch == LOAD:
+        return v < 0.0
+    if branch == OFF:
+        return w > 0.0
+    return w < 0.0 or w > span
+
+
+@inner
+def bit_moved(bit, now, count, f, step):
+    """Carry the bit on by a step in which the mean wave f arrives; returns by how much it moved."""
+    before, left = now.penetration, step
+    if f == 0.0 and now.bit_velocity == 0.0 and now.greatest == 0.0 and before <= 0.0:
+        return 0.0
+    for turn in range(_MOST_TURNS):
+        residual = (1.0 - bit.ratio) * now.greatest
+        zero = 0.0 if count.branch == LOAD else residual
+        k = bit.stiffness if count.branch == LOAD else bit.stiffness / bit.ratio if count.branch == UNLOAD else 0.0
+        span = bit.ratio * now.greatest
+        w, v = now.penetration - zero, now.bit_velocity
+        if bit.mass == 0.0:
+            v = 2.0 * f - k / bit.impedance * w
+        if count.branch == LOAD and v < 0.0 and k > 0.0:
+            count.branch = UNLOAD if now.greatest > 0.0 else OFF
+            continue
+        after, velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, left)
+        if turn == _MOST_TURNS - 1 or bit.stiffness == 0.0 or not leaves(count.branch, span, after, velocity):
+            now.penetration, now.bit_velocity = zero + after, velocity
+            break
+        low, high = 0.0, left
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            after, velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, middle)
+            if leaves(count.branch, span, after, velocity):
+                high = middle
+            else:
+                low = middle
+        after, now.bit_velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, low)
+        left -= low
+        turned_over(now, count, zero + after, residual)
+    if count.branch == LOAD:
+        now.greatest = max(now.greatest, now.penetration)
+    return now.penetration - before
+
+
+@inner
+def turned_over(now, count, penetration, residual):
+    """The next branch, with the penetration where both meet."""
+    if count.branch == LOAD:
+        now.greatest = now.penetration = max(now.greatest, penetration)
+        now.bit_velocity = 0.0
+        count.branch = UNLOAD if now.greatest > 0.0 else OFF
+    elif count.branch == OFF:
+        now.penetration = residual
+        count.branch = UNLOAD if now.greatest > 0.0 else LOAD
+    elif 2.0 * penetration > residual + now.greatest:
+        now.penetration, count.branch = now.greatest, LOAD
+    else:
+        now.penetration, count.branch = residual, OFF
+
+
+@inner
+def fed(machine, now, count, alone):
+    """Feed the tool when it has been left alone for long enough and the striker leaves it the room.
+
+    It lies at rest against fresh rock then, deeper by what the last blow has left, or at its old place.
+    """
+    bit = machine.bit
+    residual = (1.0 - bit.ratio) * now.greatest
+    advance = residual if bit.kept else 0.0
+    gap = now.gap - now.moved + advance
+    if alone < bit.wait or gap < 0.0:
+        return
+    now.gap, now.moved, now.met = gap, 0.0, 0.0
+    now.advanced += advance
+    now.rock_work += 0.5 * bit.stiffness * residual * now.greatest
+    now.penetration, now.greatest, now.bit_velocity = -bit.gap, 0.0, 0.0
+    count.branch = OFF if bit.gap > 0.0 else LOAD
+    count.blow += 1
+    count.struck = 0
+    machine.rod.right[:] = 0.0
+    machine.rod.left[:] = 0.0
+
+
+# ---- What damping takes from the velocities of the striker's cells; their strain stays
+
+
+@summed
+def row_times(matrix, i, vector):
+    """Row i of a matrix times a vector."""
+    total = 0.0
+    for j in range(vector.size):
+        total += matrix[i, j] * vector[j]
+    return total
+
+
+@inlined
+def places(cells, slot, cell):
+    """Where the waves to the right and to the left are kept that are in a cell of a section now."""
+    right, left = slot + cells - 1 - cell, slot + cell
+    return right - cells if right >= cells else right, left - cells if left >= cells else left
+
+
+@inlined
+def gathered(chain, drag):
+    """The velocity of every cell, in order of space, and its mean in every block."""
+    at = 0
+    drag.mean[:] = 0.0
+    for i in range(chain.cells.size):
+        first, cells, slot = chain.first[i], chain.cells[i], chain.slot[i]
+        for cell in range(cells):
+            right, left = places(cells, slot, cell)
+            velocity = chain.right[first + right] + chain.left[first + left]
+            drag.before[at] = velocity
+            drag.mean[drag.block[at]] += drag.mass[at] * velocity
+            at += 1
+    for b in range(drag.mean.size):
+        drag.mean[b] /= drag.total[b]
+
+
+@inlined
+def slowed(chain, drag, now):
+    """Take velocity from every cell as the law of damping does in an interval."""
+    gathered(chain, drag)
+    carried = now.momentum if drag.carried else 0.0  # the mass is 1
+    for b in range(drag.matrix.shape[0]):
+        drag.change[b] = row_times(drag.matrix, b, drag.mean)
+    at, taken = 0, 0.0
+    for i in range(chain.cells.size):
+        first, cells, slot = chain.first[i], chain.cells[i], chain.slot[i]
+        for cell in range(cells):
+            right, left = places(cells, slot, cell)
+            before, block = drag.before[at], drag.block[at]
+            if drag.matrix.size:
+                change = drag.change[block] + drag.finer * (before - drag.mean[block])
+            else:
+                change = drag.factor * (before - carried)
+            chain.right[first + right] += 0.5 * change
+            chain.left[first + left] += 0.5 * change
+            now.momentum += drag.mass[at] * change
+            taken -= drag.mass[at] * change * (before + 0.5 * change)
+            at += 1
+    now.damped += taken
+    now.energy -= taken
+
+
+# ---- A step at the face of striker and rod: contact decided within the cell
+
+_SAME_CONTACT = 1.5  # steps without contact that do not end one: smaller than a cell can tell
+
+
+@inlined
+def broken(before, here, after):
+    """A cell's mean as two values: where in the cell the first ends, and both.
+
+    The neighbours' values with the break that keeps the mean (Harten 1989: subcell resolution); the mean itself where
+    it lies outside them.
+    """
+    if (here - after) * (before - here) <= 0.0:
+        return 1.0, here, here
+    return (here - after) / (before - after), before, after
+
+
+@inner
+def open_contact(now, count, contacts, time, momentum, step):
+    """Begin the record of a contact, or go on with the last one after less than a cell without contact."""
+    last = count.contacts - 1
+    count.touching = count.struck = 1
+    if last >= 0 and time - contacts[last].end < _SAME_CONTACT * step:
+        return
+    count.contacts += 1
+    one = contacts[last + 1]
+    one.start, one.end = time, time
+    one.impulse, one.moment, one.peak, one.given = 0.0, 0.0, 0.0, 0.0
+    one.momentum_before, one.energy_before = momentum, now.energy
+    one.momentum_after, one.energy_after = momentum, now.energy
+    one.averaged_before = one.averaged_after = now.averaged
+    one.rock_before, one.advanced_before, one.blow = now.rock_work, now.advanced, count.blow
+
+
+@inlined
+def pressed(now, count, contacts, face, f, g, start, length, momentum):
+    """A part of a cell in contact; returns the impulse."""
+    force = face.stiffness * (f - g)
+    one = contacts[count.contacts - 1]
+    impulse = force * length
+    one.impulse += impulse
+    one.moment += impulse * (start + 0.5 * length - one.start)
+    one.peak = max(one.peak, force)
+    one.end = start + length
+    one.momentum_after = momentum - impulse
+    work = impulse * (2.0 * g + force * face.rod)
+    one.given += work
+    now.rod_work += work
+    now.impulse += impulse
+    return impulse
+
+
+@inlined
+def returned(now, face):
+    """Put a rod that is pushed back where it was, as soon as the striker has left it the room."""
+    if face.pushed_back and now.moved > 0.0 and now.gap >= now.moved:
+        now.gap -= now.moved
+        now.moved = 0.0
+
+
+@inlined
+def meeting(now, count, contacts, face, push, time, step, f, f_next, g, g_next):
+    """One step of the face: the waves that leave it into the striker and into the rod, means over the cell.
+
+    f and g arrive (theory: v = f + g, N = Z (f − g)); `push` is the force that the load gives the striker meanwhile.
+    """
+    if now.gap > 2.0 * step * (max(now.arrived, f, f_next) - min(now.met, g, g_next)):  # out of reach
+        now.momentum += push * step
+        now.gap -= 2.0 * (f - g) * step
+        now.moved += 2.0 * g * step
+        now.arrived, now.met, count.touching = f, g, 0
+        returned(now, face)
+        return f, g, False
+    first, f_left, f_right = broken(now.arrived, f, f_next)
+    second, g_left, g_right = broken(now.met, g, g_next)
+    back, ahead, at, touched = 0.0, 0.0, 0.0, False
+    momentum = now.momentum
+    while at < 1.0:
+        end = 1.0
+        if at < first < end:
+            end = first
+        if at < second < end:
+            end = second
+        a = f_left if at < first else f_right
+        b = g_left if at < second else g_right
+        length, closing = (end - at) * step, a - b
+        start = time + at * step
+        force = 0.0
+        if now.gap > 0.0 and 2.0 * closing * length >= now.gap:
+            free = now.gap / (2.0 * closing)
+            now.gap, count.touching = 0.0, 0
+            momentum += push * free
+            now.moved += 2.0 * b * free
+            back, ahead = back + a * free, ahead + b * free
+            start, length = start + free, max(length - free, 0.0)
+        if now.gap == 0.0 and closing > 0.0:
+            if count.touching == 0:
+                open_contact(now, count, contacts, start, momentum, step)
+            touched = True
+            impulse = pressed(now, count, contacts, face, a, b, start, length, momentum + push * length)
+            momentum += push * length - impulse
+            force = impulse / length if length > 0.0 else 0.0
+        else:
+            momentum += push * length
+            now.gap = max(now.gap - 2.0 * closing * length, 0.0)
+            if now.gap > 0.0:
+                count.touching = 0
+        now.moved += (2.0 * b + force * face.rod) * length
+        back += (a - force * face.striker) * length
+        ahead += (b + force * face.rod) * length
+        at = end
+    now.momentum = momentum
+    now.arrived, now.met = f, g
+    returned(now, face)
+    return back / step, ahead / step, touched
+
+
+# ---- The motion of a machine on the lattice, step by step
+
+
+@inlined
+def through(chain, entering, force, force_at):
+    """One step of the waves at all inner steps of a chain; `force` acts at the step with the number `force_at`.
+
+    `entering` goes into the first section at its left end. What comes out at both ends is read before by the caller,
+    who puts in afterwards what enters at the right end.
+    """
+    right, left, slot, first = chain.right, chain.left, chain.slot, chain.first
+    enters = entering
+    for i in range(chain.cells.size):
+        here = first[i] + slot[i]
+        f = right[here]
+        right[here] = enters
+        if i + 1 < chain.cells.size:
+            there = first[i + 1] + slot[i + 1]
+            za, zb = chain.impedance[i], chain.impedance[i + 1]
+            push = force if force_at == i + 1 else 0.0
+            speed = (2.0 * (za * f + zb * left[there]) + push) / (za + zb)
+            left[here] = speed - f
+            enters = speed - left[there]
+
+
+@inlined
+def turned(chain):
+    """The next slot of every section."""
+    for i in range(chain.cells.size):
+        chain.slot[i] += 1
+        if chain.slot[i] == chain.cells[i]:
+            chain.slot[i] = 0
+
+
+@inlined
+def from_the_end(machine, now, count, out):
+    """The wave that comes back from the far end of the rod."""
+    if machine.bit.fed:
+        return bit_moved(machine.bit, now, count, out, machine.step) / machine.step - out
+    z, behind = machine.rod.impedance[machine.rod.cells.size - 1], machine.face.behind
+    return -out if math.isinf(behind) else out * (z - behind) / (z + behind)
+
+
+@inlined
+def stepped(machine, now, count, contacts):
+    """One step of the whole machine."""
+    bar, rod, face, step = machine.striker, machine.rod, machine.face, machine.step
+    load, last = machine.load[count.step], bar.cells.size - 1
+    time = now.time + count.step * step
+    # what arrives at the ends, before new waves take its place
+    here = bar.first[last] + bar.slot[last]
+    after = bar.slot[last] + 1
+    f = bar.right[here]
+    f_next = bar.right[bar.first[last] + (after if after < bar.cells[last] else 0)]
+    arrived = bar.left[bar.first[0] + bar.slot[0]]
+    z = bar.impedance[0]
+    if machine.load_at == 0:
+        entering = arrived + load / z
+        speed = arrived + entering
+    else:
+        entering = arrived
+        at = machine.load_at
+        a, b = bar.first[at - 1] + bar.slot[at - 1], bar.first[at] + bar.slot[at]
+        za, zb = bar.impedance[at - 1], bar.impedance[at]
+        speed = (2.0 * (za * bar.right[a] + zb * bar.left[b]) + load) / (za + zb)
+    g, g_next = 0.0, 0.0
+    if rod.cells.size:
+        g = rod.left[rod.first[0] + rod.slot[0]]
+        after = rod.slot[0] + 1
+        g_next = rod.left[rod.first[0] + (after if after < rod.cells[0] else 0)]
+    work = load * speed * step
+    given = now.rod_work
+    through(bar, entering, load, machine.load_at)
+    back, ahead, touched = meeting(now, count, contacts, face, load, time, step, f, f_next, g, g_next)
+    bar.left[here] = back
+    if rod.cells.size:
+        end = rod.first[rod.cells.size - 1] + rod.slot[rod.cells.size - 1]
+        out = rod.right[end]
+        through(rod, ahead, 0.0, 0)
+        rod.left[end] = from_the_end(machine, now, count, out)
+        turned(rod)
+    turned(bar)
+    lost = bar.impedance[last] * step * (f * f - back * back)
+    now.load_work += work
+    now.energy += work - lost
+    now.averaged += lost - (now.rod_work - given)
+    if touched:
+        contacts[count.contacts - 1].energy_after = now.energy
+        contacts[count.contacts - 1].averaged_after = now.averaged
+    elif machine.bit.fed and count.struck and not count.touching:
+        if now.momentum < 0.0:
+            count.struck = REBOUNDED
+        elif count.struck == REBOUNDED:
+            fed(machine, now, count, time + step - contacts[count.contacts - 1].end)
+    count.step += 1
+
+
+@entry
+def follow(machine, now, count, contacts, steps):
+    """Go on for at most so many steps, to the end of the load's period or until the log is full; returns those done."""
+    now, count = now[0], count[0]
+    drag = machine.drag
+    active = drag.interval > 0.0
+    for done in range(steps):
+        if count.contacts >= contacts.size - 2 or count.step >= machine.load.size:
+            return done
+        stepped(machine, now, count, contacts)
+        if active and count.step >= now.next_drag:
+            now.next_drag += drag.interval
+            time = now.time + count.step * machine.step
+            if not count.touching or time - contacts[count.contacts - 1].start > drag.patience:
+                slowed(machine.striker, drag, now)
+    return steps

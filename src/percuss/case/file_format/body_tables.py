@@ -1,0 +1,392 @@
+"""The sections of a stepped bar in a case: ``sections = [{length = "120 mm", diameter = "52 mm"}, …]`` in [bar]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, ValidationInfo
+
+from percuss.case.file_format.values import (
+    Area,
+    DampingValue,
+    Density,
+    Length,
+    Mass,
+    NumberOrDashpot,
+    NumberOrLength,
+    NumberOrStiffness,
+    Numbers,
+    PlainNumber,
+    PlainSteps,
+    PlainVelocities,
+    Steps,
+    Stiffness,
+    Stress,
+    Table,
+    Time,
+    Velocities,
+)
+from percuss.errors import ParameterError
+from percuss.model.body import DAMPINGS, Bar, Damping, External, Section, SectionedBar
+from percuss.model.checks import finite, non_negative, positive
+from percuss.units import si
+
+
+class Material(NamedTuple):
+    """What a wave is told of a material: E in Pa and the density in kg/m³."""
+
+    youngs_modulus: float
+    density: float
+
+
+MATERIALS = {
+    "steel": Material(Bar.STEEL_MODULUS, 7850.0),
+    "titanium": Material(114e9, 4430.0),
+    "aluminium": Material(70e9, 2700.0),
+    "bronze": Material(110e9, 8800.0),
+    "tungsten_carbide": Material(620e9, 14900.0),
+}
+"""Materials by their word, with the usual values."""
+
+
+class SectionTable(Table):
+    """A length of one cross-section and one material."""
+
+    length: Length
+    """Length of the section. Allowed: greater than 0."""
+    area: Area | None = None
+    """Area of the cross-section. Allowed: greater than 0. When left out: `diameter` is needed."""
+    diameter: Length | None = None
+    """Outer diameter of a round section. Allowed: greater than 0. When left out: `area` is needed."""
+    bore: Length | None = None
+    """Diameter of a hole along the axis; `area` is that of the material. Allowed: 0 or greater, less than `diameter`.
+    When left out: none."""
+    material: Literal["steel", "titanium", "aluminium", "bronze", "tungsten_carbide"] | None = None
+    """The material, instead of `youngs_modulus` and `density`. When left out: that of `[bar]`."""
+    youngs_modulus: Stress | None = None
+    """Young's modulus of the material. Allowed: greater than 0. When left out: that of `[bar]`, or steel."""
+    density: Density | None = None
+    """Density of the material. Allowed: greater than 0. When left out: that of `[bar]`, or steel."""
+
+
+def _several(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError('a list of sections, for example [{length = "120 mm", diameter = "52 mm"}]')
+    return tuple(value)
+
+
+SectionTables = Annotated[tuple[SectionTable, ...], BeforeValidator(_several)]
+"""The sections from the driven end to the striking end."""
+
+
+def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Damping | None, drag: float) -> SectionedBar:
+    """The bar of sections; `common` is the table [bar], whose material they share.
+
+    Parameters
+    ----------
+    damping, drag
+        The law of damping, or without one the force per velocity and per metre of bar in N·s/m²: spread over the bar
+        as its mass is.
+
+    Raises
+    ------
+    ParameterError
+        By the key of the table.
+    """
+    sections = sections_of("sections", tables, common)
+    try:
+        bar = SectionedBar(sections)
+    except ParameterError as error:
+        raise by_what_was_given(error, tables) from None
+    return replace(bar, damping=damping or External(drag * bar.length / bar.mass))
+
+
+def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple[Section, ...]:
+    """The sections of a list under a key; what `common` says of the material holds where a section says nothing.
+
+    Raises
+    ------
+    ParameterError
+        By the key and the number of the section.
+    """
+    return tuple(_section(f"{name}[{i}].", table, common) for i, table in enumerate(tables))
+
+
+def by_what_was_given(error: ParameterError, tables: Sequence[SectionTable]) -> ParameterError:
+    """The refusal of an area that follows from a diameter, by the key of the diameter."""
+    for i, table in enumerate(tables):
+        if error.name == f"sections[{i}].area" and table.diameter is not None:
+            return ParameterError(f"sections[{i}].diameter", table.diameter, error.accepted, error.remedy)
+    return error
+
+
+def _section(name: str, table: SectionTable, common: Any) -> Section:
+    sizes: dict[str, Any] = {"length": None}
+    for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
+        if (text := getattr(table, key)) is not None:
+            sizes[key] = _size(name + key, text, dimension)
+    bore = 0.0 if table.bore is None else non_negative(f"{name}bore", si(table.bore, "length", f"{name}bore"))
+    material = _material(name, table, common)
+    try:
+        return Section(**sizes, bore=bore, **material._asdict())
+    except ParameterError as error:
+        accepted = f"less than the diameter, {table.diameter}" if error.name == "bore" else error.accepted
+        raise ParameterError(name + error.name, error.value, accepted, error.remedy) from None
+
+
+def _material(name: str, table: SectionTable, common: Any) -> Material:
+    own = table.youngs_modulus, table.density
+    if table.material is not None:
+        if own != (None, None):
+            raise ParameterError(f"{name}material", table.material, "a material, or a modulus and a density, not both")
+        return MATERIALS[table.material]
+    steel, found = MATERIALS["steel"], {}
+    for key, dimension in (("youngs_modulus", "pressure"), ("density", "density")):
+        for where, at in ((table, name), (common, "")):
+            if key not in found and (text := getattr(where, key, None)) is not None:
+                found[key] = _size(at + key, text, dimension)
+    return steel._replace(**found)
+
+
+def _size(name: str, text: str, dimension: str) -> float:
+    try:
+        return positive(name, si(text, dimension, name))
+    except ParameterError:
+        raise ParameterError(name, text, f"a {dimension} greater than 0") from None
+
+
+# ---- The law of damping in a case: ``damping = {kind = "ratio", value = 1e-3}``, in [bar] or [system]
+
+_EXAMPLE = 'a table such as {kind = "ratio", value = 0.001}'
+
+_QUANTITIES = {"kelvin_voigt": "time"}
+"""What the value of a law in SI may be written as, other than a plain number."""
+
+
+class DampingTable(Table):
+    """How the bar loses energy between the impacts."""
+
+    kind: Literal["ratio", "kelvin_voigt", "external", "table"]
+    """The law, which decides what `value` is."""
+    value: DampingValue
+    """The number of the law, or its numbers."""
+
+
+def damping_law(table: DampingTable, units: bool) -> Damping:
+    """The law that a table describes; with the time in seconds for a bar in SI, which `units` tells.
+
+    Raises
+    ------
+    ParameterError
+        For a value that is none of the law.
+    """
+    try:
+        return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
+    except ParameterError as error:
+        _, bracket, place = error.name.partition("[")
+        value = error.value if bracket else table.value
+        raise ParameterError(f"damping.value{bracket}{place}", value, error.accepted, error.remedy) from None
+
+
+def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
+    value, quantity = table.value, _QUANTITIES.get(table.kind)
+    if table.kind == "table":
+        accepted = "a list of numbers, the damping of each mode" + (" in 1/s" if units else "")
+        if not isinstance(value, tuple):
+            raise ParameterError("value", value, accepted)
+        return value
+    if not isinstance(value, str):
+        return finite("value", value, "one finite number")
+    if not units:
+        raise ParameterError("value", value, "a number", "only a case in SI takes units")
+    if quantity is None:
+        raise ParameterError("value", value, "a plain number")
+    return si(value, quantity, "value")
+
+
+def drag_in(table: DampingTable) -> float | None:
+    """The drag in N·s/m² of an external damping that is written as one, else None.
+
+    Raises
+    ------
+    ParameterError
+        For text that is none.
+    """
+    if table.kind != "external" or not isinstance(table.value, str):
+        return None
+    if not (drag := si(table.value, "damping", "damping.value")) >= 0.0:
+        raise ParameterError("damping.value", table.value, "0 or greater")
+    return drag
+
+
+def damping_table(law: Damping) -> dict[str, Any]:
+    """The table of a law, as JSON has it; `damping_law` backwards.
+
+    Examples
+    --------
+    >>> from percuss.model.body import Ratio
+    >>> damping_table(Ratio(0.001))
+    {'kind': 'ratio', 'value': 0.001}
+    """
+    (value,) = vars(law).values()
+    return {"kind": law.kind, "value": list(value) if isinstance(value, tuple) else value}
+
+
+# -- what the key once was, or is taken for --
+
+
+def _no_drag(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, str):
+        raise ParameterError(
+            "damping", value, _EXAMPLE, f'a force per velocity and metre is called drag: drag = "{value}"'
+        )
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        remedy = f"a share of the critical damping is called damping_ratio: damping_ratio = {value}"
+        raise ParameterError("damping", value, _EXAMPLE, remedy)
+    return value
+
+
+def _no_plain_damping(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, str | int | float) and not isinstance(value, bool):
+        raise ParameterError("damping", value, _EXAMPLE, "the external damping D/(MΩ) is called d")
+    return value
+
+
+BarDamping = Annotated[DampingTable, BeforeValidator(_no_drag)]
+"""The table in [bar], where older case files have a quantity, which is told what it is called now."""
+
+SystemDamping = Annotated[DampingTable, BeforeValidator(_no_plain_damping)]
+"""The table in [system]."""
+
+
+# ---- The table [body] of a case: a structure that something holds, in place of a free bar
+
+
+class BodyTable(Table):
+    """A structure that is held, in place of a free bar."""
+
+    kind: Literal["modes", "mounted"]
+    """`"modes"`: a structure told by a table of its modes. `"mounted"`: a bar, or a rigid mass, on a spring and a
+    dashpot at its driven end."""
+    gap: NumberOrLength | None = None
+    """Distance from the contact to the wall without any force; negative where the wall presses. With its unit in SI.
+    When left out: no gap."""
+    file: str | None = None
+    """With `"modes"`: the file of the table, CSV with the columns `omega`, `damping`, `contact` and `drive`, looked for
+    in the folder of the case. When left out: the four columns are given here."""
+    omega: Numbers | None = None
+    r"""With `"modes"`: frequencies $\omega_n$ in rad/s, or per radian of the load. Allowed: positive ones. When left
+    out: `file` is needed."""
+    damping: Numbers | None = None
+    r"""With `"modes"`: $\delta_n = 2\zeta_n\omega_n$ in 1/s, or per radian of the load. Allowed: none of them negative.
+    When left out: `file` is needed."""
+    contact: Numbers | None = None
+    r"""With `"modes"`: $a_n$, each mode where the structure strikes, normalised to the modal mass 1 kg, or 1. When left
+    out: `file` is needed."""
+    drive: Numbers | None = None
+    """With `"modes"`: $b_n$, each mode where the load acts. When left out: `file` is needed."""
+    spring: NumberOrStiffness | None = None
+    r"""With `"mounted"`: the stiffness $k$ of the spring in N/m, or $k/(M\Omega^2)$. Allowed: greater than 0."""
+    dashpot: NumberOrDashpot | None = None
+    r"""With `"mounted"`: the force per velocity $c$ of the dashpot in N·s/m, or $c/(M\Omega)$. Allowed: 0 or greater.
+    When left out: no dashpot."""
+    mass: Mass | None = None
+    """With `"mounted"` in SI, without `[bar]`: the rigid mass. When left out: `[bar]` is needed."""
+
+
+# ---- What the bar strikes, in a case: the tables [tool], [rock] and [blow]
+#
+# The text below a key is what the reference prints.
+
+
+class ToolSectionTable(SectionTable):
+    """A section of the tool; the last one may have no end."""
+
+    length: Length | None = None  # type: ignore[assignment]  # a section of the bar has one
+    """Length of the section. Allowed: greater than 0. When left out: the last section is endless; the others need
+    it."""
+    joint_mass: Mass | None = None
+    """A mass at the step to the next section, such as a coupling too short to be a section. Allowed: 0 or greater; the
+    last section has no step. When left out: none."""
+
+
+def _several_contacts(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or not value:
+        raise ValueError('a list of sections, for example [{length = "1.2 m", diameter = "38 mm"}]')
+    return tuple(value)
+
+
+ToolSections = Annotated[tuple[ToolSectionTable, ...], BeforeValidator(_several_contacts)]
+"""The sections of the tool from the struck face on."""
+
+
+class ToolTable(Table):
+    """What the bar strikes: a wall, or a rod of sections with something at its end."""
+
+    kind: Literal["rod", "wall"] | None = None
+    """A rod of `sections`, or a rigid wall, which takes no other key but `gap`. When left out: `"rod"`."""
+    sections: ToolSections | None = None
+    """Sections of the rod from the struck face on, see below. Allowed: up to 200 of them. When left out: only a wall
+    has none."""
+    end: Literal["infinite", "free", "fixed", "rock"] | None = None
+    """What is at the end of the rod: nothing (`"free"`), a rigid support, the rock of `[rock]`; an infinite rod goes on
+    for ever and sends nothing back. When left out: `"rock"`, with a table `[rock]`; `"infinite"`, when the last
+    section has no length."""
+    bit_mass: Mass | None = None
+    """A mass at the end of the rod, such as a bit too short to be a section. Allowed: 0 or greater. When left out:
+    none."""
+    gap: Length | None = None
+    """Distance between the striking end and the struck face when the blow begins. Allowed: 0 or greater. When left out:
+    none."""
+
+
+class PlainTool(Table):
+    """What the bar of a dimensionless case strikes: a wall, or an endless rod known by its impedance alone."""
+
+    kind: Literal["rod", "wall"] | None = None
+    """A rod, or a rigid wall. When left out: `"rod"`."""
+    impedance: PlainNumber | None = None
+    """Impedance of the endless rod, divided by that of the bar's last section. Allowed: greater than 0. When left out:
+    only a wall has none."""
+    gap: PlainNumber | None = None
+    """Distance between the striking end and the struck face when the blow begins, in bar lengths. Allowed: 0 or
+    greater. When left out: 0."""
+
+
+class RockTable(Table):
+    """The rock, or the soil, at the end of the tool: loaded along one line, unloaded along a steeper one."""
+
+    stiffness: Stiffness
+    """Force per penetration while the force grows, $K_1$. Allowed: greater than 0."""
+    unloading_ratio: float | None = None
+    r"""γ: the force is taken off along $K_1/\gamma$, and $(1-\gamma)$ of the greatest penetration stays. Allowed:
+    greater than 0, at most 1. When left out: 1, a rock that gives everything back."""
+    gap: Length | None = None
+    """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: none."""
+
+
+class BlowTable(Table):
+    """One blow, as `percuss blow` follows it."""
+
+    velocity: Velocities | None = None
+    """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that
+    of the steady motion."""
+    until: Time | None = None
+    """Time from the start of the blow at which it is left. Allowed: greater than 0. When left out: the end of the blow,
+    where that can be proved."""
+    load: Steps | None = None
+    """The force on the bar during the blow, positive toward the tool: pairs of a time and the force from then on. When
+    left out: none."""
+    load_at: int = 0
+    """Where this force acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
+    greater."""
+
+
+class PlainBlow(BlowTable):
+    """One blow of a dimensionless case: the keys of `BlowTable` without units."""
+
+    velocity: PlainVelocities | None = None  # type: ignore[assignment]  # plain numbers in place of text
+    until: PlainNumber | None = None  # type: ignore[assignment]
+    load: PlainSteps | None = None  # type: ignore[assignment]

@@ -1,0 +1,94 @@
+"""What a person is told at a terminal while a command is silent: what it is at, whatever the command.
+
+A thread looks at where the command is. Commands need not say it themselves, and none can forget to.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+PATIENCE = 2.0
+"""Seconds of silence that need no word; later ones may be longer, by a share of what has gone by."""
+
+_SHARE = 0.3
+_LOOKS = 0.25
+"""Seconds between two looks."""
+
+_COMPILING = "compiling the kernels once, a minute or two; later runs take them from a cache"
+_OTHERWISE = "computing"
+
+_ROOMS = {
+    "recordings": "reading the recording",
+    "steady/recorded": "reading the valve out of the record",
+    "steady/self_excited": "following the machine's cycle",
+    "steady/periodic": "looking for orbits",
+    "steady/resting": "looking for cycles with rest",
+    "steady": "solving for steady motions",
+    "stability": "judging stability",
+    "simulate": "simulating",
+    "blow": "following the waves of a blow",
+    "explore": "going through the parameters",
+    "plot": "drawing",
+}
+"""What the rooms do; one in another goes first."""
+
+_HOUSE = str(Path(__file__).resolve().parents[1])
+_last_sign = 0.0
+
+
+def sign() -> None:
+    """Something was shown: the silence begins anew."""
+    global _last_sign
+    _last_sign = time.monotonic()
+
+
+@contextmanager
+def telling(command: str) -> Iterator[None]:
+    """A block after whose silences a person is told what goes on; nothing is told where nobody sits at a terminal."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield
+        return
+    ended = threading.Event()
+    sign()
+    teller = threading.Thread(target=_tell, args=(command, threading.get_ident(), ended), daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        teller.join()
+
+
+def _tell(command: str, thread: int, ended: threading.Event) -> None:
+    """Each thing once, until the end."""
+    begun, told = time.monotonic(), set[str]()
+    while not ended.wait(min(_LOOKS, PATIENCE)):
+        now = time.monotonic()
+        if now - _last_sign < max(PATIENCE, _SHARE * (now - begun) if told else 0.0):
+            continue
+        what = doing(thread)
+        if what not in told:
+            told.add(what)
+            print(f"percuss: {command}: {what}", file=sys.stderr, flush=True)
+        sign()
+
+
+def doing(thread: int) -> str:
+    """What a thread is at, by the functions that it is in."""
+    frame: FrameType | None = sys._current_frames().get(thread)
+    found = ""
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if file.startswith(_HOUSE):
+            room = file[len(_HOUSE) + 1 :].replace("\\", "/")
+            if room == "compiled.py" and frame.f_code.co_name == "compile_extra":
+                return _COMPILING
+            found = found or next((what for name, what in _ROOMS.items() if room.startswith(f"{name}/")), "")
+        frame = frame.f_back
+    return found or _OTHERWISE

@@ -1,0 +1,505 @@
+"""Where the motions of an experiment start: named distributions, and rows drawn from one's own."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import re
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import Interrupted, MissingExtraError, ParameterError
+from percuss.explore.jobs.job import Column, Columns
+from percuss.model.body import Body
+from percuss.model.checks import Array, count, instance
+from percuss.recordings.netcdf_file import netcdf_content
+
+if TYPE_CHECKING:
+    from percuss.model import Machine, System
+    from percuss.simulate import MachineStarts, Starts
+
+
+# ---- Starts as columns
+
+Own = TypeVar("Own", bound="Starts | MachineStarts")
+
+_RIGID: dict[str, Column] = {
+    "position": Column(unit="bar lengths", meaning="where the bar starts; the wall is at 0"),
+    "velocity": Column(unit="bar lengths/rad", meaning="of the bar at its start, positive toward the wall"),
+    "time": Column(unit="rad", meaning="load phase of the start"),
+}
+
+
+def start_columns(displacements: int, velocities: int) -> dict[str, Column]:
+    """The columns of starts with so many modal amplitudes."""
+    if displacements == velocities == 1:
+        return dict(_RIGID)
+    return {
+        "position": Column(unit="bar lengths", meaning="of the striking end at the start; the wall is at 0"),
+        "start_displacement": Column(shape=(displacements,), meaning="u_n at the start"),
+        "start_velocity": Column(shape=(velocities,), meaning="u_n' at the start"),
+        "time": _RIGID["time"],
+    }
+
+
+def start_values(starts: Starts) -> Columns:
+    """The starts as columns."""
+    found: Columns = {"position": starts.gap.copy(), "time": starts.time.copy()}
+    if starts.displacement.shape[1] == starts.velocity.shape[1] == 1:
+        return {**found, "velocity": starts.velocity[:, 0].copy()}
+    return {**found, "start_displacement": starts.displacement.copy(), "start_velocity": starts.velocity.copy()}
+
+
+def starts_from(columns: Columns) -> Starts:
+    """The starts that columns hold."""
+    from percuss.simulate import Starts
+
+    if "velocity" in columns:
+        return Starts.rigid(columns["position"], columns["velocity"], columns["time"])
+    return Starts(columns["start_displacement"], columns["start_velocity"], columns["position"], columns["time"])
+
+
+def bars_of(starts: Starts | MachineStarts) -> Starts:
+    """The bars at the starts."""
+    from percuss.simulate import MachineStarts
+
+    return starts.bars if isinstance(starts, MachineStarts) else starts
+
+
+def some(starts: Own, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Own:
+    """Some of the starts."""
+    from percuss.simulate import MachineStarts, Starts
+
+    bars = bars_of(starts)
+    part = Starts(bars.displacement[rows], bars.velocity[rows], bars.gap[rows], bars.time[rows])
+    if isinstance(starts, MachineStarts):
+        return cast("Own", MachineStarts(part, starts.state[rows], starts.states))
+    return cast("Own", part)
+
+
+def fingerprint(starts: Starts | MachineStarts) -> str:
+    """SHA-256 of starts."""
+    from percuss.simulate import MachineStarts
+
+    found, bars = hashlib.sha256(), bars_of(starts)
+    states = (starts.state.astype(float),) if isinstance(starts, MachineStarts) else ()
+    for values in (bars.displacement, bars.velocity, bars.gap, bars.time, *states):
+        found.update(str(values.shape).encode() + np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return found.hexdigest()
+
+
+def done(columns: Columns) -> npt.NDArray[np.bool_]:
+    """Which motions are known: of an archive that is not whole, not all are."""
+    return np.asarray(columns["code"] >= 0)
+
+
+# ---- Where the motions of an experiment start: named distributions, and rows drawn from one's own
+
+DISTRIBUTIONS = ("wall", "field", "gentle")
+"""The named distributions of starts; all rigid, the elastic modes at rest, the load phase uniform."""
+
+FIELD_DEPTH, FIELD_SPEED, GENTLE_SPEED = 20.0, 5.0, 0.2
+
+BLOCK = 65_536
+"""Rows that are drawn together, from a stream of their own: a portion of an experiment draws only its blocks."""
+
+_TURN = 2.0 * np.pi
+
+
+def named(system: System, distribution: str, number: int, seed: int = 0, first: int = 0) -> Starts:
+    """Starts drawn from a named distribution; which they are does not depend on how many are drawn.
+
+    ``wall``
+        On the wall, leaving with the speed \\|N(0, 1)\\|·2πp_0/(1 + R), load phase uniform. 2πp_0/(1 + R) is the
+        striking speed of the undamped motion with one impact in every load period.
+    ``field``
+        Position uniform in [−20, 0], velocity 5·N(0, 1), load phase uniform.
+    ``gentle``
+        On the wall, leaving with a speed uniform in (0, 0.2), load phase uniform.
+
+    All are rigid, with the elastic modes at rest; dimensionless. A bar that leaves has a velocity below 0. Every
+    column of every `BLOCK` rows has a stream of its own, spawned from the seed by numpy's `SeedSequence`.
+
+    Parameters
+    ----------
+    system
+        Whose load and restitution set the speed of ``wall``.
+    distribution
+        One of `DISTRIBUTIONS`.
+    number
+        How many.
+    seed
+        0 or greater.
+    first
+        Row of the endless table of this seed with which to begin.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or ``wall`` with a load that does not push.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> starts = named(system, "gentle", 1000, seed=1)
+    >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
+    (1000, True, True)
+    """
+    from percuss.simulate import Starts
+
+    checked_name(distribution)
+    position, velocity, time = blocks(distribution, number, seed, first)
+    speed = _TURN * system.load.mean / system.contact.impulse
+    if distribution == "wall" and speed <= 0.0:
+        raise ParameterError(
+            "distribution", "wall", "a load that pushes (mean greater than 0)", "use 'field' or 'gentle', or a file"
+        )
+    return Starts.rigid(position, speed * velocity if distribution == "wall" else velocity, time)
+
+
+def checked_name(distribution: str) -> None:
+    """Refuse a distribution that has no name here."""
+    if distribution not in DISTRIBUTIONS:
+        raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
+
+
+def blocks(distribution: str, number: int, seed: int, first: int = 0) -> Array:
+    """Position, velocity and load phase of rows of a distribution, shape (3, rows), with the scales of `named`."""
+    last = first + count("starts", number)
+    seed = count("seed", seed, least=0)
+    return np.concatenate([_block(distribution, block, seed)[:, part] for block, part in _parts(first, last)], axis=1)
+
+
+def _parts(first: int, last: int) -> Iterator[tuple[int, slice]]:
+    """The blocks of the rows `first` … `last` − 1, and what of each is asked for."""
+    for block in range(first // BLOCK, (last - 1) // BLOCK + 1):
+        yield block, slice(max(first - block * BLOCK, 0), min(last - block * BLOCK, BLOCK))
+
+
+@lru_cache(maxsize=4)  # a worker takes one portion of a block after the other
+def _block(distribution: str, block: int, seed: int) -> Array:
+    """Position, velocity and time of one block, shape (3, rows); velocities of ``wall`` over its speed."""
+    first, second, third = (
+        np.random.default_rng(stream) for stream in np.random.SeedSequence(seed, spawn_key=(block,)).spawn(3)
+    )
+    found = np.zeros((3, BLOCK))
+    found[2] = _TURN * first.random(BLOCK)
+    if distribution == "field":
+        found[0] = -FIELD_DEPTH * second.random(BLOCK)
+        found[1] = FIELD_SPEED * third.standard_normal(BLOCK)
+    elif distribution == "gentle":
+        found[1] = -GENTLE_SPEED * (1.0 - third.random(BLOCK))  # (0, 0.2]: never without speed
+    else:
+        found[1] = -np.abs(third.standard_normal(BLOCK))
+    found.setflags(write=False)
+    return found
+
+
+def drawn(rows: Own, number: int, seed: int = 0, first: int = 0) -> Own:
+    """`number` starts of given rows, by chance with replacement; which they are does not depend on how many."""
+    last = first + count("starts", number)
+    seed = count("seed", seed, least=0)
+    which = np.concatenate([_chosen(len(rows), block, seed)[part] for block, part in _parts(first, last)])
+    return some(rows, which)
+
+
+@lru_cache(maxsize=4)
+def _chosen(rows: int, block: int, seed: int) -> npt.NDArray[np.int64]:
+    stream = np.random.SeedSequence(seed, spawn_key=(block, 3))  # beside the three of `_block`
+    return np.random.default_rng(stream).integers(0, rows, BLOCK)
+
+
+# ---- Starts of one's own for an experiment: a file, a function of the seed, a plane
+
+MODE = re.compile(r"[uv]_([1-9]\d{0,3})")
+"""The name of an amplitude of a start."""
+
+
+def own(system: System, source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed: int = 0) -> Starts:
+    """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
+
+    The system is the one whose modes the amplitudes of a file belong to.
+
+    A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
+    ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``, ``u_1``,
+    …, ``v_0``, ``v_1``, … and ``time``. The bar is at u(1) ≤ 0; the wall is at 0. Dimensionless, the time in radians.
+
+    Raises
+    ------
+    ParameterError
+        For a file that cannot be read or has unknown columns, and for a function that gives no `Starts`.
+    """
+    from percuss.simulate import Starts
+
+    if isinstance(source, Starts):
+        return source
+    if callable(source):
+        return instance("what the distribution gives", source(seed), Starts)
+    return table_starts(system.body, system.load.at, *table_of(source))
+
+
+def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, Array]]:
+    """The name of a file of starts, and its columns; `states`: words that its column ``state`` may have for numbers."""
+    accepted = f"{', '.join(DISTRIBUTIONS)}, or a file of starts (.csv, .npz, .nc)"
+    if not isinstance(source, str | os.PathLike):
+        raise ParameterError("distribution", source, accepted)
+    path = Path(source)
+    if not path.is_file():
+        why = "" if not path.exists() else "it is not a regular file"
+        raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
+    other = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower())
+    return str(path), _text(path, states) if other is None else other(path)
+
+
+def table_starts(body: Body, at: int, file: str, columns: dict[str, Array], third: str = "time") -> Starts:
+    """Starts from the columns of a file, for the modes of a body driven at the place `at`, and a `third` column."""
+    from percuss.simulate import Starts
+
+    modal = sorted(
+        (name for name in columns if name[:2] in ("u_", "v_") and name[2:].isdecimal()), key=lambda n: int(n[2:])
+    )
+    rigid = [name for name in columns if name in ("position", "velocity")]
+    unknown = [name for name in columns if name not in ("position", "velocity", "time", *modal)]
+    remedy = f"name the columns position, velocity, {third}, or u_0, u_1, …, v_0, v_1, …, {third}"
+    if unknown:
+        raise ParameterError(file, f"column '{unknown[0]}'", "columns known by their headings", remedy)
+    if bool(modal) == bool(rigid):
+        what = "columns of both kinds" if modal else "no column of a state"
+        raise ParameterError(file, what, "rigid starts or modal amplitudes", remedy)
+    sizes = {name: values.size for name, values in columns.items()}
+    size = max(sizes.values())
+    if min(sizes.values()) != size or not size:
+        raise ParameterError(file, sizes, "columns of one length, at least one row")
+    for name, values in columns.items():
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise ParameterError(file, f"{name} in row {bad[0] + 1}", "finite numbers", "fix or delete this row")
+    zero = np.zeros(size)
+    if rigid:
+        position = columns.get("position", zero)
+        _not_beyond(file, position, 0.0)
+        return Starts.rigid(position, columns.get("velocity", zero), columns.get("time", zero))
+    most = max(int(name[2:]) for name in modal)
+    u, v = (np.column_stack([columns.get(f"{kind}_{n}", zero) for n in range(most + 1)]) for kind in "uv")
+    gap = _not_beyond(file, _gap_of(body, at, u), 1e-12 * float(np.abs(u).max()))
+    return Starts(u, v, gap, columns.get("time", zero))
+
+
+def _gap_of(body: Body, at: int, displacement: Array) -> Array:
+    """u(1) = u_0 + Σ γ_n u_n of each row (of a uniform bar driven at its end: γ_n = 2(−1)ⁿ)."""
+    from percuss.simulate.spectrum import units
+
+    elastic = body.modes(displacement.shape[1] - 1, at)
+    return np.asarray(displacement[:, 0] + displacement[:, 1:] @ units(elastic))
+
+
+def _not_beyond(file: str, gap: Array, noise: float) -> Array:
+    bad = np.flatnonzero(gap > noise)
+    if bad.size:
+        accepted = "a striking end at or before the wall, u(1) ≤ 0"
+        raise ParameterError(file, f"u(1) = {gap[bad[0]]:.6g} in row {bad[0] + 1}", accepted)
+    return np.where(gap >= -noise, 0.0, gap)
+
+
+def _text(path: Path, states: tuple[str, ...]) -> dict[str, Array]:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParameterError("distribution", str(path), "a table in text (CSV), .npz or .nc", str(error)) from None
+    rows = [(i + 1, line) for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    if len(rows) < 2:
+        raise ParameterError("distribution", str(path), "a heading and at least one row of numbers")
+    heading = rows[0][1]
+    mark = next((mark for mark in (",", ";", "\t") if mark in heading), None)
+    names = [name.strip().strip('"').lower() for name in heading.split(mark)]
+    if len(set(names)) < len(names):
+        raise ParameterError(str(path), heading.strip(), "every column once")
+    table = np.empty((len(rows) - 1, len(names)))
+    for i, (line, text) in enumerate(rows[1:]):
+        cells = text.split(mark)
+        try:
+            if len(cells) != len(names):
+                raise ValueError
+            table[i] = [_value(name, cell, states) for name, cell in zip(names, cells, strict=True)]
+        except ValueError:
+            accepted = f"{len(names)} numbers ({', '.join(names)})"
+            raise ParameterError(f"{path}, line {line}", text.strip(), accepted, "fix this line") from None
+    return dict(zip(names, np.ascontiguousarray(table.T), strict=True))
+
+
+def _value(name: str, cell: str, states: tuple[str, ...]) -> float:
+    """A number, or that of a state that is named."""
+    word = cell.strip().strip('"')
+    return float(states.index(word)) if name == "state" and word in states else float(cell)
+
+
+def _npz(path: Path) -> dict[str, Array]:
+    try:
+        with np.load(path, allow_pickle=False) as content:
+            return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
+    except Exception as error:  # a damaged file raises whatever it happens to hit
+        raise ParameterError("distribution", str(path), "an .npz file of numbers", str(error)[:200]) from None
+
+
+def _netcdf(path: Path) -> dict[str, Array]:
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("xarray", "io") from None
+    try:
+        with path.open("rb") as file:
+            classic = file.read(3) == b"CDF"  # read by Python itself
+        content = xarray.load_dataset(path, decode_cf=False) if classic else netcdf_content(path)
+        content = xarray.decode_cf(content, decode_times=False)
+        names = [str(name) for name in content.variables if str(name) not in content.indexes]
+        return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
+    except (Interrupted, MissingExtraError):
+        raise
+    except Exception as error:  # as above
+        raise ParameterError("distribution", str(path), "a NetCDF file of numbers", str(error)[:200]) from None
+
+
+# -- a plane ----------------------------------------------------------------------------------------------------------
+
+
+def mode_of(name: str) -> int:
+    """n of an amplitude u_n or v_n; 0 for the rest."""
+    found = MODE.fullmatch(name)
+    return int(found[1]) if found else 0
+
+
+def end_starts(body: Body, at: int, grid: dict[str, Array]) -> Starts:
+    """Starts of the striking end from columns by name, position, velocity and load phase among them, or 0."""
+    from percuss.simulate import Starts
+    from percuss.simulate.spectrum import units
+
+    most, rows = max(map(mode_of, grid)), max(column.size for column in grid.values())
+    nothing = np.zeros(rows)
+    position = grid.get("position", nothing)
+    u, v = (np.zeros((rows, most + 1)) for _ in "uv")
+    for name, column in grid.items():
+        if mode_of(name):
+            (u if name[0] == "u" else v)[:, mode_of(name)] = column
+    u[:, 0] = position - u[:, 1:] @ units(body.modes(most, at))
+    v[:, 0] = grid.get("velocity", nothing)
+    return Starts(u, v, position, grid.get("time", nothing))
+
+
+# ---- Where the motions of machines in an experiment start: the named distributions, and one's own table
+
+GENTLE_SHARE = 0.05
+"""The greatest speed of ``gentle`` starts, over the machine's scale of speeds."""
+
+
+def farthest_port(machine: Machine) -> float:
+    """Distance of the farthest port behind the wall; one bar length where every port is the blow."""
+    return max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
+
+
+def speed_scale(machine: Machine) -> float:
+    """√(2 Δp S): what the difference of the valve's forces makes of rest on the way from the farthest port.
+
+    By the work of the switches it is the speed of the blow without delay, drag and restitution; 0 for one force alone.
+    """
+    forces = [force for _, force in machine.valve.pairs]
+    return math.sqrt(2.0 * (max(forces) - min(forces)) * farthest_port(machine))
+
+
+def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, first: int = 0) -> MachineStarts:
+    """Starts of a machine drawn from a named distribution; which they are does not depend on how many are drawn.
+
+    With S the distance of the farthest port and V = √(2 Δp S), see `speed_scale`, all with a state of the valve that is
+    one of its states at random:
+
+    ``wall``
+        On the wall, leaving with the speed \\|N(0, 1)\\|·V.
+    ``field``
+        Position uniform in [−2S, 0], velocity V·N(0, 1).
+    ``gentle``
+        On the wall, leaving with a speed uniform in (0, V/20).
+
+    All are rigid, with the elastic modes at rest; no orders wait, and ports whose region is occupied demand at once.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, or starts on the wall of a machine whose states all push alike: they have no scale.
+
+    Examples
+    --------
+    >>> from percuss.model import Kept, Machine, Port, UniformBar, Valve
+    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    >>> machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.6}, ports), Kept(0.2))
+    >>> starts = drawn_machines(machine, "field", 1000, seed=1)
+    >>> len(starts), bool((starts.bars.gap >= -2.0).all()), sorted(set(starts.state.tolist()))
+    (1000, True, [0, 1])
+    """
+    from percuss.simulate import MachineStarts, Starts
+
+    checked_name(distribution)
+    position, velocity, turn = blocks(distribution, number, seed, first)
+    speed, names = speed_scale(machine), tuple(name for name, _ in machine.valve.pairs)
+    if speed == 0.0 and distribution != "field":
+        accepted = "a valve whose states have different forces"
+        raise ParameterError("distribution", distribution, accepted, "use 'field', or a file of starts")
+    unit = {"wall": 1.0, "field": 1.0 / FIELD_SPEED, "gentle": GENTLE_SHARE / GENTLE_SPEED}[distribution]
+    state = np.minimum(turn / _TURN * len(names), len(names) - 1).astype(np.int64)
+    place = 2.0 * farthest_port(machine) / FIELD_DEPTH * position
+    return MachineStarts(Starts.rigid(place, speed * unit * velocity), state, names)
+
+
+def own_machines(machine: Machine, source: Any, seed: int) -> MachineStarts:
+    """The rows of one's own distribution; as `percuss.explore.attractors.drawn_starts.own`.
+
+    Instead of a load phase a table has the column ``state``: the name of the valve's state or its number from 0.
+    Without it all start with the valve's own starting state. `Starts` and `MachineStarts` are taken as they are.
+
+    Raises
+    ------
+    ParameterError
+        For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
+        that gives no starts.
+    """
+    from percuss.simulate import MachineStarts, Starts
+
+    names = tuple(name for name, _ in machine.valve.pairs)
+    if callable(source) and not isinstance(source, Starts | MachineStarts):
+        source = source(seed)
+        if not isinstance(source, Starts | MachineStarts):
+            raise ParameterError("what the distribution gives", source, "a Starts or a MachineStarts")
+    usual = names.index(machine.valve.start or names[0])
+    if isinstance(source, Starts):
+        return MachineStarts(source, np.array(usual), names)
+    if isinstance(source, MachineStarts):
+        if source.states != names:
+            raise ParameterError("distribution", f"starts with states {', '.join(source.states)}", _one_of(names))
+        return source
+    file, columns = table_of(source, names)
+    if "time" in columns:
+        remedy = f"no clock drives it: remove the column; 'state' is one of {', '.join(names)}"
+        raise ParameterError(file, "column 'time'", "starts of a machine that switches its own valve", remedy)
+    given = columns.pop("state", None)
+    bars = table_starts(machine.body, machine.at, file, columns, "state")
+    state = np.full(len(bars), float(usual)) if given is None else given
+    return MachineStarts(bars, _numbers(file, state, len(bars), names), names)
+
+
+def _numbers(file: str, state: Array, rows: int, names: tuple[str, ...]) -> npt.NDArray[np.int64]:
+    """Numbers of states, of a column of a file."""
+    if state.size != rows:
+        raise ParameterError(file, f"{state.size} states of {rows} starts", "columns of one length")
+    wrong = np.flatnonzero(~np.isin(state, np.arange(len(names))))
+    if wrong.size:
+        raise ParameterError(file, f"state in row {wrong[0] + 1}", f"{_one_of(names)}, or its number from 0")
+    return state.astype(np.int64)
+
+
+def _one_of(names: tuple[str, ...]) -> str:
+    return f"one of {', '.join(map(repr, names[:6]))}"

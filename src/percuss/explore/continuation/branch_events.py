@@ -1,0 +1,663 @@
+"""What happens within a step along a branch, and where in it the branch ends."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import LoadError, ParameterError, PercussError
+from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.solution_curve import (
+    CurvePoint,
+    FollowedOrbit,
+    Number,
+    QuickMotion,
+    Segment,
+    SolutionCurve,
+    Strayed,
+    turning,
+    twice,
+    unit_tangent,
+    where_it_vanishes,
+)
+from percuss.model import System
+from percuss.model.checks import Array, ComplexArray
+from percuss.stability import orbit_multipliers
+from percuss.stability.orbit_multipliers import outside_number
+from percuss.steady import PeriodicOrbit
+from percuss.steady.admissible import start_acceleration
+from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
+from percuss.steady.periodic.periodic_orbit import sampled_flights
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+
+# ---- What is looked at on every point of a branch, to see what happens between two of them
+
+BEYOND = 1e-7
+"""Of 1, by which a multiplier beyond the unit circle is counted; nearer to it double ones are lost to rounding."""
+
+_MANY = 12  # modes from which on it is faster not to compute the multipliers
+_CLEARLY = 1e-6  # of how far a bar flies at most, by which it is clearly beyond the wall
+_DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
+
+
+class Top(NamedTuple):
+    """The greatest local maximum of the gap function inside the flights: y there, when, and in which flight.
+
+    `time` is counted from the first impact; without any, y is minus infinity.
+    """
+
+    height: float
+    time: float
+    flight: int
+
+
+def indicator(orbit: PeriodicOrbit, xi: float) -> float:
+    """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
+    if isinstance(orbit, FollowedOrbit) and abs(xi) == 1.0:
+        return orbit.singular[xi < 0.0]
+    numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
+    first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
+    room = numbers.room(orbit.impacts)
+    return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
+
+
+@lru_cache(maxsize=64)
+def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
+    """The multipliers; None where an impact has no speed, beside which they grow without bound.
+
+    The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
+    """
+    return None if _has_dead(orbit) else orbit_multipliers(orbit).values
+
+
+def _has_dead(orbit: PeriodicOrbit) -> bool:
+    """Whether an impact has no speed."""
+    greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
+    return not np.all(np.abs(orbit.speeds) > _DEAD * greatest)
+
+
+def outside(values: ComplexArray | None) -> int:
+    """How many multipliers are outside the unit circle; -1 where none are known."""
+    return -1 if values is None else int(np.count_nonzero(np.abs(values) > 1.0 + BEYOND))
+
+
+@lru_cache(maxsize=64)
+def unstable(orbit: PeriodicOrbit) -> int:
+    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone.
+
+    The last ones are kept, as those of `multipliers`.
+    """
+    if orbit.modes >= _MANY and not _has_dead(orbit):
+        counted = outside_number(orbit, BEYOND)
+        if counted is not None:
+            return counted
+    return outside(multipliers(orbit))
+
+
+def press(orbit: PeriodicOrbit) -> tuple[float, int]:
+    """After which impact the striking end is pressed to the wall most, and its acceleration there; for R = 0."""
+    rates = [start_acceleration(flight) for flight in orbit.flights]
+    return max(rates), int(np.argmax(rates))
+
+
+def greatest_top(orbit: PeriodicOrbit) -> Top:
+    """The greatest local maximum of the gap function inside the flights."""
+    found = sampled_flights(orbit)
+    return Top(found.height, orbit.times[found.flight] - orbit.times[0] + found.time, found.flight)
+
+
+def stays_off(orbit: PeriodicOrbit) -> bool:
+    """Whether the bar stays off the wall between the impacts: samples prove it, or where they do not, all bounds."""
+    found = sampled_flights(orbit)
+    if found.height > _CLEARLY * float(orbit.speeds.max()) * orbit.period:  # beyond what all modes may change of it
+        return False
+    return found.proven or orbit.violation is None
+
+
+# ---- Whether the bar passes through the wall for a moment of a step along a branch, and at neither of its ends
+
+_NEAR = 0.5  # share of the nearest of three heights below the wall
+_GOLDEN, _LOOKS = 0.6180339887498949, 8
+
+
+def _height(segment: Segment, place: float) -> float:
+    """The greatest maximum of the gap function inside the flights, at a place; −1 for none."""
+    return max(greatest_top(segment.curve.motion(segment.at(place).x)).height, -1.0)
+
+
+def rise(segment: Segment, last: float) -> float | None:
+    """A place within a segment at which the bar passes through the wall although it does not at either end; or None.
+
+    Looked for where three values let a maximum be expected that is nearer to 0 than they are.
+    """
+    low, middle, high = (_height(segment, share * last) for share in (0.0, 0.5, 1.0))
+    if middle > 0.0:
+        return 0.5 * last
+    bend, slope = 2.0 * (low - 2.0 * middle + high), 4.0 * middle - 3.0 * low - high
+    if not (bend < 0.0 < slope < -2.0 * bend) or low - 0.25 * slope**2 / bend < _NEAR * max(low, middle, high):
+        return None
+    first, second = 0.0, last
+    for _ in range(_LOOKS):  # golden section
+        inner, outer = (second - _GOLDEN * (second - first), first + _GOLDEN * (second - first))
+        heights = _height(segment, inner), _height(segment, outer)
+        if max(heights) > 0.0:
+            return inner if heights[0] > 0.0 else outer
+        first, second = (first, outer) if heights[0] > heights[1] else (inner, second)
+    return None
+
+
+# ---- Where an impact meets a step of the load: the curve of orbits has a corner there, with a tangent on either side
+
+Passed: TypeAlias = npt.NDArray[np.int64]
+"""How many steps of the load there are before each impact."""
+
+_ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
+_DIFFERENCE = 1e-6  # of the unit of the parameter
+_EXACT = 1e-11  # of a step of Newton's method: what is left is less by the factor _ASIDE
+_MOST_STEPS, _LONGEST = 12, 0.5
+
+
+def steps_passed(orbit: PeriodicOrbit) -> Passed:
+    """How many steps of the load there are before each impact, counted from its time 0 on; shape (p,)."""
+    breaks = np.asarray(orbit.system.load.breaks)
+    if not breaks.size:
+        return np.zeros(orbit.impacts, dtype=np.int64)
+    turns = np.floor_divide(np.array(orbit.times) - breaks[0], 2.0 * math.pi)
+    phases = np.array(orbit.times) - 2.0 * math.pi * turns
+    return np.asarray(turns * breaks.size + np.searchsorted(breaks, phases, side="right"), dtype=np.int64)
+
+
+def step_time(orbit: PeriodicOrbit, number: int) -> float:
+    """When the step of the load with a number is, counted from time 0 on."""
+    return step_of(orbit.system, number)
+
+
+def step_of(system: System, number: int) -> float:
+    """The same of a system."""
+    breaks = system.load.breaks
+    turns, which = divmod(number, len(breaks))
+    return float(breaks[which]) + 2.0 * math.pi * turns
+
+
+def step_row(curve: SolutionCurve, x: Array, which: int, number: int) -> Array:
+    """How an impact comes to be later than a step of the load, by the unknowns: some parameters move the step."""
+    row, value = np.zeros(x.size), curve.value(x)
+    here = step_time(curve.motion(x), number)
+    for h in (_DIFFERENCE, -_DIFFERENCE):
+        aside = np.array(x)
+        aside[-1] += h
+        if curve.refusal(value + h * curve.unit) is None:
+            row[-1] = -(step_time(curve.motion(aside), number) - here) / h
+            break
+    row[which] = 1.0
+    return row
+
+
+def step_ahead(curve: SolutionCurve, here: CurvePoint, which: int, passed: Passed) -> tuple[float, int] | None:
+    """How far along the tangent an impact meets the next step of the load, and the number of the impact."""
+    orbit = curve.motion(here.x)
+    if not orbit.system.load.breaks:
+        return None
+    places = []
+    for number in (int(passed[which]), int(passed[which]) - 1):  # an impact may run after a step that flees, too
+        nearing = float(step_row(curve, here.x, which, number) @ here.tangent)
+        if nearing * (number - int(passed[which]) + 0.5) > 0.0:
+            places.append((step_time(orbit, number) - float(here.x[which])) / nearing)
+    return (min(places), which) if places else None
+
+
+def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
+    """The point of the curve at which an impact is exactly at a step, with the tangent before it; or Strayed."""
+    later = is_later(curve, near, which, passed)
+    number, x = int(passed[which]) - (not later), np.array(near.x)
+    for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
+        aside = beside(curve, near._replace(x=x), which, not later)
+        matrix = np.vstack(
+            [curve.matrix(aside, curve.column(aside, curve.value(x))), step_row(curve, x, which, number)]
+        )
+        off = np.append(curve.linearised(x)[1], float(x[which]) - step_time(curve.motion(x), number))
+        try:
+            step = np.linalg.solve(matrix, -off)
+        except np.linalg.LinAlgError:
+            raise Strayed("no tangent") from None
+        if not float(np.abs(step).max()) < _LONGEST:
+            raise Strayed("a step too long")
+        x = x + step
+        if float(np.abs(step).max()) < _EXACT:
+            break
+    else:
+        raise Strayed("no convergence")
+    point = CurvePoint(x, near.tangent, near.steps)
+    orbit = beside(curve, point, which, not later)
+    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
+    return CurvePoint(point.x, unit_tangent(matrix, near.tangent), point.steps)
+
+
+def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
+    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
+
+    Strayed where none does within so much of the curve.
+    """
+    near = [one for i in range(curve.impacts) if (one := step_ahead(curve, here, i, passed))]
+    if not near:
+        raise Strayed("the load has no steps")
+    place, which = min(near)
+    if not 0.0 <= place <= reach:
+        raise Strayed("no step of the load is near")
+    start = here.x + place * here.tangent
+    return start, landed(curve, CurvePoint(start, here.tangent, 0), which, passed), which
+
+
+def beyond_corner(
+    curve: SolutionCurve, corner: CurvePoint, which: int, passed: Passed
+) -> tuple[CurvePoint, PeriodicOrbit, Passed]:
+    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way; or Strayed.
+
+    With it, the motion just beyond, and how many steps of the load there are before each impact there.
+    """
+    later = is_later(curve, corner, which, passed)
+    orbit = beside(curve, corner, which, later)
+    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(corner.x)))
+    row = step_row(curve, corner.x, which, int(passed[which]) - (not later))
+    tangent = unit_tangent(matrix, row if later else -row)
+    after = np.array(passed)
+    after[which] += 1 if later else -1
+    return CurvePoint(corner.x, tangent, corner.steps), orbit, after
+
+
+def is_later(curve: SolutionCurve, point: CurvePoint, which: int, passed: Passed) -> bool:
+    """Whether the step that an impact has come to is the one after it, not the one before."""
+    orbit, time = curve.motion(point.x), float(point.x[which])
+    after, before = (abs(step_time(orbit, int(passed[which]) - back) - time) for back in (0, 1))
+    return after <= before
+
+
+def beside(curve: SolutionCurve, point: CurvePoint, which: int, later: bool) -> PeriodicOrbit:
+    """The motion at a corner, with the impact that meets the step moved a little to the side that is asked for."""
+    x = np.array(point.x)
+    x[which] += _ASIDE if later else -_ASIDE
+    return curve.motion(x)
+
+
+# ---- What happens within a step along a branch, and where in it the branch ends
+
+_BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
+
+
+class Happening(NamedTuple):
+    """What happens at a place: its kind, the point, the number of the impact or flight that it happens to, or -1."""
+
+    kind: BranchEvent
+    place: float
+    point: CurvePoint
+    which: int = -1
+
+
+def end_of(segment: Segment, passed: Passed) -> Happening | None:
+    """The first thing in a segment beyond which the motion is no orbit, or after which the curve has a corner.
+
+    Parameters
+    ----------
+    segment
+        The step.
+    passed
+        How many steps of the load there were before each impact at its start.
+    """
+    found = [*_deaths(segment), *_corners(segment, passed)]
+    first = min(found, key=lambda one: one.place) if found else None
+    segment = to_corner(segment, first)
+    last = segment.length if first is None else first.place * (1.0 - _BEFORE)
+    orbit = segment.curve.motion(segment.at(last).x)
+    if stays_off(orbit):
+        hidden = rise(segment, last)
+        if hidden is None:
+            return first
+        last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
+    return _contact(segment, orbit, last) or first
+
+
+def to_corner(segment: Segment, first: Happening | None) -> Segment:
+    """The part of a segment up to a corner: what is beyond it says nothing about the way there."""
+    if first is None or first.kind is not BranchEvent.CORNER:
+        return segment
+    return Segment(segment.curve, segment.start, first.point)
+
+
+def happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
+    """What happens at a place of a segment."""
+    return Happening(kind, place, segment.at(place), which)
+
+
+def _deaths(segment: Segment) -> list[Happening]:
+    curve = segment.curve
+    last = curve.motion(segment.stop.x).speeds
+
+    def speed(i: int) -> Number:
+        return lambda point: float(curve.motion(point.x).speeds[i])
+
+    return [
+        happening(segment, BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)
+    ]
+
+
+def _corners(segment: Segment, passed: Passed) -> list[Happening]:
+    curve = segment.curve
+    now = steps_passed(curve.motion(segment.stop.x))
+    found = []
+    for i in np.flatnonzero(now != passed).tolist():
+        later = bool(now[i] > passed[i])
+        number = int(passed[i]) if later else int(passed[i]) - 1
+
+        def off(point: CurvePoint, i: int = i, number: int = number) -> float:
+            return float(point.x[i]) - step_time(curve.motion(point.x), number)
+
+        before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
+        near = happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
+        point = landed(curve, near.point, i, passed)
+        place = float(segment.start.tangent @ (point.x - segment.start.x))
+        found.append(near._replace(point=point, place=place))
+    return found
+
+
+def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening | None:
+    """Where the bar first touches the wall between two impacts, or stays on it after one."""
+    curve, found = segment.curve, []
+
+    def top(point: CurvePoint) -> float:
+        return max(greatest_top(curve.motion(point.x)).height, -1.0)
+
+    def pressed(point: CurvePoint) -> float:
+        return press(curve.motion(point.x))[0]
+
+    if greatest_top(beyond).height > 0.0:
+        place = segment.root(top, 0.0, last)
+        found.append(happening(segment, BranchEvent.TOUCH, place))
+    if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
+        place = segment.root(pressed, 0.0, last)
+        at = segment.at(place)
+        found.append(Happening(BranchEvent.STICKING, place, at, press(curve.motion(at.x))[1]))
+    return min(found, key=lambda one: one.place) if found else None
+
+
+# ---- Whether a number of the orbits may vanish twice in a step along a branch, so that its two ends do not show it
+
+_NEAR_ZERO = 0.25  # share of the least of three values
+
+
+def may_vanish_twice(segment: Segment) -> bool:
+    """Whether the speed of an impact, det K(1) or det K(−1) may vanish twice in a step.
+
+    They are smooth, and looked at in the middle, too. They do if that has the other sign; they may where the three
+    values let an extremum between the ends be expected that is beyond 0, or nearer to it than they are by far.
+    """
+    middle = segment.at(0.5 * segment.length)
+    low, half, high = (_numbers(segment, point) for point in (segment.start, middle, segment.stop))
+    side = np.sign(low)
+    low, half, high = low * side, half * side, high * side
+    bend, slope = 2.0 * (low - 2.0 * half + high), 4.0 * half - 3.0 * low - high
+    with np.errstate(divide="ignore", invalid="ignore"):
+        within = (slope < 0.0) & (-slope < 2.0 * bend)
+        least = low - 0.25 * slope**2 / bend
+        dip = within & (least < _NEAR_ZERO * np.minimum(np.minimum(low, half), high))
+    return bool(np.any((high > 0.0) & ((half <= 0.0) | dip)))
+
+
+def _numbers(segment: Segment, point: CurvePoint) -> Array:
+    orbit = segment.curve.motion(point.x)
+    return np.append(orbit.speeds, [indicator(orbit, 1.0), indicator(orbit, -1.0)])
+
+
+# ---- The other branches that begin at a point of one: at a flip, and where an impact dies or is born
+
+Partner = tuple[SolutionCurve, CurvePoint]
+"""A curve and the point on it where a branch begins, with the tangent that leads into it."""
+
+_TRIED = 1e-3  # rad, by which it is tried which way leads into a branch
+
+
+def doubled(curve: SolutionCurve, point: CurvePoint) -> Partner | None:
+    """The branch z=2p/2n that begins at a flip; None for more impacts or periods than orbits may have.
+
+    With K(−1) v = 0 its times are at first (t, t + T), and its tangent (v, −v) with the parameter at rest, so that no
+    amplitude needs to be chosen.
+    """
+    p = curve.impacts
+    if 2 * p > MOST_IMPACTS or 2 * curve.periods > MOST_PERIODS:
+        return None
+    orbit = curve.motion(point.x)
+    null = np.linalg.svd(orbit.bordered(-1.0).real)[2][-1]
+    moved = null[p] + turning(orbit) * null[0]
+    tangent = np.concatenate([null[:p], -null[:p], [moved, 0.0]])
+    x = twice(point.x, p, curve.periods)
+    wider = curve.other(2 * p, 2 * curve.periods)
+    return wider, CurvePoint(x, tangent / np.linalg.norm(tangent), 0)
+
+
+def is_joined(curve: SolutionCurve) -> bool:
+    """Whether an impact without speed changes nothing, so that branches with one impact more or less meet.
+
+    Where one mode alone moves, as of a rigid bar; others have their whole velocity field changed, even when the
+    striking end has no speed.
+    """
+    return curve.moving_modes == 1
+
+
+def grazing_partner(curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, which: int) -> Partner | None:
+    """The branch with an impact more that begins at a touch, or with one less at the death of an impact.
+
+    None where there is no such branch: an elastic bar, no impact left, or no way that leads into it.
+    """
+    if not is_joined(curve):
+        return None
+    made = _changed(curve, point, kind, which)
+    if made is None:
+        return None
+    other, x, _ = made
+    try:
+        orbit = other.motion(x)
+        tangent = np.linalg.svd(other.matrix(orbit, other.column(orbit, other.value(x))))[2][-1]
+        for way in (tangent, -tangent):
+            tried = other.motion(other.corrected(x + _TRIED * way, way).x)
+            if np.all(tried.speeds > 0.0) and tried.admissible:
+                return other, CurvePoint(x, way, 0)
+    except (PercussError, Strayed, np.linalg.LinAlgError):
+        pass
+    return None
+
+
+def _changed(
+    curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, which: int
+) -> tuple[SolutionCurve, Array, int] | None:
+    """The curve with an impact more or less, the point on it, and the number of the new impact or -1."""
+    p, orbit = curve.impacts, curve.motion(point.x)
+    if kind is BranchEvent.TOUCH:
+        if p + 1 > MOST_IMPACTS:
+            return None
+        time = point.x[0] + greatest_top(orbit).time
+        number = int(np.searchsorted(point.x[:p], time))
+        return curve.other(p + 1, curve.periods), np.insert(point.x, number, time), number
+    if p == 1:
+        return None
+    x = np.delete(point.x, which)
+    if which == 0:
+        x[p - 1] = orbit.rigid_rebounds[1]
+    return curve.other(p - 1, curve.periods), x, -1
+
+
+def other_end(
+    curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, which: int
+) -> tuple[SolutionCurve, Array] | None:
+    """Where the branch with an impact more or less ends, of an elastic bar: near, but not here; None if not found."""
+    made = _changed(curve, point, kind, which)
+    if made is None:
+        return None
+    other, x, number = made
+
+    def vanishing(place: CurvePoint) -> float:
+        orbit = other.motion(place.x)
+        return float(orbit.speeds[number]) if number >= 0 else greatest_top(orbit).height
+
+    try:
+        found = where_it_vanishes(other, x, vanishing)
+        orbit = other.motion(found)
+        alive = np.delete(orbit.speeds, number) if number >= 0 else orbit.speeds
+        return (other, found) if np.all(alive > 0.0) else None
+    except (PercussError, Strayed, np.linalg.LinAlgError):
+        return None
+
+
+# ---- How far the parameter of a branch may go: to the end of its range, or to where there is no system any more
+
+_ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
+
+
+class Limit(NamedTuple):
+    """The last value of the parameter, what ends the branch there, and why it goes no further."""
+
+    value: float
+    kind: BranchEvent
+    refusal: PercussError | None
+
+
+def limit_before(curve: SolutionCurve, here: float, value: float, bounds: tuple[float, float]) -> Limit | None:
+    """The limit of the parameter between a value that it has and another one; None where there is none."""
+    found = None
+    if not bounds[0] <= value <= bounds[1]:
+        value = min(max(value, bounds[0]), bounds[1])
+        found = Limit(value, BranchEvent.LIMIT, None)
+    refusal = curve.refusal(value)
+    return found if refusal is None else Limit(_last_value(curve, here, value), refused(refusal), refusal)
+
+
+def in_words(refusal: PercussError | None) -> str:
+    """What a refusal expects, without the value beyond the end that was tried; empty for none."""
+    if isinstance(refusal, ParameterError):
+        return f"{refusal.name}: expected {refusal.accepted}"
+    return str(refusal or "")
+
+
+def refused(refusal: PercussError) -> BranchEvent:
+    """What ends a branch where there is no system, or its load does not push."""
+    return BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
+
+
+def _last_value(curve: SolutionCurve, good: float, bad: float) -> float:
+    """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
+    while abs(good - bad) > _ROUNDING * max(abs(good), abs(bad), curve.unit):
+        middle = 0.5 * (good + bad)
+        if curve.refusal(middle) is None:
+            good = middle
+        else:
+            bad = middle
+    even = round(good, 12)  # the limit itself, where that is allowed
+    return even if curve.refusal(even) is None and abs(even - good) < _EVEN else good
+
+
+# ---- The normal form of a flip: towards which side the orbit of twice the period begins, and whether it is stable
+# there
+#
+# With G the equations of the cycle told as one of twice the period, G_x q = 0 and w G_x = 0, a the size of what is
+# added along q and s the arclength of the parent, the doubled orbit is at s = −c a²/e + …,
+#
+#     c = w·(G_xxx q³/6 + G_xx q h),   G_x h = −G_xx q²/2,   e = d(w G_x q)/ds
+#
+# (Kuznetsov, Elements of Applied Bifurcation Theory, 2004, § 5.4). At a fold of the parent G_x has a second null
+# vector, h grows without bound, and c has a pole there, as it has where an impact without speed makes K(ξ) singular for
+# every ξ. Times the determinant of G_x bordered by q and w it is finite, and vanishes where c does alone.
+
+_FLIP_FORM_ASIDE, _SHARE = 4e-3, 0.05  # rad, along the doubled branch, and of its shortest flight
+_ALONG, _BESIDE = 1e-5, 1e-6  # of arclength, and of ξ, for derivatives
+_RESOLVED, _REGULAR = 1e-6, 1e-10  # of the terms of a number, and of the greatest singular value, less is none
+
+
+class Side(NamedTuple):
+    """Whether a doubled orbit begins towards greater values, and whether it is stable there; None: the form is mute."""
+
+    greater: bool
+    stable: bool | None
+
+
+class FlipForm(NamedTuple):
+    """Both terms of c times the determinant, that taken by its other factors, and the null vectors of K(−1)."""
+
+    terms: tuple[float, float]
+    determinant: float
+    left: Array
+    right: Array
+
+    @property
+    def bend(self) -> float:
+        """c times the determinant: 0 where the doubled orbit begins towards neither side, whatever G_x is."""
+        return sum(self.terms)
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether c and its sign are known."""
+        return abs(self.bend) > _RESOLVED * sum(map(abs, self.terms)) and abs(self.determinant) > _REGULAR
+
+    @staticmethod
+    def of(orbit: PeriodicOrbit) -> FlipForm:
+        """Of an orbit at its flip."""
+        p = orbit.impacts
+        aside = min(_FLIP_FORM_ASIDE, _SHARE * float(orbit.flight_times.min()))
+        here = twice(np.array([*orbit.times, orbit.rigid_rebounds[0]]), p, orbit.periods)
+
+        def matrix(x: Array) -> Array:
+            wide = QuickMotion(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
+            found = np.array(wide.bordered().real)
+            found[:, 0] -= turning(wide) * found[:, -1]
+            return found
+
+        columns, _, rows = np.linalg.svd(orbit.bordered(-1.0).real)
+        left, right = columns[:, -1], rows[-1]
+        row = np.concatenate([left[:p], -left])  # the halves of the cycle are each the other's negative
+        way = np.concatenate([right[:p], -right[:p], [right[p] + turning(orbit) * right[0]]])
+        row, way, middle = row / np.linalg.norm(row), way / np.linalg.norm(way), matrix(here)
+        bordered = np.block([[middle, row[:, None]], [way[None, :], np.zeros((1, 1))]])
+        u, sizes, v = np.linalg.svd(bordered)
+        small = float(np.linalg.slogdet(u)[0] * np.linalg.slogdet(v)[0] * sizes[-1])
+
+        def terms(size: float) -> Array:
+            ahead, behind = matrix(here + size * way), matrix(here - size * way)
+            second = np.append((ahead - behind) @ way, 0.0) / (2.0 * size)
+            inner = -0.5 * (v.T @ (small / sizes * (u.T @ second)))[:-1]
+            third = row @ (ahead + behind - 2.0 * middle) @ way / size**2
+            return np.array([small * third / 6.0, row @ (ahead - behind) @ inner / (2.0 * size)])
+
+        coarse, middling, fine = (terms(share * aside) for share in (1.0, 0.5, 0.25))  # (Romberg)
+        first, second = (64.0 * fine - 20.0 * middling + coarse) / 45.0
+        return FlipForm((float(first), float(second)), small / float(sizes[0]), left, right)
+
+
+def side_of_doubled(curve: SolutionCurve, point: CurvePoint) -> Side | None:
+    """Where the doubled orbit of a flip begins, by the normal form; None where that is degenerate."""
+    orbit = curve.motion(point.x)
+    form = FlipForm.of(orbit)
+
+    def slope(ahead: Array, behind: Array) -> tuple[float, bool]:
+        """Of w K q, between two matrices, and whether that is more than rounding."""
+        change = form.left @ (ahead - behind) @ form.right
+        return float(change), bool(abs(change) > _RESOLVED * float(np.abs(ahead - behind).max()))
+
+    step = _ALONG * point.tangent
+    along, moves = slope(*(curve.motion(x).bordered(-1.0).real for x in (point.x + step, point.x - step)))
+    turn, simple = slope(*(orbit.bordered(xi).real for xi in (-1.0 + _BESIDE, -1.0 - _BESIDE)))
+    if not (form.is_resolved and moves and simple and point.tangent[-1]):
+        return None
+    c = form.bend * form.determinant
+    return Side(-c * along * float(point.tangent[-1]) > 0.0, _stable(orbit, c * turn < 0.0))
+
+
+def _stable(orbit: PeriodicOrbit, beyond: bool) -> bool | None:
+    """Whether the doubled orbit is stable, that begins where the parent's −1 is beyond the unit circle or not."""
+    values = multipliers(orbit)
+    if values is None:
+        return None
+    others = np.abs(np.delete(values, int(np.argmin(np.abs(values + 1.0)))))
+    if np.any(others > 1.0 + BEYOND) or not beyond:
+        return False
+    return None if np.any(others > 1.0 - BEYOND) else True
