@@ -20,51 +20,28 @@ from percuss.errors import ParameterError
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array, count, finite, instance, numbers, several, text
 from percuss.model.load.valve import MOST_PORTS, Orders
-from percuss.steady.oscillator import phi1, phi2, propagator
+from percuss.steady.oscillator import propagator
+from percuss.steady.self_excited.piston_flight import response, responses
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
 # ---- The flight of an elastic body under a constant force: every coordinate of the machine by itself, in closed form
 
-_SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
-_TERMS = 16
-
-
 def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
-    """s′, s and q of every coordinate (see `piston_flight`) at the times t; each of shape (N + 1, len(t)).
+    """s′, s and q of every coordinate (see `piston_flight.response`) at the times t; each of shape (N + 1, len(t)).
 
     The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
     """
     ds, s, q = np.empty((3, modes.omega.size, t.size))
     square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
-    if square == 0.0:
-        ds[0], s[0], q[0] = np.exp(-drag * t), t * phi1(drag * t), t * t * phi2(drag * t)
-    else:
-        ds[0], s[0], q[0] = on_gas(t, square, drag)
+    one = t.size == 1  # Newton's method asks for one time after the other, which need no arrays
+    ds[0], s[0], q[0] = (
+        response(float(t[0]), square, drag) if one else responses(t, float(t.max(initial=0.0)), square, drag)
+    )
     if modes.size:
         omega, damping = modes.omega[1:, None], modes.damping[1:, None]
         step = propagator(omega, damping, t[None, :])
         one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
         ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
-    return ds, s, q
-
-
-def on_gas(t: Array, square: float, drag: float) -> tuple[Array, Array, Array]:
-    """As `piston_flight.response`, of many times together: power series, and doubling the time."""
-    longest = float(np.abs(t).max(initial=0.0))
-    doublings = 0
-    while square * longest**2 > _SMALL or drag * longest > _SMALL:
-        longest *= 0.5
-        doublings += 1
-    t = t * 0.5**doublings
-    z, b = square * t * t, drag * t
-    before, now = np.zeros_like(t), np.ones_like(t)
-    ds, s, q = np.ones_like(t), np.ones_like(t), np.full_like(t, 0.5)
-    for n in range(1, _TERMS):
-        before, now = now, -(b * n * now + z * before) / (n * (n + 1))
-        ds, s, q = ds + (n + 1) * now, s + now, q + now / (n + 2)
-    s, q = s * t, q * t * t
-    for _ in range(doublings):
-        ds, s, q = ds * ds - square * s * s, s * (1.0 - square * q + ds), 2.0 * q + s * s - square * q * q
     return ds, s, q
 
 

@@ -639,7 +639,8 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
 
 # ---- The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to
 
-_BLOWS = (12, 24, 48)  # after which a cycle is tried, one after the other
+_BLOWS = (4, 8, 24, 48)  # after which a cycle is tried, one after the other: at first, only one with rest
+_FORGOTTEN = 12  # blows after which little is left of the start
 _MOST_IN_CYCLE = 4
 
 
@@ -678,7 +679,7 @@ def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle | N
             return Settled(resting, None, first)
         if motion.ending is not None:
             return Settled(None, motion.ending, first)
-        cycle = _cycle_at(machine, count, motion)
+        cycle = _cycle_at(machine, count, motion) if motion.blows >= _FORGOTTEN else None
         if cycle is not None:
             return Settled(cycle, None, first)
     return Settled(first.cycle, None, first)

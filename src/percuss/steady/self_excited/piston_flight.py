@@ -42,10 +42,10 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
     square = stiffness - 0.25 * drag * drag
     if stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t:
         return _swing(t, stiffness, drag, math.sqrt(square))
-    return _responses(t, t, stiffness, drag)
+    return responses(t, t, stiffness, drag)
 
 
-def _responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any]:
+def responses(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any]:
     """The same of a time, or of an array of times, the longest of which tells how often it is halved."""
     if stiffness == 0.0 and drag == 0.0:
         return 1.0, t, 0.5 * t * t
@@ -129,7 +129,7 @@ class Flight:
 
     def distances(self, times: Array) -> Array:
         """The distance at several times, in any order."""
-        _, s, q = _responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)
+        _, s, q = responses(times, float(times.max(initial=0.0)), self.stiffness, self.drag)
         return np.asarray(self.x + self.v * s + self.acceleration * q)
 
     @property
