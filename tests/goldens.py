@@ -1,7 +1,9 @@
 """What commands say as JSON, over the catalogue and 200 random hammers: recorded at one commit, compared at another.
 
     python tests/goldens.py record before.json
-    python tests/goldens.py compare before.json
+    python tests/goldens.py compare before.json [WORD ...]
+
+With words only the answers are compared whose command line holds one of them.
 
 `compare` tells each number that moved by more than 1e-12 of its size, and the greatest move of each command; what
 stands on one side only, and every word that changed, is told, too. A rebuilding keeps its record outside the
@@ -15,7 +17,7 @@ import io
 import json
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +54,14 @@ SAMPLES = {
     **dict.fromkeys(("stopped-oscillator", "stopped-beam"), STRUCTURES),
     **dict.fromkeys(("valve-breaker", "valve-drifter"), VALVES),
 }
+BRANCHES = {
+    "hydraulic-drifter": ("load_factor=0.3:1.2", "restitution=0.05:0.4", ("--modes", "4")),
+    "stopped-oscillator": ("restitution=0.7:0.9", "mean=-0.02:0.02", ()),
+    "stopped-beam": ("restitution=0.5:0.7", "mean=-5N:5N", ()),
+}
+"""Of a sample the parameters along and over which its branches are followed, and options."""
 RANDOM = {"steady": (), "simulate": ("--impacts", "60"), "orbits": ("--label", "2/1", "--modes", "0")}
+VALVE_SWEEP = ("--x", "pressure=150bar:170bar:3", "--quantity", "runs,blow_energy,rate")
 SAME = 1e-12
 
 
@@ -82,17 +91,36 @@ def random_case(seed: int) -> str:
     )
 
 
-def answers() -> dict[str, Any]:
-    """Every answer by its command line."""
-    found = {}
+def lines() -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Every answer by its name, with its command line; "case.toml" is of the random hammer in the name."""
     for sample, commands in SAMPLES.items():
         for command, options in commands.items():
-            found[f"{command} {sample}"] = answer(command, sample, *options)
+            yield f"{command} {sample}", (command, sample, *options)
+    for sample, (along, over, options) in BRANCHES.items():
+        yield f"follow {sample}", ("follow", sample, "--along", along, *options)
+        yield f"curves {sample}", ("follow", sample, "--along", along, "--curve", "all", "--over", over, *options)
+        sized = ("--label", "1/1", "--starts", "2", "--runs", "1")
+        yield f"diagram {sample}", ("diagram", sample, "--along", f"{along}:4", *sized, *options)
+        yield f"reach {sample}", ("steady", sample, "--reach", *options)
+    for modes in ("0", "4"):
+        for sample in ("valve-breaker", "valve-drifter"):
+            yield f"machine {sample} {modes}", ("machine", sample, "--modes", modes)
+        yield f"sweep valve {modes}", ("sweep", "valve-breaker", *VALVE_SWEEP, "--modes", modes)
+    yield "basins stopped-oscillator", ("basins", "stopped-oscillator", "--x", "time=0:6.2:8", "--y", "velocity=-2:0:8")
+    for seed in range(200):
+        for command, options in RANDOM.items():
+            yield f"{command} random {seed}", (command, "case.toml", *options)
+
+
+def answers(words: Sequence[str] = ()) -> dict[str, Any]:
+    """Every answer whose name holds one of the words, by its name; all without words."""
+    found = {}
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        for seed in range(200):
-            Path("case.toml").write_text(random_case(seed), encoding="utf-8")
-            for command, options in RANDOM.items():
-                found[f"{command} random {seed}"] = answer(command, "case.toml", *options)
+        for name, arguments in lines():
+            if not words or any(word in name for word in words):
+                if " random " in name:
+                    Path("case.toml").write_text(random_case(int(name.split()[-1])), encoding="utf-8")
+                found[name] = answer(*arguments)
     return found
 
 
@@ -136,10 +164,10 @@ def compared(before: dict[str, Any], now: dict[str, Any]) -> int:
 
 
 if __name__ == "__main__":
-    task, file = sys.argv[1:]
+    task, file, *words = sys.argv[1:]
+    now = json.loads(json.dumps(answers(words)))
     if task == "record":
-        Path(file).write_text(json.dumps(answers()), encoding="utf-8")
+        Path(file).write_text(json.dumps(now), encoding="utf-8")
     else:
-        raise SystemExit(
-            compared(json.loads(Path(file).read_text(encoding="utf-8")), json.loads(json.dumps(answers()))) > 0
-        )
+        before = json.loads(Path(file).read_text(encoding="utf-8"))
+        raise SystemExit(compared({name: before[name] for name in before if not words or name in now}, now) > 0)
