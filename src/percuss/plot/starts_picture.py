@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore.attractors.hammers import AnyAttractor, Hammer
+    from percuss.explore.attractors.hammers import Attractor, Hammer
     from percuss.model import Machine, System
 
 MOST_SHOWN = 10
@@ -47,7 +47,7 @@ class _Share(Protocol):
     @property
     def high(self) -> float: ...
     @property
-    def attractor(self) -> AnyAttractor: ...
+    def attractor(self) -> Attractor: ...
 
 
 class _Starts(Protocol):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.errors import Interrupted, MissingExtraError
-from percuss.explore.attractors.grouping import labels, matched
+from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, DiagramRestBranch, lines_from, with_new
 from percuss.explore.family import Axis, Family
@@ -67,7 +67,7 @@ def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale:
     if not there.size:
         return []
     here = {name: passes[name][there, i] for name in names}
-    number, words = matched(here, load_scale), labels(here)
+    number, words = ClockedHammer.matched(here, load_scale), ClockedHammer.labels(here)
     found = []
     for group in range(int(number.max()) + 1):
         members = np.flatnonzero(number == group)
