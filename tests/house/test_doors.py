@@ -270,7 +270,6 @@ NO_DOORS: dict[str, str] = {
     "explore.Family": "a protocol",
     "explore.Family.check": "a protocol",
     "explore.Family.system": "a protocol",
-    "explore.MachineFamily.system": "refuses whatever it is given: a machine that switches itself is no system",
     "explore.Job": "a protocol",
     "explore.Job.compute": "a protocol",
     "explore.Column": "what one's own job keeps; numpy judges its type",
@@ -875,26 +874,19 @@ def table(folder: Path) -> dict[str, Entry]:
         "explore.Boundaries.of": (edges.of, {"kind": "fold"}, {}),
         "explore.Boundaries.least": (edges.least, {"kind": "fold"}, {}),
         "explore.Boundaries.greatest": (edges.greatest, {"kind": "fold"}, {}),
-        "explore.SystemFamily": (explore.SystemFamily, {"base": SYSTEM}, {}),
+        "explore.SystemFamily": (explore.SystemFamily, {"base": MACHINE, "limit": 9.0}, {"limit": OPTIONAL}),
         "explore.SystemFamily.check": (
             explore.SystemFamily(SYSTEM).check, {"names": {"s": ""}}, {"names": NO_KEYS},
         ),
         "explore.SystemFamily.system": (
             explore.SystemFamily(SYSTEM).system, {"values": {"s": 2.0}}, {"values": NO_KEYS},
         ),
-        "explore.MachineFamily": (explore.MachineFamily, {"base": MACHINE, "limit": 9.0}, {"limit": OPTIONAL}),
-        "explore.MachineFamily.check": (
-            explore.MachineFamily(MACHINE).check, {"names": {"s": ""}}, {"names": NO_KEYS},
+        "explore.SystemFamily.machine": (
+            explore.SystemFamily(MACHINE).machine, {"values": {"s": 2.0}}, {"values": NO_KEYS},
         ),
-        "explore.MachineFamily.machine": (
-            explore.MachineFamily(MACHINE).machine, {"values": {"s": 2.0}}, {"values": NO_KEYS},
-        ),
-        "explore.MachineFamily.room": (explore.MachineFamily(MACHINE).room, {"machine": MACHINE}, {}),
-        "explore.machine_parameters": (explore.machine_parameters, {"machine": MACHINE}, {}),
-        "explore.vary_machine": (
-            explore.vary_machine, {"machine": MACHINE, "values": {"s": 2.0}}, {"values": NO_KEYS},
-        ),
-        "explore.vary": (explore.vary, {"system": SYSTEM, "values": {"s": 2.0}}, {"values": NO_KEYS}),
+        "explore.SystemFamily.room": (explore.SystemFamily(MACHINE).room, {"machine": MACHINE}, {}),
+        "explore.parameters_of": (explore.parameters_of, {"hammer": MACHINE}, {}),
+        "explore.vary": (explore.vary, {"hammer": SYSTEM, "values": {"s": 2.0}}, {"values": NO_KEYS}),
         "explore.basins": (
             explore.basins,
             {"system": SYSTEM, "x": ("time", 0.0, 1.0, 2), "y": ("velocity", -1.0, -0.5, 2), "at": {"position": -1.0}}

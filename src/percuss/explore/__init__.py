@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from percuss.explore.diagrams.diagram_lines import DiagramRestBranch as DiagramRestBranch
     from percuss.explore.family import Axis as Axis
     from percuss.explore.family import Family as Family
-    from percuss.explore.family import MachineFamily as MachineFamily
     from percuss.explore.family import SystemFamily as SystemFamily
     from percuss.explore.jobs.archive import Archive as Archive
     from percuss.explore.jobs.carrying_out import carry_out as carry_out
@@ -56,9 +55,8 @@ if TYPE_CHECKING:
     from percuss.explore.orbit_starts import orbit_seeds as orbit_seeds
     from percuss.explore.orbit_starts import switched_seeds as switched_seeds
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
-    from percuss.explore.parameters import machine_parameters as machine_parameters
+    from percuss.explore.parameters import parameters_of as parameters_of
     from percuss.explore.parameters import vary as vary
-    from percuss.explore.parameters import vary_machine as vary_machine
     from percuss.explore.point_curves.conditions import CurveEvent as CurveEvent
     from percuss.explore.point_curves.following_points import follow_point as follow_point
     from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
@@ -96,7 +94,6 @@ _HOME = {
     "JobProgress": "jobs.progress",
     "Lyapunov": "lyapunov",
     "MACHINE_QUANTITIES": "quantities",
-    "MachineFamily": "family",
     "PARAMETERS": "parameters",
     "PointCurve": "point_curves.point_curve",
     "QUANTITIES": "quantities",
@@ -127,11 +124,10 @@ _HOME = {
     "orbit_of": "orbit_starts",
     "orbit_seeds": "orbit_starts",
     "switched_seeds": "orbit_starts",
-    "machine_parameters": "parameters",
+    "parameters_of": "parameters",
     "reach": "continuation.reaching",
     "sweep": "sweeps",
     "vary": "parameters",
-    "vary_machine": "parameters",
 }
 
 __all__ = sorted(_HOME)
