@@ -30,7 +30,7 @@ Columns = Mapping[str, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
-class Figure:
+class PaperFigure:
     """One figure.
 
     Parameters
@@ -52,7 +52,7 @@ class Figure:
     name: str
     title: str
     columns: Columns
-    paint: Callable[[Figure, Picture], None] = field(repr=False)
+    paint: Callable[[PaperFigure, Picture], None] = field(repr=False)
     width: float = 5.2
     height: float = 4.4
     marks: Columns = field(default_factory=dict, repr=False)
