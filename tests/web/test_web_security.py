@@ -493,7 +493,7 @@ _CHECKS = [
 
 
 @_schema.parametrize()
-@settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 def test_no_question_of_the_schema_breaks_the_server(case: Any) -> None:
     """The bodies too: some hundred for each question, of them right ones and wrong ones of every field."""
     found = case.call()
