@@ -53,10 +53,3 @@ def desk(browser: Browser, server: str, request: pytest.FixtureRequest) -> Itera
     assert foreign == []
     expected = getattr(request.node, "expected_words", ())
     assert [line for line in found.said if not any(word in line for word in expected)] == []
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Each question of the schema has a name of its own: workers that share the tests take those of one name as one."""
-    for item in items:
-        if not item.nodeid.endswith(item.name):
-            item._nodeid = f"{item.nodeid}[{item.name.partition('[')[2]}"
