@@ -32,10 +32,10 @@ from percuss.explore.continuation.solution_curve import (
     twice,
     where_it_vanishes,
 )
+from percuss.mechanics.flow import propagator
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
-from percuss.steady.oscillator import propagator
 from percuss.steady.periodic.compiled_orbits import COALESCED
 
 # ---- Where another branch crosses: det K(1) vanishes there, and the parameter does not turn back
