@@ -76,7 +76,7 @@ def test_what_happens_twice_is_met_twice(straight: Branch, kind: str, depth: flo
     """However near to each other: at ±√depth of a parameter whose square the mean load follows."""
     branch, place = loop(straight, depth) if kind == "fold" else bent(straight, kind, depth, value, upper)
     found = [point.value for point in branch.at(BranchEvent(kind)) if abs(point.value) < 2.0 * place]
-    if BranchEvent(kind).ends:
+    if kind.startswith("grazing"):
         assert np.abs(found) == pytest.approx([place] * len(found), abs=1e-9)
         assert branch.ends[0].kind.value == kind
     else:
