@@ -185,14 +185,11 @@ def _striking(found: OrbitAnswer) -> str:
 def _starts(answer: SteadyAnswer) -> str:
     told = answer.starts.to_json_dict(answer.system)
     scaled = answer.system.is_si
+    figures = [end["si"] or {} if scaled else end for end in told["ends"]]
+    keys = ("delivered_power_kW", "blow_rate_Hz") if scaled else ("delivered_power", "blow_rate")
     rows = [
-        (
-            end["label"],
-            f"{end['starts']} of {told['followed']}",
-            _text((end["si"] or {}).get("delivered_power_kW") if scaled else end["delivered_power"]),
-            _text((end["si"] or {}).get("blow_rate_Hz") if scaled else end["blow_rate"]),
-        )
-        for end in told["ends"]
+        (end["label"], f"{end['starts']} of {told['followed']}", *(_text(shown.get(key)) for key in keys))
+        for end, shown in zip(told["ends"], figures, strict=True)
     ]
     units = ("kW", "1/s") if scaled else ("dimensionless", "per load period")
     head = ("motion", "starts", f"power taken by the impacts ({units[0]})", f"main blows ({units[1]})")

@@ -237,23 +237,7 @@ def _finite(values: np.ndarray) -> Any:
 
 
 def watched_diagram(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Diagram]:
-    """Carry out a diagram item by item; the last one yielded is whole.
-
-    Parameters
-    ----------
-    job
-        The diagram.
-    stopped
-        Asked now and then; when it says so nothing more is yielded.
-
-    Examples
-    --------
-    >>> from percuss.case import diagram_job_of, load_case
-    >>> sizes = {"up_to": None, "starts": 2, "runs": 0, "modes": 0}
-    >>> job = diagram_job_of(load_case("pneumatic-jackleg"), "load_factor=0.38:0.4:3", **sizes)
-    >>> [look.done for look in watched_diagram(job, lambda: False)]
-    [0.5, 1.0]
-    """
+    """Carry out a diagram item by item, until `stopped` says so; the last one yielded is whole."""
     from percuss.explore import Diagram
 
     columns = {

@@ -44,24 +44,7 @@ _MOST = 500  # ways in which the impacts may fall into the load periods
 def orbit_at_phases(
     system: System, asked: str, phases: list[float], label: tuple[int, int], modes: int
 ) -> PeriodicOrbit:
-    """The nearest orbit whose phases are near those given, in order of time.
-
-    Parameters
-    ----------
-    system, modes
-        What moves, with N modes.
-    asked
-        What was asked, for errors.
-    phases
-        Of the impacts, in rad; any number of turns more or less says the same.
-    label
-        p and n.
-
-    Raises
-    ------
-    ParameterError
-        When there is none near.
-    """
+    """The nearest orbit p/n whose phases (rad, any turns more or less) are near those given, in order of time."""
     given = np.array(phases)
     if not np.all(np.abs(given) < 1e6):
         raise ParameterError("orbit", asked, "phases in rad")
@@ -430,15 +413,7 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
 
 
 def branch_table(branch: Branch) -> str:
-    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
-
-    Examples
-    --------
-    >>> from percuss.case import branch_answer, load_case
-    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1", "load_factor=0.39:0.41", modes=0)
-    >>> branch_table(branch).splitlines()[0]
-    'branch,label,point,load_factor,stable,impact,phase,speed'
-    """
+    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit."""
     lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed"]
     for number, one in enumerate(branch.family(), 1):
         rows = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
@@ -455,13 +430,7 @@ _REST_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*([1-9]\d{0,2})\s*", re.ASCII)
 
 
 def is_rest_label(label: str) -> bool:
-    """Whether a label is one of a cycle with rest.
-
-    Examples
-    --------
-    >>> is_rest_label("chatter/1"), is_rest_label("rest/2"), is_rest_label("2/1")
-    (True, True, False)
-    """
+    """Whether a label is one of a cycle with rest, such as ``chatter/1``."""
     return _REST_LABEL.fullmatch(label) is not None
 
 
@@ -621,15 +590,7 @@ def _rest_point(point: RestBranchPoint) -> dict[str, Any]:
 
 
 def rest_branch_table(branch: RestBranch) -> str:
-    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> branch = rest_branch_answer(load_case("laboratory-striker"), "chatter/1", "load_factor=0.6:0.61", modes=0)
-    >>> rest_branch_table(branch).splitlines()[0]
-    'branch,label,point,load_factor,stable,impact,phase,speed,release_phase,rest_phase'
-    """
+    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one."""
     lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed,release_phase,rest_phase"]
     for point, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True), 1):
         head = f"1,{cycle.label},{point},{value!r},{int(cycle.stable)}"
