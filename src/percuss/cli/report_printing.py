@@ -125,7 +125,8 @@ def answered(
     **made: str | None,
 ) -> None:
     """Draw an answer if --plot asks for it, print it as JSON or as its report, and name the files that were made."""
-    text = json.dumps(data(), indent=indent, allow_nan=False) if options.json else ""
+    told = data() if options.json else ""
+    text = told if isinstance(told, str) else json.dumps(told, indent=indent, allow_nan=False)
     picture = getattr(options, "plot", None)
     if picture is not None and drawn is not None:
         from percuss.plot import save
