@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import number, percent
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.arguments import (
     PICTURES,
     Parser,
@@ -21,7 +22,6 @@ from percuss.cli.arguments import (
     need,
     whole,
 )
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.errors import CaseError, ParameterError, PercussError
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.blow_answer import blow_in_words
 from percuss.case.answers.numerals import counted, number, percent, quantity
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
     from percuss.blow import Peak, Spell

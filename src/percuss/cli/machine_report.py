@@ -11,8 +11,8 @@ from percuss.case.answers.machine_figures import CYCLE, POWER, Running
 from percuss.case.answers.machine_frames import from_this_start
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.recorded_answer import by_clock, by_valve, recorded_headline
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.case.answers.simulation_answer import held_down_in_words
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.simulate.machine.fed_running import FedTrajectory
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from percuss.halting import halting
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.cli.report_parts import Report
+    from percuss.case.answers.report_parts import Report
     from percuss.steady import FoundOrbits, FoundRestCycles
 
 _MOST = 8
@@ -171,8 +171,8 @@ def _report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
     from percuss.case.answers.numerals import counted
+    from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
     from percuss.cli.branch_report import orbit_row, rest_sections
-    from percuss.cli.report_parts import PLAIN, Grid, Report, Section
     from percuss.steady.periodic.search import free_amplitude
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")

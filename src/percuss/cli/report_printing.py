@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.report_parts import Grid, Report, Section
 from percuss.cli.arguments import tell_made
-from percuss.cli.report_parts import Grid, Report, Section
 from percuss.neutral import one_line
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.numerals import as_typed
 from percuss.cli.arguments import (
     MAX_MODES,
     PICTURES,
     Parser,
-    as_typed,
     check_picture,
     check_target,
     modes,
@@ -92,8 +92,8 @@ def run(arguments: Sequence[str]) -> int:
     if options.reach or options.reach_of is not None:
         answer, cut = _with_reach(parser, options, case, answer)
     from percuss import plot
+    from percuss.case.answers.steady_report import steady_report
     from percuss.cli.report_printing import answered
-    from percuss.cli.steady_report import steady_report
 
     if options.report is not None:
         from percuss.html_report import report_html
@@ -169,8 +169,8 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
         parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
     from percuss import plot
     from percuss.case import structure_answer
+    from percuss.case.answers.steady_report import structure_report
     from percuss.cli.report_printing import answered
-    from percuss.cli.steady_report import structure_report
 
     answer, cut = structure_answer(case, options.periods, options.modes), ""
     if options.reach or options.reach_of is not None:

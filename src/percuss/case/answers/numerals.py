@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -74,6 +75,11 @@ def ordinal(value: int) -> str:
     """
     ending = "th" if value % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(value % 10, "th")
     return f"{value}{ending}"
+
+
+def as_typed(name: str) -> str:
+    """The name of a case as it is to be typed again: '-' for standard input, quoted where a shell needs it."""
+    return "-" if name == "<stdin>" else shlex.quote(name)
 
 
 # ---- Values for JSON: every number finite or null, numpy's kinds as Python's own

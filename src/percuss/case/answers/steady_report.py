@@ -7,12 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.facts import Fact, Teller, rows_of
-from percuss.case.answers.numerals import counted, number, percent
+from percuss.case.answers.numerals import as_typed, counted, number, percent
 from percuss.case.answers.reach_in_words import ends_in_words
+from percuss.case.answers.report_parts import BAD, GOOD, Report, Section, system_section
 from percuss.case.answers.sentences import ENDED, does, every, name_of, power, summary_of, timed_in_words
 from percuss.case.answers.steady_answer import rest_note
-from percuss.cli.arguments import as_typed
-from percuss.cli.report_parts import BAD, GOOD, Report, Section, system_section
 from percuss.steady.figures import FIGURES
 from percuss.steady.orbit import Reason
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from percuss.case.answers.clock_note import clock_in_short
 from percuss.case.answers.facts import Teller
 from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section, system_section
 from percuss.case.answers.sentences import orbit_in_words
 from percuss.case.answers.simulation_answer import held_down_in_words
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section, system_section
 from percuss.model.system import rests
 
 if TYPE_CHECKING:
