@@ -10,7 +10,7 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
-from percuss.case.answers.orbits_answer import rest_curve_dict
+from percuss.case.answers.orbits_answer import curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, follow_point, follow_rest_cycle
 from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
@@ -202,7 +202,7 @@ def test_it_stops_when_told(onset: BranchPoint) -> None:
     at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
     assert [end.kind for end in at_once.ends] == [BranchEvent.STOPPED] * 2
     assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
-    assert json.loads(json.dumps(rest_curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
+    assert json.loads(json.dumps(curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
 
 
 def test_what_cannot_be_followed_is_refused(onset: BranchPoint) -> None:
