@@ -435,17 +435,16 @@ def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]
     >>> label_text(columns).tolist()
     ['z=2/2', '']
     """
-    from percuss.simulate import OUTCOMES
-    from percuss.simulate.events import Cycle, label_of
+    from percuss.explore.attractors.hammers import ClockedHammer
 
     names = ("label_outcome", "label_impacts", "label_periods", "label_kind", "label_wanders")
-    keys = np.stack([np.asarray(columns[name]).astype(np.int64) for name in names], axis=-1)
-    kinds, which = np.unique(keys.reshape(-1, 5), axis=0, return_inverse=True)
-    words = [
-        "" if code < 0 else label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
-        for code, p, n, kind, wanders in kinds.tolist()
-    ]
-    return np.array(words, dtype=str)[which].reshape(keys.shape[:-1])
+    code, *_ = numbers = [np.asarray(columns[name]) for name in names]
+    found = np.full(code.shape, "", dtype="<U32")
+    known = code >= 0
+    if known.any():
+        own = zip(ClockedHammer.named_by, numbers, strict=True)
+        found[known] = ClockedHammer.labels({name: values[known] for name, values in own})
+    return found
 
 
 # ---- Machines that switch their own valves
