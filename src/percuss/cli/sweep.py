@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.case.answers.point_curves_answer import LaidCurve
     from percuss.explore import Boundaries, Sweep
-    from percuss.explore.sweeps import Range, SweepJob
+    from percuss.explore.cells import SweepJob
+    from percuss.explore.sweeps import Range
 
 _ABOUT = """\
 Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from percuss.case import Case
     from percuss.explore import Sweep
+    from percuss.explore.cells import SweepJob
     from percuss.explore.family import Axis
-    from percuss.explore.sweeps import SweepJob
     from percuss.web.kernel_loading import Part
     from percuss.web.lanes import Halt
     from percuss.web.settings import Limits
