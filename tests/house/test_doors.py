@@ -33,7 +33,7 @@ from percuss import (
     units,
 )
 from percuss import case as room_of_cases
-from percuss.blow import machine
+from percuss.blow import periods
 from percuss.errors import ParameterError, PercussError
 from percuss.model import (
     Chamber,
@@ -59,7 +59,7 @@ from percuss.model import (
 from percuss.recordings import read_recording
 
 ROOMS = (
-    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.machine", "explore", "case", "plot",
+    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.periods", "explore", "case", "plot",
     "units",
 )  # fmt: skip
 
@@ -162,23 +162,21 @@ NO_DOORS: dict[str, str] = {
             "blow.AlongBody",
             "blow.Blow",
             "blow.EffectiveBlow",
-            "blow.Energy",
+            "blow.WaveEnergy",
             "blow.Impacts",
             "blow.Impacts.part",
             "blow.Lattice",
-            "blow.MachineMotion",
-            "blow.MachineProgress",
+            "blow.WaveMotion",
             "blow.Peak",
             "blow.Pulse",
-            "blow.Settled",
-            "blow.Spell",
+            "blow.ContactInterval",
             "blow.StringState",
             "blow.Trace",
             "blow.Trace.around",
             "blow.Trace.product_integral",
             "blow.Trace.scaled",
             "blow.Uncertainty",
-            "blow.Waves",
+            "blow.GaugeWaves",
             "explore.Archive",
             "explore.Basins",
             "explore.Boundaries",
@@ -263,7 +261,7 @@ NO_DOORS: dict[str, str] = {
         "between the parts of a job that is carried out: its doors are carry_out and Archive.open",
     ),
     **dict.fromkeys(
-        ["blow.Outcome", "blow.Ending", "explore.BranchEvent", "explore.CurveEvent", "explore.RestEvent"],
+        ["blow.BlowOutcome", "explore.BranchEvent", "explore.CurveEvent", "explore.RestEvent"],
         "a word, made from its sentence",
     ),
     "case.Case": "its tables are pydantic's; the doors are Case.read and Case.from_text",
@@ -840,16 +838,11 @@ def table(folder: Path) -> dict[str, Entry]:
             {"striker": UniformBar(1.0), "target": blow.Wall(), "velocity": 1.0, "until": None},
             {"until": OPTIONAL},
         ),
-        "blow.Release": (machine.Release, {"gap": 1.0, "velocity": 0.5, "time": 0.0}, {"velocity": REAL, "time": REAL}),
-        "blow.Limits": (
-            machine.Limits, {"periods": 2, "impacts": 3, "settled": False, "tolerance": 1e-6},
-            {"settled": {"bool"}},
-        ),
-        "blow.machine_motion": (
-            machine.machine_motion,
-            {"system": SYSTEM, "target": blow.Wall(), "release": machine.Release(), "limits": machine.Limits(periods=1)}
+        "blow.run_by_waves": (
+            periods.run_by_waves,
+            {"system": SYSTEM, "target": blow.Wall(), "start": Start.rigid(), "stop": Stop(time=1.0)}
             | {"pushed_back": False, "quiet": False, "cells": 16, "estimate": False, "progress": None},
-            {"release": OPTIONAL, "limits": OPTIONAL, "progress": OPTIONAL | {"class"}}
+            {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}}
             | {"pushed_back": {"bool"}, "quiet": {"bool"}, "estimate": {"bool"}},
         ),
         "blow.Blow.state_at": (struck.state_at, {"time": 0.0}, {}),

@@ -138,7 +138,7 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.cli.report_printing import show
 
         show(waves_report(answer, LAST if options.events is None else last))
-    return 130 if answer.motion.ending.name == "CANCELLED" else 0
+    return 130 if answer.motion.outcome == "cancelled" else 0
 
 
 def _of_machine(options: argparse.Namespace, case: Case) -> int:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.blow_figures import FIGURES as figures_FIGURES
-from percuss.blow.parts import Outcome
+from percuss.blow.parts import FIGURES as figures_FIGURES
+from percuss.blow.parts import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.family import Family, SwitchingFamily
 from percuss.explore.jobs.job import Columns
@@ -480,7 +480,7 @@ def blow_columns(
             return
         try:
             blow = family.blow(values)
-            if blow.outcome is Outcome.TOO_MANY_PIECES:
+            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
                 raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
             found = {name: figures_FIGURES[name].value(blow) for name in names}
         except (PercussError, ArithmeticError) as error:

@@ -13,7 +13,7 @@ from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, ramp, st
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from percuss.blow import Blow, Peak, Rod, Waves
+    from percuss.blow import Blow, GaugeWaves, Peak, Rod
     from percuss.blow.bodies import Sections
     from percuss.model.body.uniform import Piece
 
@@ -33,7 +33,7 @@ class ShownBlow(Protocol):
     @property
     def is_si(self) -> bool: ...
     @property
-    def waves(self) -> Waves | None: ...
+    def waves(self) -> GaugeWaves | None: ...
     @property
     def rod(self) -> Rod | None: ...
     @property
