@@ -7,9 +7,9 @@ import pytest
 
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Archive, Basins, Experiment, basins, experiment
-from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn_machines, own_machines, speed_scale
+from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, named, own, speed_scale
 from percuss.explore.attractors.experiments import experiment_job, wilson
-from percuss.explore.attractors.grouping import MACHINE_COLUMNS
+from percuss.explore.attractors.hammers import MACHINE_COLUMNS
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.model.described import describe_machine, machine_from
@@ -57,9 +57,9 @@ def test_starts_on_the_wall_run_when_their_energy_takes_them_to_the_port(stiffne
         share, low, high = found.labels["runs 1/1"]
         assert (low, high) == wilson(int(runs.sum()), 2000) and share == runs.mean()
         attractor = next(one for one in found.attractors if one.label == "runs 1/1")
-        assert attractor.impact_velocities == pytest.approx([np.sqrt(2.6 / 0.75)], rel=1e-7)
-        assert attractor.blow_energies == pytest.approx([1.3 / 0.75], rel=1e-7)
-        assert attractor.energy_lost == pytest.approx(1.3, rel=1e-7)
+        assert attractor.figures["impact_velocities"] == pytest.approx([np.sqrt(2.6 / 0.75)], rel=1e-7)
+        assert attractor.figures["blow_energies"] == pytest.approx([1.3 / 0.75], rel=1e-7)
+        assert attractor.figures["energy_lost"] == pytest.approx(1.3, rel=1e-7)
 
 
 @pytest.mark.parametrize("modes", [0, 3])
@@ -83,8 +83,8 @@ def test_members_of_an_attractor_have_its_label_and_its_period():
     for attractor in found.attractors:
         members = found.attractor == attractor.number
         assert len(set(found.label[members].tolist())) == 1 and members.sum() == attractor.members
-        if not np.isnan(attractor.period):
-            assert np.ptp(found.columns["period"][members]) < 1e-3 * attractor.period
+        if (period := attractor.figures["period"]) is not None:
+            assert np.ptp(found.columns["period"][members]) < 1e-3 * period
     assert sum(one.members for one in found.attractors) == 300
 
 
@@ -102,8 +102,8 @@ def test_bounces_that_a_turned_strain_holds_come_to_rest():
 
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
 def test_starts_are_those_of_the_seed_and_of_the_scale(name):
-    whole = drawn_machines(GAS, name, BLOCK + 300, 5)
-    part = drawn_machines(GAS, name, 200, 5, BLOCK - 50)
+    whole = named(GAS, name, BLOCK + 300, 5)
+    part = named(GAS, name, 200, 5, BLOCK - 50)
     assert np.array_equal(part.bars.velocity, whole.bars.velocity[BLOCK - 50 : BLOCK + 150])
     assert np.array_equal(part.state, whole.state[BLOCK - 50 : BLOCK + 150])
     assert abs(whole.state.mean() - 0.5) < 0.01 and not whole.bars.time.any()
@@ -120,23 +120,23 @@ def test_a_longer_stroke_and_a_stronger_valve_draw_alike():
     """Starts keep their place among the ports and their energy beside the work of the valve."""
     scaled = GAS.with_valve(GAS.valve.scaled(4.0, 0.25))
     for name in DISTRIBUTIONS:
-        one, other = (drawn_machines(which, name, 100, 1) for which in (GAS, scaled))
+        one, other = (named(which, name, 100, 1) for which in (GAS, scaled))
         assert np.allclose(0.25 * one.bars.gap, other.bars.gap) and np.allclose(one.bars.velocity, other.bars.velocity)
 
 
 def test_own_starts(tmp_path):
     (tmp_path / "a.csv").write_text("position,velocity,state\n-0.5,0.1,power\n-0.2,0,return\n0,-1,1\n")
-    starts = own_machines(GAS, tmp_path / "a.csv", 0)
+    starts = own(GAS, tmp_path / "a.csv", 0)
     assert starts.state.tolist() == [1, 0, 1] and starts.bars.gap.tolist() == [-0.5, -0.2, 0.0]
     np.savez(tmp_path / "m.npz", u_0=[-1.0, -1.0], u_2=[0.1, 0.0], state=[1, 0])
-    ringing = own_machines(GAS, tmp_path / "m.npz", 0)
+    ringing = own(GAS, tmp_path / "m.npz", 0)
     assert np.allclose(ringing.bars.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
     found = experiment(GAS, None, tmp_path / "m.npz", modes=3, workers=1)
     assert len(found) == 2 and found.columns["start_displacement"].shape == (2, 3)
     assert [start.state for start in found.starts] == ["power", "return"]
-    usual = own_machines(GAS, Starts.rigid([-0.5, -0.1]), 0)
+    usual = own(GAS, Starts.rigid([-0.5, -0.1]), 0)
     assert usual.state.tolist() == [0, 0]
-    assert own_machines(GAS, lambda seed: starts, 0) is starts
+    assert own(GAS, lambda seed: starts, 0) is starts
     many = experiment(GAS, 50, tmp_path / "a.csv", seed=1, workers=1)
     assert set(many.columns["position"]) == {-0.5, -0.2, 0.0} and many.distribution == "a.csv"
 
@@ -249,6 +249,6 @@ def test_the_table_has_words_units_and_scales():
     assert data["velocity"].attrs["si_units"] == "m/s" and data["period"].attrs["si_units"] == "s"
     assert data["velocity"].attrs["si_scale"] == pytest.approx(found.system.length_scale)
     first = found.shares[0]
-    assert first.label == "runs 1/1" and first.attractor.period == pytest.approx(1.0 / 61.2, rel=2e-3)
+    assert first.label == "runs 1/1" and first.attractor.figures["period"] == pytest.approx(1.0 / 61.2, rel=2e-3)
     assert first.impact_velocities[0] * found.system.speed_scale == pytest.approx(10.92, rel=1e-3)
     json.dumps(found.to_json_dict(), allow_nan=False)

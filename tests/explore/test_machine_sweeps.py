@@ -10,12 +10,12 @@ from percuss.explore import (
     STALLS,
     Archive,
     Axis,
-    MachineFamily,
     Sweep,
+    SystemFamily,
     carry_out,
-    machine_parameters,
+    parameters_of,
     sweep,
-    vary_machine,
+    vary,
 )
 from percuss.explore.sweeps import sweep_job, true_ranges
 from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, UniformBar, Valve
@@ -43,7 +43,7 @@ def test_a_cell_is_the_motion_of_its_machine(modes):
     found = swept(MACHINE, "pressure=0.1,0.8,1.3", "ports[0].behind=0.4,1.1", modes=modes)
     for i, pressure in enumerate((0.1, 0.8, 1.3)):
         for j, behind in enumerate((0.4, 1.1)):
-            machine = vary_machine(MACHINE, {"pressure": pressure, "ports[0].behind": behind})
+            machine = vary(MACHINE, {"pressure": pressure, "ports[0].behind": behind})
             motion = self_excited_motion(machine, modes=modes)
             here = {name: found[name][i, j] for name in ALL}
             assert STALLS[here["stall"]] == ("runs" if motion.runs else motion.obstacle.value)
@@ -147,7 +147,7 @@ def test_the_room_is_that_of_the_case_in_every_cell():
     found = mapped(Case.from_text(SIZES), "ports[0].behind=130 mm,230 mm", "bar.length=1 m,2 m")
     assert [[STALLS[i] for i in row] for row in found["stall"]][1][0] == "no room"
     assert STALLS[found["stall"][0, 0]] == "runs"
-    assert MachineFamily(MACHINE, 0.5).room(MACHINE) == 0.5
+    assert SystemFamily(MACHINE, 0.5).room(MACHINE) == 0.5
 
 
 def test_where_a_machine_runs_along_a_parameter():
@@ -195,15 +195,15 @@ def test_functions_of_machines_are_quantities_of_their_own():
 
 
 def test_every_parameter_is_read_and_put():
-    for name, parameter in machine_parameters(MACHINE).items():
+    for name, parameter in parameters_of(MACHINE).items():
         try:
             parameter.check(MACHINE)
         except ParameterError:
             continue
         value = parameter.get(MACHINE)
-        assert vary_machine(MACHINE, {name: value}) == MACHINE, name
+        assert vary(MACHINE, {name: value}) == MACHINE, name
         if name != "pressure":
-            assert parameter.get(vary_machine(MACHINE, {name: value + 0.25})) == value + 0.25, name
+            assert parameter.get(vary(MACHINE, {name: value + 0.25})) == value + 0.25, name
 
 
 def test_what_machines_do_not_have_is_refused():
@@ -223,11 +223,11 @@ def test_what_machines_do_not_have_is_refused():
     with pytest.raises(ParameterError, match="needs no pressure"):
         mapped(Case.from_text(SIZES), "ports[0].behind=100 mm,120 mm", quantities=["flow"])
     with pytest.raises(ParameterError, match="keeps time by itself"):
-        MachineFamily(MACHINE).system({})
+        SystemFamily(MACHINE).system({})
     with pytest.raises(CaseError, match="keeps time by itself"):
         CaseFamily(case, {}).system({})
     with pytest.raises(ParameterError, match="expected"):
-        vary_machine(MACHINE, {"pressure": 0.0})
+        vary(MACHINE, {"pressure": 0.0})
 
 
 def test_the_job_of_a_small_map_is_small():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
-from percuss.explore.continuation.solution_curve import ParameterRows, SolutionCurve, Strayed, turning
+from percuss.explore.continuation.solution_curve import CorrectorFailed, ParameterRows, SolutionCurve, turning
 from percuss.explore.family import SystemFamily
 from percuss.model import KelvinVoigt, Kept, Mounted, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array
@@ -115,7 +115,7 @@ def test_a_system_that_is_none_is_an_error_of_the_family() -> None:
     curve = SolutionCurve(SystemFamily(HAMMER), "restitution", 1, 1, 0, 0.25)
     with pytest.raises(ParameterError):
         curve.rows.at(1.5)
-    with pytest.raises(Strayed):
+    with pytest.raises(CorrectorFailed):
         curve.corrected(np.array([2.3, -1.0, 6.0]), curve.level)
 
 

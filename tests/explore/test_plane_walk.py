@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from percuss.explore import CurveEvent
+from percuss.explore import BranchEvent
 from percuss.explore.point_curves.plane_walk import PlaneWalk
 from percuss.model.checks import Array
 
@@ -32,7 +32,7 @@ def test_a_corner_is_turned_however_sharp(c: float) -> None:
     for _ in range(300):
         if walk.end is None:
             walk.step()
-    assert walk.end is CurveEvent.LIMIT
+    assert walk.end is BranchEvent.LIMIT
     assert walk.points[-1] == pytest.approx((c / 2.1, 2.1), rel=0, abs=1e-12)
     x, y = np.array(walk.points).T
     assert x * y == pytest.approx(c, rel=0, abs=1e-12)

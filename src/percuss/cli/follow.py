@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from percuss.case import Case
     from percuss.cli.long_commands import Watch
-    from percuss.explore import PointCurve, RestPointCurve
+    from percuss.explore import PointCurve
 
 _PATIENCE = 5.0
 """Seconds after which Ctrl-C no longer waits: a long proof asks more seldom."""
@@ -136,7 +136,7 @@ def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
 
     if options.switch:
         parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
-    curves: tuple[RestPointCurve, ...] = ()
+    curves: tuple[PointCurve, ...] = ()
     with watching(parser, patience=_PATIENCE) as watch:
         branch = rest_branch_answer(case, options.orbit, options.along, modes=options.modes, halt=watch.asked)
         if options.curve is not None and not watch.asked():

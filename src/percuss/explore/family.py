@@ -12,12 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.explore.parameters import PARAMETERS, machine_parameters, refuse_twice, vary, vary_machine
+from percuss.explore.parameters import parameters_of, refuse_twice, vary
 from percuss.model import Machine, System
 from percuss.model.checks import Array, count, finite, having, instance, mapping, numbers, positive
 from percuss.model.checks import text as checked_text
 from percuss.model.described import describe_machine, describe_system
-from percuss.model.parameter import Parameter
 from percuss.shown import Shown
 
 
@@ -61,12 +60,19 @@ def drives_itself(family: Family) -> TypeGuard[SwitchingFamily]:
 
 @dataclass(frozen=True)
 class SystemFamily:
-    """The systems that differ from one in dimensionless parameters.
+    """The systems, or the machines that switch their own valves, that differ from one in dimensionless parameters.
 
     Parameters
     ----------
     base
-        The system that the others are made from.
+        The system or the machine that the others are made from.
+    limit
+        Distance behind the wall that the piston of a machine can go, in bar lengths; without limit by default.
+
+    Raises
+    ------
+    ParameterError
+        When an argument is none of these.
 
     Examples
     --------
@@ -76,102 +82,58 @@ class SystemFamily:
     System: s = 20, d = 0, R = 0.5; mean 0.7, 1 harmonic, load factor 0.7
     """
 
-    base: System
-
-    def __post_init__(self) -> None:
-        instance("base", self.base, System)
-
-    def system(self, values: Mapping[str, float]) -> System:
-        """The base with these parameters; see `percuss.explore.PARAMETERS`."""
-        return vary(self.base, values)
-
-    def check(self, names: Mapping[str, str]) -> None:
-        """ParameterError for a parameter that a dimensionless system does not have."""
-        _check_plain(names, PARAMETERS, self.base)
-
-    def describe(self) -> dict[str, Any]:
-        """The system in plain numbers."""
-        return {"system": describe_system(self.base)}
-
-
-@dataclass(frozen=True)
-class MachineFamily:
-    """The machines that differ from one in dimensionless parameters.
-
-    Parameters
-    ----------
-    base
-        The machine that the others are made from.
-    limit
-        Distance behind the wall that its piston can go, in bar lengths; without limit by default.
-
-    Raises
-    ------
-    ParameterError
-        When an argument is none of these.
-
-    Examples
-    --------
-    >>> from percuss.model import Kept, Port, UniformBar, Valve
-    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    >>> family = MachineFamily(Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2)))
-    >>> family.machine({"ports[0].behind": 0.7}).valve.ports[0].behind
-    0.7
-    """
-
-    base: Machine
+    base: System | Machine
     limit: float | None = None
 
     def __post_init__(self) -> None:
-        instance("base", self.base, Machine)
+        if not isinstance(self.base, System | Machine):
+            raise ParameterError("base", self.base, "a System, or a Machine that switches its own valve")
         if self.limit is not None:
             object.__setattr__(self, "limit", positive("limit", self.limit))
 
     @property
     def is_machine(self) -> bool:
-        """True: it has no systems."""
-        return True
+        """Whether it has machines in place of systems."""
+        return isinstance(self.base, Machine)
+
+    def system(self, values: Mapping[str, float]) -> System:
+        """The base with these parameters; see `percuss.explore.PARAMETERS`."""
+        if isinstance(self.base, Machine):
+            raise ParameterError("system", str(self.base), "a system, whose load keeps time by itself")
+        return vary(self.base, values)
 
     def machine(self, values: Mapping[str, float]) -> Machine:
-        """The base with these parameters; see `percuss.explore.machine_parameters`."""
-        return vary_machine(self.base, values)
+        """The base with these parameters; see `percuss.explore.parameters_of`."""
+        return vary(instance("base", self.base, Machine), values)
 
     def room(self, machine: Machine) -> float | None:
         """`limit`, of every machine."""
         instance("machine", machine, Machine)
         return self.limit
 
-    def system(self, values: Mapping[str, float]) -> System:
-        """Refused: a load that the piston switches makes no system."""
-        raise ParameterError("system", str(self.base), "a system, whose load keeps time by itself")
-
     def check(self, names: Mapping[str, str]) -> None:
-        """ParameterError for a parameter that the machine does not have."""
-        _check_plain(names, machine_parameters(self.base), self.base)
+        """ParameterError for a parameter that a dimensionless hammer does not have."""
+        known = parameters_of(self.base)
+        for name, unit in mapping("names", names, "parameters and their units").items():
+            if name not in known:
+                told = ", ".join(known)
+                raise ParameterError("parameter", name, f"one of {told}", "quantities with units need a case in SI")
+            if unit:
+                raise ParameterError(name, unit, "plain numbers: the parameter is dimensionless")
+            known[name].check(self.base)
+        refuse_twice({name: known[name].thing for name in names})
 
     def describe(self) -> dict[str, Any]:
-        """The machine in plain numbers."""
-        return {"machine": describe_machine(self.base), "room": self.limit}
-
-
-def _check_plain(names: Mapping[str, str], known: Mapping[str, Parameter[Any]], base: System | Machine) -> None:
-    """Refuse a parameter that is not among the dimensionless ones of a system or a machine."""
-    for name, unit in mapping("names", names, "parameters and their units").items():
-        if name not in known:
-            told = ", ".join(known)
-            raise ParameterError("parameter", name, f"one of {told}", "quantities with units need a case in SI")
-        if unit:
-            raise ParameterError(name, unit, "plain numbers: the parameter is dimensionless")
-        known[name].check(base)
-    refuse_twice({name: known[name].thing for name in names})
+        """The hammer in plain numbers."""
+        if isinstance(self.base, Machine):
+            return {"machine": describe_machine(self.base), "room": self.limit}
+        return {"system": describe_system(self.base)}
 
 
 def family_of(what: System | Machine | Family) -> Family:
     """The family of a system or of a machine, or the family that is given."""
-    if isinstance(what, System):
+    if isinstance(what, System | Machine):
         return SystemFamily(what)
-    if isinstance(what, Machine):
-        return MachineFamily(what)
     having(
         "system", what, ("system", "check", "describe"), "a System, a Machine, or a family of them such as a CaseFamily"
     )

@@ -9,14 +9,9 @@ _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}
 _FUNCTION = 1e-3
 
 
-def seconds_of_start(modes: int) -> float:
-    """Seconds that it takes to follow one start until its motion is found."""
-    return 3e-4 * (1.0 + modes / 8.0)
-
-
-def seconds_of_machine_start(modes: int) -> float:
-    """Seconds that it takes to follow one start of a machine until its motion is found."""
-    return 5e-4 * (1.0 + modes / 32.0)
+def seconds_of_start(modes: int, clock: bool = True) -> float:
+    """Seconds that it takes to follow one start, under a clock or of a machine, until its motion is found."""
+    return 3e-4 * (1.0 + modes / 8.0) if clock else 5e-4 * (1.0 + modes / 32.0)
 
 
 def seconds_of_cell(groups: Collection[str], modes: int, simulated: int, functions: int = 0) -> float:

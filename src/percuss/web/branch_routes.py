@@ -53,7 +53,7 @@ from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.explore import PointCurve, RestPointCurve
+    from percuss.explore import PointCurve
     from percuss.explore.diagrams.diagram_job import DiagramJob
 
 router = APIRouter(route_class=StrictRoute)
@@ -169,10 +169,8 @@ async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
     return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
 
 
-def _curve_dict(curve: PointCurve | RestPointCurve) -> dict[str, Any]:
-    from percuss.explore import PointCurve
-
-    return curve_dict(curve) if isinstance(curve, PointCurve) else rest_curve_dict(curve)
+def _curve_dict(curve: PointCurve) -> dict[str, Any]:
+    return rest_curve_dict(curve) if curve.has_rest else curve_dict(curve)
 
 
 def along_text(asked: AlongAsked, key: str = "along") -> str:

@@ -20,7 +20,7 @@ from percuss.explore.family import Axis
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
-    from percuss.explore import Diagram, DiagramBranch, DiagramPoint, DiagramRestBranch, SettledMotion
+    from percuss.explore import BranchPoint, Diagram, DiagramBranch, SettledMotion
     from percuss.explore.diagrams.diagram_job import DiagramJob
 
 DEFAULT_MODES = 8
@@ -186,7 +186,7 @@ def _branch(line: DiagramBranch) -> dict[str, Any]:
     }
 
 
-def _rest_branch(line: DiagramRestBranch) -> dict[str, Any]:
+def _rest_branch(line: DiagramBranch) -> dict[str, Any]:
     """Its impacts in the form of a cycle with rest that is followed: those of all its rests in one list."""
     known, scales = np.isfinite(line.times), line.scales
 
@@ -212,14 +212,14 @@ def _rest_branch(line: DiagramRestBranch) -> dict[str, Any]:
     }
 
 
-def _point(point: DiagramPoint) -> dict[str, Any]:
+def _point(point: BranchPoint) -> dict[str, Any]:
     return {
         "type": point.kind.value,
         "value": point.value,
-        "label": point.label,
-        "phases": point.phases.tolist(),
-        "speeds": point.speeds.tolist(),
-        "energy": number(point.energy),
+        "label": point.plain.label,
+        "phases": point.plain.phases.tolist(),
+        "speeds": point.plain.speeds.tolist(),
+        "energy": number(point.plain.energy),
         "beyond": point.beyond,
         "impact": point.impact,
         "touch_phase": point.touch_phase,

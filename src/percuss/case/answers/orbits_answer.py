@@ -17,7 +17,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
-from percuss.explore import Axis, RestEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
+from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
 from percuss.model import System
@@ -29,7 +29,7 @@ from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve, RestBranch, RestBranchPoint, RestPointCurve
+    from percuss.explore import Branch, BranchPoint, PointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundRestCycles, RestCycle
 
@@ -365,7 +365,7 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
     }
 
 
-def rest_curve_dict(curve: RestPointCurve) -> dict[str, Any]:
+def rest_curve_dict(curve: PointCurve) -> dict[str, Any]:
     """A curve of ends of cycles with rest."""
     return {
         "type": curve.event.value,
@@ -534,7 +534,7 @@ _REST_CHOICE = "chatter/N:NUMBER or rest/N:NUMBER"
 
 def rest_branch_answer(
     case: Case, orbit: str, along: str, *, modes: int | None = None, halt: Callable[[], bool] | None = None
-) -> RestBranch:
+) -> Branch:
     """A cycle with rest of a case followed through a parameter; see `percuss.explore.follow_rest_cycle`.
 
     Parameters
@@ -585,7 +585,7 @@ def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
     return cycles[int(number[1]) - 1]
 
 
-def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) -> dict[str, Any]:
+def rest_branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
     """A branch of cycles with rest and curves of its ends, in the form of the answers of an orbit that is followed."""
     return {
         "parameter": branch.parameter,
@@ -608,8 +608,8 @@ def rest_branch_dict(branch: RestBranch, curves: Sequence[RestPointCurve] = ()) 
     }
 
 
-def _rest_point(point: RestBranchPoint) -> dict[str, Any]:
-    dies = point.kind is RestEvent.DEATH
+def _rest_point(point: BranchPoint) -> dict[str, Any]:
+    dies = point.kind is BranchEvent.DEATH
     return {
         "type": point.kind.value,
         "value": point.value,
@@ -620,7 +620,7 @@ def _rest_point(point: RestBranchPoint) -> dict[str, Any]:
     }
 
 
-def rest_branch_table(branch: RestBranch) -> str:
+def rest_branch_table(branch: Branch) -> str:
     """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one.
 
     Examples

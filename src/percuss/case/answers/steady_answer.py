@@ -447,11 +447,13 @@ def steady_answer(
 def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:
     timed = None if law is None else timed_period(system, law, m, modes)
     states = steady_states(system, m, modes=modes) if timed is None else timed.states.b77
-    orbits = tuple(_orbit_answer(orbit, timed) for orbit in states.orbits)
+    orbits = tuple(judged(orbit, timed) for orbit in states.orbits)
     return PeriodAnswer(states, orbits, greatest_drag(system, m) if states.nearest is not None else None, timed)
 
 
-def _orbit_answer(orbit: Orbit, timed: TimedPeriod | None) -> OrbitAnswer:
+def judged(orbit: Orbit, timed: TimedPeriod | None = None) -> OrbitAnswer:
+    """A steady motion with its verdict and, of a bar in SI, its figures."""
+    si = si_report(orbit) if orbit.system.is_si and orbit.system.body.is_free else None
     found = None if timed is None else timed.continuing(orbit)
     ended = timed is not None and found is None
-    return OrbitAnswer(orbit, stability_of(orbit), si_report(orbit) if orbit.system.is_si else None, found, ended)
+    return OrbitAnswer(orbit, stability_of(orbit), si, found, ended)

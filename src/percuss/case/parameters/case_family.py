@@ -27,7 +27,7 @@ from percuss.case.parameters.case_keys import (
     with_held,
 )
 from percuss.errors import ParameterError
-from percuss.explore.parameters import PARAMETERS, machine_parameters, refuse_twice, vary, vary_machine
+from percuss.explore.parameters import PARAMETERS, parameters_of, refuse_twice, vary
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
@@ -96,7 +96,7 @@ class CaseFamily:
     @property
     def _plain(self) -> Mapping[str, Parameter[Any]]:
         """The dimensionless parameters, by name."""
-        return machine_parameters(self.case.machine()) if self.is_machine else PARAMETERS
+        return parameters_of(self.case.machine()) if self.is_machine else PARAMETERS
 
     @cached_property
     def keys(self) -> list[str]:
@@ -164,7 +164,7 @@ class CaseFamily:
         keys, plain = self._split(values)
         case = self._varied({key: value for key, value in keys.items() if not is_of_machine(key)})
         put = of_machine(case, {key: value for key, value in keys.items() if is_of_machine(key)})
-        return vary_machine(case.machine(), put | plain)
+        return vary(case.machine(), put | plain)
 
     def room(self, machine: Machine) -> float | None:
         """How far behind the wall the piston of one of its machines can go, in bar lengths; None without a limit."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,20 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.explore.attractors.drawn_starts import done, mode_of
-from percuss.explore.attractors.experiments import Share, dataset_of, share_of, si_attributes
-from percuss.explore.attractors.grouping import DISTANCE
-from percuss.explore.attractors.hammers import Hammer, hammer_from, hammer_of
+from percuss.explore.attractors.drawn_starts import done, mode_of, start_columns
+from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, checked_question
+from percuss.explore.attractors.hammers import DISTANCE, Hammer, hammer_from
 from percuss.explore.family import Axis
-from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
+from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
-from percuss.model.checks import Array, count, instance, mapping, non_negative, numbers
-from percuss.shown import Shown
+from percuss.model.checks import Array, mapping, non_negative, numbers
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.hammers import AnyAttractor, AnyStarts
+    from percuss.explore.attractors.drawn_starts import AnyStarts
     from percuss.simulate import Stop
 
 
@@ -34,37 +32,24 @@ Line = Axis | tuple[str, float, float, int] | tuple[str, Sequence[float]]
 
 
 @dataclass(frozen=True, eq=False)
-class BasinsJob:
+class BasinsJob(StartsJob):
     """The starts of a plane, row by row from the first value of y on; see `basins`.
 
     Parameters
     ----------
-    system, modes, stop
-        What is followed, with how many elastic modes, and until when.
     x, y
         Names and values of the axes.
     at
         What all starts have in common.
-    threads
-        Of one portion; the numbers do not depend on it.
     """
 
-    system: System | Machine
-    modes: int
-    stop: Stop
     x: tuple[str, tuple[float, ...]]
     y: tuple[str, tuple[float, ...]]
     at: tuple[tuple[str, float], ...] = ()
-    threads: int | None = 1
 
     @cached_property
     def _lines(self) -> tuple[Array, Array]:
         return np.array(self.x[1]), np.array(self.y[1])
-
-    @cached_property
-    def hammer(self) -> Hammer:
-        """What is followed, as it is asked."""
-        return hammer_of(self.system)
 
     def starts(self, first: int, last: int) -> AnyStarts:
         """The starts `first` … `last` − 1."""
@@ -81,34 +66,16 @@ class BasinsJob:
         return len(self.x[1]) * len(self.y[1])
 
     @property
-    def rough_seconds(self) -> float:
-        """What all starts take, by rule of thumb."""
-        return self.size * self.hammer.rough_seconds(self.modes)
-
-    @property
-    def columns(self) -> Mapping[str, Column]:
-        """The numbers of the motions, and the starts."""
+    def amplitudes(self) -> tuple[int, int]:
+        """How many modal displacements and velocities a start has."""
         n = 1 + max(mode_of(name) for name in (self.x[0], self.y[0], *(name for name, _ in self.at)))
-        return {**self.hammer.start_columns(n, n), **self.hammer.columns}
+        return n, n
 
     @property
-    def ask(self) -> dict[str, Any]:
-        """What the numbers depend on."""
-        return {
-            "kind": "basins",
-            "percuss": ASK_FORMAT,
-            **self.hammer.described,
-            "x": {"name": self.x[0], "values": list(self.x[1])},
-            "y": {"name": self.y[0], "values": list(self.y[1])},
-            "at": dict(self.at),
-            "modes": self.modes,
-            "stop": asdict(self.stop),
-        }
-
-    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
-        """The motions from starts `first` … `last` − 1."""
-        part, hammer = self.starts(first, last), self.hammer
-        return {**hammer.start_values(part), **hammer.followed(part, self.modes, self.stop, self.threads, stopped)}
+    def asked(self) -> dict[str, Any]:
+        """The kind of the job, and what its starts depend on."""
+        x, y = ({"name": name, "values": list(values)} for name, values in (self.x, self.y))
+        return {"kind": "basins", "x": x, "y": y, "at": dict(self.at)}
 
 
 def basins_job(
@@ -122,13 +89,7 @@ def basins_job(
     threads: int | None = 1,
 ) -> BasinsJob:
     """What `basins` carries out."""
-    from percuss.simulate import Stop
-
-    hammer = hammer_of(system)
-    kept = count("modes", modes, least=0, most=4096)
-    hammer.check(kept)  # a resonance is an error here, not in a worker
-    stop = Stop() if stop is None else instance("stop", stop, Stop)
-    count("impacts", stop.impacts)
+    hammer, kept, stop = checked_question(system, modes, stop)
     lines = [_line(hammer, axis, line) for axis, line in (("x", x), ("y", y))]
     if lines[0][0] == lines[1][0]:
         raise ParameterError("y", lines[1][0], "another quantity than that of x")
@@ -142,7 +103,7 @@ def basins_job(
     twice = [name for name, _ in fixed if name in (lines[0][0], lines[1][0])]
     if twice:
         raise ParameterError("at", twice[0], "a quantity that is not on an axis")
-    return BasinsJob(system, kept, stop, lines[0], lines[1], fixed, threads)
+    return BasinsJob(system, kept, stop, threads, lines[0], lines[1], fixed)
 
 
 def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
@@ -160,7 +121,7 @@ def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Basins(Shown):
+class Basins(StartsFollowed):
     """Which attractor every start of a plane leads to; made by `basins`.
 
     Parameters
@@ -200,72 +161,34 @@ class Basins(Shown):
         axes = [(ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy"]
         columns = {name: np.asarray(values) for name, values in archive.read().items()}
         at = tuple((str(name), float(value)) for name, value in ask["at"].items())
-        return cls(
-            hammer_from(ask), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns
-        )  # fmt: skip
+        return cls(hammer_from(ask), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns)
 
-    @cached_property
-    def hammer(self) -> Hammer:
-        """What was followed, as it is asked."""
-        return hammer_of(self.system)
-
-    @cached_property
-    def _known(self) -> Columns:
-        whole = done(self.columns)
-        return {name: values[whole] for name, values in self.columns.items()}
-
-    @cached_property
-    def _numbers(self) -> npt.NDArray[np.int64]:
-        return self.hammer.matched(self._known, self.distance)
+    def _imaged(self, known: npt.NDArray[Any], empty: Any) -> npt.NDArray[Any]:
+        """What is known of the starts that are done as an image."""
+        found = np.full(self.columns["code"].size, empty, dtype=known.dtype)
+        found[done(self.columns)] = known
+        return found.reshape(len(self.y[1]), len(self.x[1]))
 
     @cached_property
     def image(self) -> npt.NDArray[np.int64]:
         """The number of the attractor of each start, 0 for the most frequent; shape (y, x)."""
-        found = np.full(self.columns["code"].size, -1, dtype=np.int64)
-        found[done(self.columns)] = self._numbers
-        return found.reshape(len(self.y[1]), len(self.x[1]))
+        return self._imaged(self.numbers, -1)
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
         """What motion each start ends in, empty where it is not done; shape (y, x)."""
-        names = self.hammer.labels(self._known)
-        found = np.full(self.columns["code"].size, "", dtype=f"<U{max(names.dtype.itemsize // 4, 1)}")
-        found[done(self.columns)] = names
-        return found.reshape(len(self.y[1]), len(self.x[1]))
-
-    @cached_property
-    def attractors(self) -> tuple[AnyAttractor, ...]:
-        """The attractors, the most frequent first."""
-        known, hammer = self._known, self.hammer
-        return hammer.attractors(known, self._numbers, hammer.starts_from(known), self.modes, self.stop)
-
-    @cached_property
-    def shares(self) -> tuple[Share, ...]:
-        """The share of the starts of the plane that leads to each; a grid is no random sample, mind the intervals."""
-        return tuple(share_of(attractor, self._numbers.size) for attractor in self.attractors)
+        return self._imaged(self.hammer.labels(self.known), "")
 
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All columns over the dimensions of the plane, and the attractors, with units and meanings."""
         (x, over), (y, up) = self.x, self.y
         columns = {name: values for name, values in self.columns.items() if name not in (x, y)}
-        found = dataset_of(
-            columns,
-            (y, x),
-            self.image,
-            self.shares,
-            self.hammer,
-            {
-                "title": f"percuss basins: {y} over {x}",
-                "modes": self.modes,
-                self.hammer.kind: str(self.system),
-                **{f"at_{name}": value for name, value in self.at},
-            },
-        )
-        known = self.hammer.start_columns(1, 1)
+        about = {"title": f"percuss basins: {y} over {x}", **{f"at_{name}": value for name, value in self.at}}
+        found = self._dataset_over((y, x), columns, self.image, about)
+        known = start_columns(1, 1, not self.hammer.states)
         for name, values in ((x, over), (y, up)):
-            unit = known[name].unit if name in known else "1"
-            attributes = {"units": unit, **si_attributes(name, self.hammer)}
+            attributes = {"units": known[name].unit if name in known else "1", **self._si_of(name)}
             found = found.assign_coords({name: (name, np.array(values), attributes)})
         return found
 

@@ -6,7 +6,7 @@ import hashlib
 import math
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -16,60 +16,77 @@ import numpy.typing as npt
 
 from percuss.errors import Interrupted, MissingExtraError, ParameterError
 from percuss.explore.jobs.job import Column, Columns
+from percuss.model import Machine, System
 from percuss.model.body import Body
-from percuss.model.checks import Array, count, instance
+from percuss.model.checks import Array, count
 from percuss.recordings.netcdf_file import netcdf_content
 
 if TYPE_CHECKING:
-    from percuss.model import Machine, System
     from percuss.simulate import MachineStarts, Starts
+
+    AnyStarts = Starts | MachineStarts
 
 
 # ---- Starts as columns
 
+UNIT_OF_TIME = "machine's unit of time"
+"""Of a hammer that no clock drives."""
+
 Own = TypeVar("Own", bound="Starts | MachineStarts")
 
-_RIGID: dict[str, Column] = {
-    "position": Column(unit="bar lengths", meaning="where the bar starts; the wall is at 0"),
-    "velocity": Column(unit="bar lengths/rad", meaning="of the bar at its start, positive toward the wall"),
-    "time": Column(unit="rad", meaning="load phase of the start"),
-}
 
-
-def start_columns(displacements: int, velocities: int) -> dict[str, Column]:
-    """The columns of starts with so many modal amplitudes."""
-    if displacements == velocities == 1:
-        return dict(_RIGID)
+def start_columns(displacements: int, velocities: int, clock: bool = True) -> dict[str, Column]:
+    """The columns of starts with so many modal amplitudes, and the load phase; without a clock the valve's state."""
+    rigid, unit = displacements == velocities == 1, "rad" if clock else UNIT_OF_TIME
+    last = {"time": Column(unit="rad", meaning="load phase of the start")}
+    if not clock:
+        last = {"state": Column("int64", meaning="state of the valve at the start, by its number")}
+    where = "where the bar starts" if rigid else "of the striking end at the start"
+    place = {"position": Column(unit="bar lengths", meaning=f"{where}; the wall is at 0")}
+    if rigid:
+        toward = Column(unit=f"bar lengths/{unit}", meaning="of the bar at its start, positive toward the wall")
+        return {**place, "velocity": toward, **last}
     return {
-        "position": Column(unit="bar lengths", meaning="of the striking end at the start; the wall is at 0"),
+        **place,
         "start_displacement": Column(shape=(displacements,), meaning="u_n at the start"),
         "start_velocity": Column(shape=(velocities,), meaning="u_n' at the start"),
-        "time": _RIGID["time"],
+        **last,
     }
 
 
-def start_values(starts: Starts) -> Columns:
+def start_values(starts: AnyStarts) -> Columns:
     """The starts as columns."""
-    found: Columns = {"position": starts.gap.copy(), "time": starts.time.copy()}
-    if starts.displacement.shape[1] == starts.velocity.shape[1] == 1:
-        return {**found, "velocity": starts.velocity[:, 0].copy()}
-    return {**found, "start_displacement": starts.displacement.copy(), "start_velocity": starts.velocity.copy()}
+    bars = bars_of(starts)
+    found: Columns = {"position": bars.gap.copy()}
+    found |= {"time": bars.time.copy()} if starts is bars else {"state": starts.state.copy()}  # type: ignore[union-attr]
+    if bars.displacement.shape[1] == bars.velocity.shape[1] == 1:
+        return {**found, "velocity": bars.velocity[:, 0].copy()}
+    return {**found, "start_displacement": bars.displacement.copy(), "start_velocity": bars.velocity.copy()}
 
 
-def starts_from(columns: Columns) -> Starts:
-    """The starts that columns hold."""
-    from percuss.simulate import Starts
+def starts_from(columns: Columns, states: tuple[str, ...]) -> AnyStarts:
+    """The starts that columns hold, of a machine whose valve has these states, or under a clock without any."""
+    from percuss.simulate import MachineStarts, Starts
 
+    gap = columns["position"]
+    time = np.zeros(gap.shape) if states else columns["time"]
     if "velocity" in columns:
-        return Starts.rigid(columns["position"], columns["velocity"], columns["time"])
-    return Starts(columns["start_displacement"], columns["start_velocity"], columns["position"], columns["time"])
+        bars = Starts.rigid(gap, columns["velocity"], time)
+    else:
+        bars = Starts(columns["start_displacement"], columns["start_velocity"], gap, time)
+    return MachineStarts(bars, columns["state"], states) if states else bars
 
 
-def bars_of(starts: Starts | MachineStarts) -> Starts:
+def bars_of(starts: AnyStarts) -> Starts:
     """The bars at the starts."""
     from percuss.simulate import MachineStarts
 
     return starts.bars if isinstance(starts, MachineStarts) else starts
+
+
+def states_of(what: System | Machine) -> tuple[str, ...]:
+    """The names of the valve's states; none under a clock."""
+    return tuple(name for name, _ in what.valve.pairs) if isinstance(what, Machine) else ()
 
 
 def some(starts: Own, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Own:
@@ -83,7 +100,7 @@ def some(starts: Own, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice
     return cast("Own", part)
 
 
-def fingerprint(starts: Starts | MachineStarts) -> str:
+def fingerprint(starts: AnyStarts) -> str:
     """SHA-256 of starts."""
     from percuss.simulate import MachineStarts
 
@@ -102,9 +119,10 @@ def done(columns: Columns) -> npt.NDArray[np.bool_]:
 # ---- Where the motions of an experiment start: named distributions, and rows drawn from one's own
 
 DISTRIBUTIONS = ("wall", "field", "gentle")
-"""The named distributions of starts; all rigid, the elastic modes at rest, the load phase uniform."""
+"""The named distributions of starts; all rigid, the elastic modes at rest."""
 
 FIELD_DEPTH, FIELD_SPEED, GENTLE_SPEED = 20.0, 5.0, 0.2
+GENTLE_SHARE = 0.05  # greatest speed of `gentle` starts of a machine, over its scale of speeds
 
 BLOCK = 65_536
 """Rows that are drawn together, from a stream of their own: a portion of an experiment draws only its blocks."""
@@ -112,24 +130,27 @@ BLOCK = 65_536
 _TURN = 2.0 * np.pi
 
 
-def named(system: System, distribution: str, number: int, seed: int = 0, first: int = 0) -> Starts:
+def named(what: System | Machine, distribution: str, number: int, seed: int = 0, first: int = 0) -> Any:
     """Starts drawn from a named distribution; which they are does not depend on how many are drawn.
 
     ``wall``
-        On the wall, leaving with the speed \\|N(0, 1)\\|·2πp_0/(1 + R), load phase uniform. 2πp_0/(1 + R) is the
-        striking speed of the undamped motion with one impact in every load period.
+        On the wall, leaving with the speed \\|N(0, 1)\\|·V. Under a clock V = 2πp_0/(1 + R), the striking speed of the
+        undamped motion with one impact in every load period; of a machine V = √(2 Δp S), see `speed_scale`, with S the
+        distance of its farthest port.
     ``field``
-        Position uniform in [−20, 0], velocity 5·N(0, 1), load phase uniform.
+        Position uniform in [−20, 0], velocity 5·N(0, 1); of a machine in [−2S, 0], V·N(0, 1).
     ``gentle``
-        On the wall, leaving with a speed uniform in (0, 0.2), load phase uniform.
+        On the wall, leaving with a speed uniform in (0, 0.2); of a machine in (0, V/20).
 
-    All are rigid, with the elastic modes at rest; dimensionless. A bar that leaves has a velocity below 0. Every
-    column of every `BLOCK` rows has a stream of its own, spawned from the seed by numpy's `SeedSequence`.
+    The load phase is uniform; of a machine the state of the valve is one of its states at random, no orders wait, and
+    ports whose region is occupied demand at once. All are rigid, with the elastic modes at rest; dimensionless. A bar
+    that leaves has a velocity below 0. Every column of every `BLOCK` rows has a stream of its own, spawned from the
+    seed by numpy's `SeedSequence`.
 
     Parameters
     ----------
-    system
-        Whose load and restitution set the speed of ``wall``.
+    what
+        A system or a machine: its load, or valve, and its restitution set the speeds.
     distribution
         One of `DISTRIBUTIONS`.
     number
@@ -139,10 +160,16 @@ def named(system: System, distribution: str, number: int, seed: int = 0, first: 
     first
         Row of the endless table of this seed with which to begin.
 
+    Returns
+    -------
+    Starts or MachineStarts
+        Of a system, or of a machine.
+
     Raises
     ------
     ParameterError
-        For an unknown name, or ``wall`` with a load that does not push.
+        For an unknown name, ``wall`` with a load that does not push, and starts on the wall of a machine whose states
+        all push alike: they have no scale.
 
     Examples
     --------
@@ -152,29 +179,42 @@ def named(system: System, distribution: str, number: int, seed: int = 0, first: 
     >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
     (1000, True, True)
     """
-    from percuss.simulate import Starts
+    from percuss.simulate import MachineStarts, Starts
 
-    checked_name(distribution)
-    position, velocity, time = blocks(distribution, number, seed, first)
-    speed = _TURN * system.load.mean / system.contact.impulse
-    if distribution == "wall" and speed <= 0.0:
-        raise ParameterError(
-            "distribution", "wall", "a load that pushes (mean greater than 0)", "use 'field' or 'gentle', or a file"
-        )
-    return Starts.rigid(position, speed * velocity if distribution == "wall" else velocity, time)
-
-
-def checked_name(distribution: str) -> None:
-    """Refuse a distribution that has no name here."""
     if distribution not in DISTRIBUTIONS:
         raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
-
-
-def blocks(distribution: str, number: int, seed: int, first: int = 0) -> Array:
-    """Position, velocity and load phase of rows of a distribution, shape (3, rows), with the scales of `named`."""
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
-    return np.concatenate([_block(distribution, block, seed)[:, part] for block, part in _parts(first, last)], axis=1)
+    blocks = [_block(distribution, block, seed)[:, part] for block, part in _parts(first, last)]
+    position, velocity, turn = np.concatenate(blocks, axis=1)
+    if not isinstance(what, Machine):
+        speed = _TURN * what.load.mean / what.contact.impulse
+        if distribution == "wall" and speed <= 0.0:
+            accepted = "a load that pushes (mean greater than 0)"
+            raise ParameterError("distribution", "wall", accepted, "use 'field' or 'gentle', or a file")
+        return Starts.rigid(position, speed * velocity if distribution == "wall" else velocity, turn)
+    speed, names = speed_scale(what), states_of(what)
+    if speed == 0.0 and distribution != "field":
+        accepted = "a valve whose states have different forces"
+        raise ParameterError("distribution", distribution, accepted, "use 'field', or a file of starts")
+    unit = {"wall": 1.0, "field": 1.0 / FIELD_SPEED, "gentle": GENTLE_SHARE / GENTLE_SPEED}[distribution]
+    state = np.minimum(turn / _TURN * len(names), len(names) - 1).astype(np.int64)
+    place = 2.0 * farthest_port(what) / FIELD_DEPTH * position
+    return MachineStarts(Starts.rigid(place, speed * unit * velocity), state, names)
+
+
+def farthest_port(machine: Machine) -> float:
+    """Distance of the farthest port behind the wall; one bar length where every port is the blow."""
+    return max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
+
+
+def speed_scale(machine: Machine) -> float:
+    """√(2 Δp S): what the difference of the valve's forces makes of rest on the way from the farthest port.
+
+    By the work of the switches it is the speed of the blow without delay, drag and restitution; 0 for one force alone.
+    """
+    forces = [force for _, force in machine.valve.pairs]
+    return math.sqrt(2.0 * (max(forces) - min(forces)) * farthest_port(machine))
 
 
 def _parts(first: int, last: int) -> Iterator[tuple[int, slice]]:
@@ -222,27 +262,56 @@ MODE = re.compile(r"[uv]_([1-9]\d{0,3})")
 """The name of an amplitude of a start."""
 
 
-def own(system: System, source: str | os.PathLike[str] | Starts | Callable[[int], Starts], seed: int = 0) -> Starts:
+def own(what: System | Machine, source: Any, seed: int = 0) -> AnyStarts:
     """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
-
-    The system is the one whose modes the amplitudes of a file belong to.
 
     A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
     ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``, ``u_1``,
-    …, ``v_0``, ``v_1``, … and ``time``. The bar is at u(1) ≤ 0; the wall is at 0. Dimensionless, the time in radians.
+    …, ``v_0``, ``v_1``, … of the modes of the hammer, and ``time``. The bar is at u(1) ≤ 0; the wall is at 0.
+    Dimensionless, the time in radians.
+
+    Instead of a load phase a table of a machine has the column ``state``: the name of the valve's state or its number
+    from 0. Without it all start with the valve's own starting state, as `Starts` do.
 
     Raises
     ------
     ParameterError
-        For a file that cannot be read or has unknown columns, and for a function that gives no `Starts`.
+        For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
+        that gives no starts.
     """
-    from percuss.simulate import Starts
+    from percuss.simulate import MachineStarts, Starts
 
+    names = states_of(what)
+    if callable(source) and not isinstance(source, Starts | MachineStarts):
+        source = source(seed)
+        if not isinstance(source, (Starts, MachineStarts) if names else Starts):
+            accepted = "a Starts or a MachineStarts" if names else "a Starts"
+            raise ParameterError("what the distribution gives", source, accepted)
+    if not isinstance(what, Machine):
+        if isinstance(source, Starts):
+            return source
+        return table_starts(what.body, what.load.at, *table_of(source))
+    usual = names.index(what.valve.start or names[0])
     if isinstance(source, Starts):
+        return MachineStarts(source, np.array(usual), names)
+    one_of = f"one of {', '.join(map(repr, names[:6]))}"
+    if isinstance(source, MachineStarts):
+        if source.states != names:
+            raise ParameterError("distribution", f"starts with states {', '.join(source.states)}", one_of)
         return source
-    if callable(source):
-        return instance("what the distribution gives", source(seed), Starts)
-    return table_starts(system.body, system.load.at, *table_of(source))
+    file, columns = table_of(source, names)
+    if "time" in columns:
+        remedy = f"no clock drives it: remove the column; 'state' is one of {', '.join(names)}"
+        raise ParameterError(file, "column 'time'", "starts of a machine that switches its own valve", remedy)
+    given = columns.pop("state", None)
+    bars = table_starts(what.body, what.at, file, columns, "state")
+    state = np.full(len(bars), float(usual)) if given is None else given
+    if state.size != len(bars):
+        raise ParameterError(file, f"{state.size} states of {len(bars)} starts", "columns of one length")
+    wrong = np.flatnonzero(~np.isin(state, np.arange(len(names))))
+    if wrong.size:
+        raise ParameterError(file, f"state in row {wrong[0] + 1}", f"{one_of}, or its number from 0")
+    return MachineStarts(bars, state.astype(np.int64), names)
 
 
 def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, Array]]:
@@ -390,116 +459,3 @@ def end_starts(body: Body, at: int, grid: dict[str, Array]) -> Starts:
     u[:, 0] = position - u[:, 1:] @ units(body.modes(most, at))
     v[:, 0] = grid.get("velocity", nothing)
     return Starts(u, v, position, grid.get("time", nothing))
-
-
-# ---- Where the motions of machines in an experiment start: the named distributions, and one's own table
-
-GENTLE_SHARE = 0.05
-"""The greatest speed of ``gentle`` starts, over the machine's scale of speeds."""
-
-
-def farthest_port(machine: Machine) -> float:
-    """Distance of the farthest port behind the wall; one bar length where every port is the blow."""
-    return max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
-
-
-def speed_scale(machine: Machine) -> float:
-    """√(2 Δp S): what the difference of the valve's forces makes of rest on the way from the farthest port.
-
-    By the work of the switches it is the speed of the blow without delay, drag and restitution; 0 for one force alone.
-    """
-    forces = [force for _, force in machine.valve.pairs]
-    return math.sqrt(2.0 * (max(forces) - min(forces)) * farthest_port(machine))
-
-
-def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, first: int = 0) -> MachineStarts:
-    """Starts of a machine drawn from a named distribution; which they are does not depend on how many are drawn.
-
-    With S the distance of the farthest port and V = √(2 Δp S), see `speed_scale`, all with a state of the valve that is
-    one of its states at random:
-
-    ``wall``
-        On the wall, leaving with the speed \\|N(0, 1)\\|·V.
-    ``field``
-        Position uniform in [−2S, 0], velocity V·N(0, 1).
-    ``gentle``
-        On the wall, leaving with a speed uniform in (0, V/20).
-
-    All are rigid, with the elastic modes at rest; no orders wait, and ports whose region is occupied demand at once.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown name, or starts on the wall of a machine whose states all push alike: they have no scale.
-
-    Examples
-    --------
-    >>> from percuss.model import Kept, Machine, Port, UniformBar, Valve
-    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    >>> machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.6}, ports), Kept(0.2))
-    >>> starts = drawn_machines(machine, "field", 1000, seed=1)
-    >>> len(starts), bool((starts.bars.gap >= -2.0).all()), sorted(set(starts.state.tolist()))
-    (1000, True, [0, 1])
-    """
-    from percuss.simulate import MachineStarts, Starts
-
-    checked_name(distribution)
-    position, velocity, turn = blocks(distribution, number, seed, first)
-    speed, names = speed_scale(machine), tuple(name for name, _ in machine.valve.pairs)
-    if speed == 0.0 and distribution != "field":
-        accepted = "a valve whose states have different forces"
-        raise ParameterError("distribution", distribution, accepted, "use 'field', or a file of starts")
-    unit = {"wall": 1.0, "field": 1.0 / FIELD_SPEED, "gentle": GENTLE_SHARE / GENTLE_SPEED}[distribution]
-    state = np.minimum(turn / _TURN * len(names), len(names) - 1).astype(np.int64)
-    place = 2.0 * farthest_port(machine) / FIELD_DEPTH * position
-    return MachineStarts(Starts.rigid(place, speed * unit * velocity), state, names)
-
-
-def own_machines(machine: Machine, source: Any, seed: int) -> MachineStarts:
-    """The rows of one's own distribution; as `percuss.explore.attractors.drawn_starts.own`.
-
-    Instead of a load phase a table has the column ``state``: the name of the valve's state or its number from 0.
-    Without it all start with the valve's own starting state. `Starts` and `MachineStarts` are taken as they are.
-
-    Raises
-    ------
-    ParameterError
-        For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
-        that gives no starts.
-    """
-    from percuss.simulate import MachineStarts, Starts
-
-    names = tuple(name for name, _ in machine.valve.pairs)
-    if callable(source) and not isinstance(source, Starts | MachineStarts):
-        source = source(seed)
-        if not isinstance(source, Starts | MachineStarts):
-            raise ParameterError("what the distribution gives", source, "a Starts or a MachineStarts")
-    usual = names.index(machine.valve.start or names[0])
-    if isinstance(source, Starts):
-        return MachineStarts(source, np.array(usual), names)
-    if isinstance(source, MachineStarts):
-        if source.states != names:
-            raise ParameterError("distribution", f"starts with states {', '.join(source.states)}", _one_of(names))
-        return source
-    file, columns = table_of(source, names)
-    if "time" in columns:
-        remedy = f"no clock drives it: remove the column; 'state' is one of {', '.join(names)}"
-        raise ParameterError(file, "column 'time'", "starts of a machine that switches its own valve", remedy)
-    given = columns.pop("state", None)
-    bars = table_starts(machine.body, machine.at, file, columns, "state")
-    state = np.full(len(bars), float(usual)) if given is None else given
-    return MachineStarts(bars, _numbers(file, state, len(bars), names), names)
-
-
-def _numbers(file: str, state: Array, rows: int, names: tuple[str, ...]) -> npt.NDArray[np.int64]:
-    """Numbers of states, of a column of a file."""
-    if state.size != rows:
-        raise ParameterError(file, f"{state.size} states of {rows} starts", "columns of one length")
-    wrong = np.flatnonzero(~np.isin(state, np.arange(len(names))))
-    if wrong.size:
-        raise ParameterError(file, f"state in row {wrong[0] + 1}", f"{_one_of(names)}, or its number from 0")
-    return state.astype(np.int64)
-
-
-def _one_of(names: tuple[str, ...]) -> str:
-    return f"one of {', '.join(map(repr, names[:6]))}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -15,9 +16,20 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import MissingExtraError, ParameterError
-from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS, bars_of, done, drawn, fingerprint, some
-from percuss.explore.attractors.grouping import DISTANCE
-from percuss.explore.attractors.hammers import Hammer, hammer_from, hammer_of
+from percuss.explore.attractors.drawn_starts import (
+    DISTRIBUTIONS,
+    bars_of,
+    done,
+    drawn,
+    fingerprint,
+    named,
+    own,
+    some,
+    start_columns,
+    start_values,
+    starts_from,
+)
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_from, hammer_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, non_negative
@@ -26,7 +38,7 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.hammers import AnyAttractor, AnyStarts
+    from percuss.explore.attractors.drawn_starts import AnyStarts
     from percuss.simulate import Stop
 
 
@@ -37,41 +49,103 @@ _MOST_STARTS = 10**12
 
 
 @dataclass(frozen=True, eq=False)
-class ExperimentJob:
-    """The starts of one experiment, each followed by itself; see `experiment`.
+class StartsJob(ABC):
+    """Starts, each followed by itself.
 
     Parameters
     ----------
     system, modes, stop
         What is followed, with how many elastic modes, and until when.
-    number, seed
-        How many starts, and what they are drawn with.
-    distribution
-        A name of `percuss.explore.DISTRIBUTIONS`, or what one's own starts are called.
-    rows
-        One's own starts, or None for a named distribution.
     threads
         Of one portion; the numbers do not depend on it.
     """
 
     system: System | Machine
-    number: int
-    distribution: str
-    seed: int
     modes: int
     stop: Stop
-    rows: AnyStarts | None = None
-    threads: int | None = 1
+    threads: int | None
 
     @cached_property
     def hammer(self) -> Hammer:
         """What is followed, as it is asked."""
         return hammer_of(self.system)
 
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of starts."""
+
+    @abstractmethod
+    def starts(self, first: int, last: int) -> AnyStarts:
+        """The starts `first` … `last` − 1, made where they are needed."""
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all starts take, by rule of thumb."""
+        return self.size * self.hammer.seconds(self.modes)
+
+    @property
+    @abstractmethod
+    def amplitudes(self) -> tuple[int, int]:
+        """How many modal displacements and velocities a start has."""
+
+    @property
+    def columns(self) -> Mapping[str, Column]:
+        """The numbers of the motions, and the starts."""
+        return {**start_columns(*self.amplitudes, not self.hammer.states), **self.hammer.columns}
+
+    @property
+    def ask(self) -> dict[str, Any]:
+        """What the numbers depend on."""
+        about = {"percuss": ASK_FORMAT, **self.hammer.described, "modes": self.modes, "stop": asdict(self.stop)}
+        return {**about, **self.asked}
+
+    @property
+    @abstractmethod
+    def asked(self) -> dict[str, Any]:
+        """The kind of the job, and what its starts depend on."""
+
+    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
+        """The motions from starts `first` … `last` − 1."""
+        part = self.starts(first, last)
+        return {**start_values(part), **self.hammer.followed(part, self.modes, self.stop, self.threads, stopped)}
+
+
+def checked_question(system: System | Machine, modes: int, stop: Stop | None) -> tuple[Hammer, int, Stop]:
+    """What any starts are followed with: a resonance is an error here, not in a worker."""
+    from percuss.simulate import Stop
+
+    hammer, kept = hammer_of(system), count("modes", modes, least=0, most=4096)
+    stop = Stop() if stop is None else instance("stop", stop, Stop)
+    count("impacts", stop.impacts)
+    hammer.check(kept)
+    return hammer, kept, stop
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentJob(StartsJob):
+    """The starts of one experiment; see `experiment`.
+
+    Parameters
+    ----------
+    number, seed
+        How many starts, and what they are drawn with.
+    distribution
+        A name of `percuss.explore.attractors.drawn_starts.DISTRIBUTIONS`, or what one's own starts are called.
+    rows
+        One's own starts, or None for a named distribution.
+    """
+
+    number: int
+    distribution: str
+    seed: int
+    rows: AnyStarts | None = None
+
     def starts(self, first: int, last: int) -> AnyStarts:
         """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
-            return self.hammer.named(self.distribution, last - first, self.seed, first)
+            found: AnyStarts = named(self.system, self.distribution, last - first, self.seed, first)
+            return found
         if self.number > len(self.rows):
             return drawn(self.rows, last - first, self.seed, first)
         return some(self.rows, slice(first, last))
@@ -82,36 +156,16 @@ class ExperimentJob:
         return self.number
 
     @property
-    def rough_seconds(self) -> float:
-        """What all starts take, by rule of thumb."""
-        return self.size * self.hammer.rough_seconds(self.modes)
-
-    @property
-    def columns(self) -> Mapping[str, Column]:
-        """The numbers of the motions, and the starts."""
+    def amplitudes(self) -> tuple[int, int]:
+        """How many modal displacements and velocities a start has."""
         bars = None if self.rows is None else bars_of(self.rows)
-        shape = (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
-        return {**self.hammer.start_columns(*shape), **self.hammer.columns}
+        return (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
 
     @property
-    def ask(self) -> dict[str, Any]:
-        """What the numbers depend on."""
-        asked = {
-            "kind": "experiment",
-            "percuss": ASK_FORMAT,
-            **self.hammer.described,
-            "starts": self.number,
-            "distribution": self.distribution,
-            "seed": self.seed,
-            "modes": self.modes,
-            "stop": asdict(self.stop),
-        }
-        return asked if self.rows is None else {**asked, "rows": fingerprint(self.rows)}
-
-    def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
-        """The motions from starts `first` … `last` − 1."""
-        part, hammer = self.starts(first, last), self.hammer
-        return {**hammer.start_values(part), **hammer.followed(part, self.modes, self.stop, self.threads, stopped)}
+    def asked(self) -> dict[str, Any]:
+        """The kind of the job, and what its starts depend on."""
+        found = {"kind": "experiment", "starts": self.number, "distribution": self.distribution, "seed": self.seed}
+        return found if self.rows is None else {**found, "rows": fingerprint(self.rows)}
 
 
 def experiment_job(
@@ -125,20 +179,15 @@ def experiment_job(
     threads: int | None = 1,
 ) -> ExperimentJob:
     """What `experiment` carries out."""
-    from percuss.simulate import MachineStarts, Starts, Stop
+    from percuss.simulate import MachineStarts, Starts
 
-    hammer = hammer_of(system)
-    kept = count("modes", modes, least=0, most=4096)
-    stop = Stop() if stop is None else instance("stop", stop, Stop)
-    count("impacts", stop.impacts)
-    hammer.check(kept)  # a resonance is an error here, not in a worker
+    _, kept, stop = checked_question(system, modes, stop)
     seed = count("seed", seed, least=0)
     number = None if starts is None else count("starts", starts, most=_MOST_STARTS)
     if isinstance(distribution, str) and distribution in DISTRIBUTIONS:
-        job = ExperimentJob(system, number or DEFAULT_STARTS, distribution, seed, kept, stop, None, threads)
-        hammer.named(distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
-        return job
-    rows = hammer.own(distribution, seed)
+        named(system, distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
+        return ExperimentJob(system, kept, stop, threads, number or DEFAULT_STARTS, distribution, seed)
+    rows = own(system, distribution, seed)
     bars = bars_of(rows)
     if bars.displacement[:, kept + 1 :].any() or bars.velocity[:, kept + 1 :].any():
         most = max(bars.displacement.shape[1], bars.velocity.shape[1]) - 1
@@ -149,65 +198,7 @@ def experiment_job(
         name = str(getattr(distribution, "__qualname__", type(distribution).__name__))
     else:
         name = os.path.basename(os.fspath(distribution))
-    return ExperimentJob(system, number or len(rows), name, seed, kept, stop, rows, threads)
-
-
-# ---- Columns of motions, and what they settle on, as a dataset
-
-
-def dataset_of(
-    columns: Columns,
-    dims: tuple[str, ...],
-    number: npt.NDArray[np.int64],
-    shares: Any,
-    hammer: Hammer,
-    about: dict[str, Any],
-) -> xarray.Dataset:
-    """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
-
-    All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and `si_units` of
-    each variable that has one.
-    """
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
-    from percuss._version import __version__
-
-    known, words = {**hammer.start_columns(2, 2), **hammer.start_columns(1, 1), **hammer.columns}, hammer.words
-    variables: dict[str, Any] = {
-        "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
-    }
-    for name, values in columns.items():
-        column = known[name]
-        inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
-        attributes = {"long_name": column.meaning, "units": column.unit or "1", **si_attributes(name, hammer)}
-        if not column.unit and column.dtype == "float64":
-            attributes["comment"] = "dimensionless"
-        if name in words:
-            attributes["words"] = ", ".join(words[name])
-        variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
-    meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
-    for name, meaning in meanings.items():
-        found = np.array([getattr(share, name) for share in shares])
-        variables[f"attractor_{name}" if name != "share" else "share"] = ("attractor", found, {"long_name": meaning})
-    return xarray.Dataset(
-        variables,
-        coords={"attractor": np.arange(len(shares))},
-        attrs={
-            **about,
-            **hammer.about,
-            "percuss_version": __version__,
-        },
-    )
-
-
-def si_attributes(name: str, hammer: Hammer) -> dict[str, Any]:
-    """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
-    if name not in hammer.scales:
-        return {}
-    scale, unit = hammer.scales[name]
-    return {"si_scale": scale, "si_units": unit}
+    return ExperimentJob(system, kept, stop, threads, number or len(rows), name, seed, rows)
 
 
 # ---- Shares of attractors among random starts, with intervals
@@ -261,7 +252,7 @@ class Share(Shown):
         The part, and Wilson's interval of 95 % of its probability.
     """
 
-    attractor: AnyAttractor
+    attractor: Attractor
     share: float
     low: float
     high: float
@@ -279,27 +270,123 @@ class Share(Shown):
     @property
     def phases(self) -> tuple[float, ...]:
         """Load phases (rad) of the impacts of one cycle, from the fastest on; empty without a period or a clock."""
-        return self.attractor.phases
+        return tuple(self.attractor.figures.get("phases", ()))
 
     @property
     def impact_velocities(self) -> tuple[float, ...]:
         """Striking speeds of the same."""
-        return self.attractor.impact_velocities
+        return tuple(self.attractor.figures["impact_velocities"])
 
     def __str__(self) -> str:
         return f"{self.label}: {self.share:.4%} ({self.low:.4%} … {self.high:.4%})"
 
 
-def share_of(attractor: AnyAttractor, starts: int) -> Share:
-    """The share of an attractor among so many starts."""
-    return Share(attractor, attractor.members / starts, *wilson(attractor.members, starts))
+# ---- What starts end in, drawn by chance or over a plane
 
 
-# ---- Random starts and where they end: shares of the attractors, the same for any number of workers
+class StartsFollowed(Shown):
+    """Starts that were followed, and what they settle on.
+
+    Attributes
+    ----------
+    system, modes, stop
+        What was followed.
+    columns
+        One row for each start; those that are not done have the code −1.
+    distance
+        What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
+    """
+
+    system: System | Machine
+    modes: int
+    stop: Stop
+    columns: Columns
+    distance: float
+
+    @cached_property
+    def hammer(self) -> Hammer:
+        """What was followed, as it is asked."""
+        return hammer_of(self.system)
+
+    @cached_property
+    def known(self) -> Columns:
+        """The columns of the starts that are done."""
+        whole = done(self.columns)
+        return self.columns if whole.all() else {name: values[whole] for name, values in self.columns.items()}
+
+    @cached_property
+    def numbers(self) -> npt.NDArray[np.int64]:
+        """The number of the attractor of each of them, 0 for the most frequent."""
+        return self.hammer.matched(self.known, self.hammer.speed, self.distance)
+
+    @cached_property
+    def attractors(self) -> tuple[Attractor, ...]:
+        """The attractors, the most frequent first."""
+        begun = starts_from(self.known, self.hammer.states)
+        return self.hammer.attractors(self.known, self.numbers, begun, self.modes, self.stop)
+
+    @cached_property
+    def shares(self) -> tuple[Share, ...]:
+        """The share of the starts that ends in each attractor, with 95 % intervals; the most frequent first.
+
+        Starts of a plane are no random sample: mind the intervals.
+        """
+        number = self.numbers.size
+        return tuple(Share(one, one.members / number, *wilson(one.members, number)) for one in self.attractors)
+
+    def _si_of(self, name: str) -> dict[str, Any]:
+        """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
+        if name not in self.hammer.scales:
+            return {}
+        scale, unit = self.hammer.scales[name]
+        return {"si_scale": scale, "si_units": unit}
+
+    def _dataset_over(
+        self, dims: tuple[str, ...], columns: Columns, number: npt.NDArray[np.int64], about: dict[str, Any]
+    ) -> xarray.Dataset:
+        """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
+
+        All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and
+        `si_units` of each variable that has one.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise MissingExtraError("xarray", "io") from None
+        from percuss._version import __version__
+
+        hammer, clock = self.hammer, not self.hammer.states
+        known = {**start_columns(2, 2, clock), **start_columns(1, 1, clock), **hammer.columns}
+        variables: dict[str, Any] = {
+            "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
+        }
+        for name, values in columns.items():
+            column = known[name]
+            inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
+            attributes = {"long_name": column.meaning, "units": column.unit or "1", **self._si_of(name)}
+            if not column.unit and column.dtype == "float64":
+                attributes["comment"] = "dimensionless"
+            if name in hammer.words:
+                attributes["words"] = ", ".join(hammer.words[name])
+            variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
+        meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
+        for name, meaning in meanings.items():
+            found = np.array([getattr(share, name) for share in self.shares])
+            variables[f"attractor_{name}" if name != "share" else "share"] = (
+                "attractor",
+                found,
+                {"long_name": meaning},
+            )
+        attributes = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
+        return xarray.Dataset(
+            variables,
+            coords={"attractor": np.arange(len(self.shares))},
+            attrs={**attributes, "percuss_version": __version__},
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment(Shown):
+class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
 
     Parameters
@@ -311,7 +398,7 @@ class Experiment(Shown):
     columns
         One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
     distance
-        What tells attractors of one label apart; see `percuss.explore.attractors.grouping.matched`.
+        What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
     system: System | Machine
@@ -341,35 +428,20 @@ class Experiment(Shown):
     def __len__(self) -> int:
         return int(self.columns["code"].size)
 
-    @cached_property
-    def hammer(self) -> Hammer:
-        """What was followed, as it is asked."""
-        return hammer_of(self.system)
-
     @property
     def starts(self) -> AnyStarts:
         """All starts."""
-        return self.hammer.starts_from(self.columns)
+        return starts_from(self.columns, self.hammer.states)
 
-    @cached_property
+    @property
     def attractor(self) -> npt.NDArray[np.int64]:
         """The number of the attractor of each start, 0 for the most frequent; shape (starts,)."""
-        return self.hammer.matched(self.columns, self.distance)
+        return self.numbers
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
         """What motion each start ends in, as `Trajectory.label` or `MachineTrajectory.label`; shape (starts,)."""
         return self.hammer.labels(self.columns)
-
-    @cached_property
-    def attractors(self) -> tuple[AnyAttractor, ...]:
-        """The attractors, the most frequent first."""
-        return self.hammer.attractors(self.columns, self.attractor, self.starts, self.modes, self.stop)
-
-    @cached_property
-    def shares(self) -> tuple[Share, ...]:
-        """The share of the starts that ends in each attractor, with 95 % intervals; the most frequent first."""
-        return tuple(share_of(attractor, len(self)) for attractor in self.attractors)
 
     @cached_property
     def labels(self) -> dict[str, tuple[float, float, float]]:
@@ -382,20 +454,9 @@ class Experiment(Shown):
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All columns over the dimension ``start``, and the attractors over ``attractor``, with units and meanings."""
-        return dataset_of(
-            self.columns,
-            ("start",),
-            self.attractor,
-            self.shares,
-            self.hammer,
-            {
-                "title": f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}",
-                "distribution": self.distribution,
-                "seed": self.seed,
-                "modes": self.modes,
-                self.hammer.kind: str(self.system),
-            },
-        )
+        title = f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}"
+        about = {"title": title, "distribution": self.distribution, "seed": self.seed}
+        return self._dataset_over(("start",), self.columns, self.attractor, about)
 
     def to_json_dict(self) -> dict[str, Any]:
         """What ``percuss experiment --json`` prints: plain numbers, the most frequent attractor first."""
@@ -444,10 +505,9 @@ def experiment(
     starts
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
-        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.drawn_starts.named`, and
-        `percuss.explore.attractors.drawn_starts.drawn_machines` for machines), a file of starts, `Starts` or
-        `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are drawn from
-        them by chance.
+        ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.drawn_starts.named`), a file of starts,
+        `Starts` or `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are
+        drawn from them by chance.
     seed
         0 or greater.
     modes

@@ -1,10 +1,13 @@
-"""What an experiment follows, as the machinery asks it: a system under a clock, or a machine that switches itself."""
+"""What experiments follow: a system under a clock, or a machine that switches itself; which motions are the same."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import reduce
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,339 +15,535 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.explore.attractors.drawn_starts import (
     MODE,
-    drawn_machines,
+    UNIT_OF_TIME,
     end_starts,
     farthest_port,
-    named,
-    own,
-    own_machines,
+    some,
     speed_scale,
-    start_columns,
-    start_values,
-    starts_from,
+    states_of,
 )
-from percuss.explore.attractors.grouping import (
-    COLUMNS,
-    MACHINE_COLUMNS,
-    Attractor,
-    MachineAttractor,
-    attractors_of,
-    followed,
-    labels,
-    machine_attractors,
-    matched,
-    matched_machines,
-)
-from percuss.explore.attractors.grouping import machine_labels as machine_cycles_labels
-from percuss.explore.attractors.grouping import machines_followed as machine_cycles_followed
 from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.quantities import CYCLE_KINDS
-from percuss.explore.rough_time import seconds_of_machine_start, seconds_of_start
+from percuss.explore.rough_time import seconds_of_start
 from percuss.model import Machine, System
-from percuss.model.checks import Array, finite, instance
+from percuss.model.checks import Array, finite
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
+from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.simulate import MachineStarts, Starts, Stop
+    from percuss.explore.attractors.drawn_starts import AnyStarts
+    from percuss.simulate import Ensemble, MachineStarts, Starts, Stop
 
-if TYPE_CHECKING:
-    AnyStarts = Starts | MachineStarts
-    AnyAttractor = Attractor | MachineAttractor
+# ---- Which motions are the same
+
+DISTANCE = 1e-4
+"""How far apart, in radians and relative speeds, motions of one label are different attractors."""
 
 
-class Hammer(Protocol):
-    """Draws starts, follows them, and tells apart what they settle on; made by `hammers.hammer_of`."""
+@dataclass(frozen=True)
+class Attractor(Shown):
+    """A motion that others settle on; dimensionless, phases in radians.
+
+    Parameters
+    ----------
+    number
+        0 for the most frequent.
+    label
+        As `Trajectory.label` or `MachineTrajectory.label` has it.
+    members, first
+        How many of the motions settle on it, and the first of them.
+    mark
+        What tells it from others of its label.
+    figures
+        Its numbers by name, of JSON's types: of a system `phases` and `impact_velocities` of the impacts of one cycle,
+        in order of time from the fastest on, empty when it is not periodic; of a machine `period`,
+        `impact_velocities` and `blow_energies` of the blows of a period from the strongest on, and `energy_lost` in
+        it, per unit of mass; None and empty without a period.
+    """
+
+    number: int
+    label: str
+    members: int
+    first: int
+    mark: str
+    figures: dict[str, Any]
+
+
+class Hammer(ABC):
+    """What is followed: what is kept of its motions, how they are followed, and which of them are the same."""
+
+    kind: ClassVar[str]
+    """The name under which an archive has it: ``system`` or ``machine``."""
+    columns: ClassVar[Mapping[str, Column]]
+    """What is kept of every motion."""
+    units: ClassVar[Mapping[str, tuple[str, str]]]
+    """By which of its scales columns are multiplied for SI, and their unit then."""
+    periodic: ClassVar[int]
+    """The least key of a motion with a cycle."""
+
+    what: System | Machine
 
     @property
-    def kind(self) -> str:
-        """The name under which an archive has it: ``system`` or ``machine``."""
-        ...
-
-    @property
+    @abstractmethod
     def described(self) -> dict[str, Any]:
         """All that its motions depend on, of JSON's types."""
-        ...
 
     @property
-    def columns(self) -> Mapping[str, Column]:
-        """What is kept of every motion."""
-        ...
-
-    @property
+    @abstractmethod
     def words(self) -> Mapping[str, Sequence[str]]:
         """Columns whose numbers stand for words, and the words."""
-        ...
+
+    @property
+    @abstractmethod
+    def about(self) -> dict[str, Any]:
+        """What a dataset says of the numbers as a whole."""
+
+    @property
+    @abstractmethod
+    def speed(self) -> float:
+        """The scale of speeds by which motions are told apart."""
+
+    @abstractmethod
+    def check(self, modes: int) -> None:
+        """Raise now what every start would: a resonance, say."""
+
+    @abstractmethod
+    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
+        """A quantity of starts by its name, and its value as a number; ParameterError for another name or value."""
+
+    @abstractmethod
+    def on_a_grid(self, grid: dict[str, Array]) -> AnyStarts:
+        """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
+
+    @abstractmethod
+    def followed(
+        self, starts: Any, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+    ) -> Columns:
+        """`columns` of the motions from all starts, each by itself."""
+
+    @classmethod
+    @abstractmethod
+    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
+        """A whole number for each label: equal keys, equal labels."""
+
+    @classmethod
+    @abstractmethod
+    def label(cls, columns: Columns, i: int) -> str:
+        """What one motion is at its end."""
+
+    @classmethod
+    @abstractmethod
+    def tells_apart(cls, columns: Columns, speed: float) -> Array:
+        """The numbers that tell motions of one label apart, shape (motions, numbers)."""
+
+    @abstractmethod
+    def figures(
+        self, columns: Columns, which: npt.NDArray[np.intp], starts: Any, modes: int, stop: Stop
+    ) -> list[tuple[str, dict[str, Any]]]:
+        """`Attractor.mark` and `Attractor.figures` of some motions, which are followed once more."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The names of the valve's states; none under a clock."""
+        return states_of(self.what)
 
     @property
     def scales(self) -> Mapping[str, tuple[float, str]]:
         """What columns are multiplied by for SI, and their unit then; empty without scales."""
-        ...
+        if not self.what.is_si:
+            return {}
+        return {name: (float(getattr(self.what, scale)), unit) for name, (scale, unit) in self.units.items()}
 
-    @property
-    def about(self) -> dict[str, Any]:
-        """What a dataset says of the numbers as a whole."""
-        ...
-
-    def check(self, modes: int) -> None:
-        """Raise now what every start would: a resonance, say."""
-        ...
-
-    # -- starts --
-
-    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> AnyStarts:
-        """Starts of a named distribution; see `percuss.explore.attractors.drawn_starts.named`."""
-        ...
-
-    def own(self, source: Any, seed: int) -> AnyStarts:
-        """The rows of one's own distribution; see `percuss.explore.attractors.drawn_starts.own`."""
-        ...
-
-    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        """A quantity of starts by its name, and its value as a number.
-
-        Raises
-        ------
-        ParameterError
-            When starts have no such quantity, or it no such value.
-        """
-        ...
-
-    def on_a_grid(self, grid: dict[str, Array]) -> AnyStarts:
-        """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
-        ...
-
-    def start_columns(self, displacements: int, velocities: int) -> dict[str, Column]:
-        """The columns of starts with so many modal amplitudes."""
-        ...
-
-    def start_values(self, starts: AnyStarts) -> Columns:
-        """Starts as columns."""
-        ...
-
-    def starts_from(self, columns: Columns) -> AnyStarts:
-        """The starts that columns hold."""
-        ...
-
-    # -- motions --
-
-    def rough_seconds(self, modes: int) -> float:
+    def seconds(self, modes: int) -> float:
         """What one start takes, by rule of thumb."""
-        ...
+        return seconds_of_start(modes, clock=not self.states)
 
-    def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
-    ) -> Columns:
-        """`columns` of the motions from all starts, each by itself."""
-        ...
+    @classmethod
+    def labels(cls, columns: Columns) -> npt.NDArray[np.str_]:
+        """What motion each is at its end, as `Trajectory.label` or `MachineTrajectory.label`."""
+        _, first, which = np.unique(cls.keys(columns), return_index=True, return_inverse=True)
+        return np.array([cls.label(columns, int(i)) for i in first], dtype=str)[which.reshape(-1)]
 
-    def labels(self, columns: Columns) -> npt.NDArray[np.str_]:
-        """What motion each is at its end."""
-        ...
+    @classmethod
+    def matched(cls, columns: Columns, speed: float, distance: float = DISTANCE) -> npt.NDArray[np.int64]:
+        """The number of the attractor of each motion, 0 for the most frequent.
 
-    def matched(self, columns: Columns, distance: float) -> npt.NDArray[np.int64]:
-        """The number of the attractor of each motion, 0 for the most frequent."""
-        ...
+        Motions of one label are one attractor unless their numbers leave a gap: they are cut apart wherever, in the
+        order of one of the numbers, two neighbours differ by more than `distance`. What is spread by an early end of a
+        slow approach therefore stays together, and so do motions that differ by whole load periods: their phases are
+        the same. Motions that are not periodic are told apart by their labels alone.
+
+        Parameters
+        ----------
+        columns
+            Of the motions; shape (motions, …).
+        speed
+            See `speed`.
+        distance
+            In radians, relative periods, and in speeds relative to the scale plus the speed; dimensionless.
+        """
+        return grouped(cls.keys(columns), cls.tells_apart(columns, speed), cls.periodic, distance)
 
     def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
-    ) -> tuple[AnyAttractor, ...]:
-        """The attractors behind the numbers, in their order."""
-        ...
+        self, columns: Columns, number: npt.NDArray[np.int64], starts: Any, modes: int, stop: Stop
+    ) -> tuple[Attractor, ...]:
+        """The attractors behind the numbers; the figures are those of the first member, followed once more.
+
+        `starts`: of the motions, in the same order.
+        """
+        if not number.size:
+            return ()
+        _, first, members = np.unique(number, return_index=True, return_counts=True)
+        names = self.labels({name: columns[name][first] for name in self.columns})
+        told = self.figures(columns, first, starts, modes, stop)
+        rows = zip(names.tolist(), members.tolist(), first.tolist(), told, strict=True)
+        return tuple(Attractor(i, name, many, row, *own) for i, (name, many, row, own) in enumerate(rows))
 
 
-# ---- A system whose load keeps time by itself, as an experiment asks it
+def grouped(key: npt.NDArray[np.int64], values: Array, periodic_from: int, distance: float) -> npt.NDArray[np.int64]:
+    """The number of the group of each motion, 0 for the greatest; see `Hammer.matched`.
 
-_STATES = "position, velocity, time, u_1, u_2, …, v_1, v_2, …"
-_SCALES = {
-    "position": ("length_scale", "m"),
-    **dict.fromkeys(("velocity", "striking_speed", "impact_velocity"), ("speed_scale", "m/s")),
-    "blow_energy": ("energy_scale", "J"),
-    **dict.fromkeys(
-        ("time", "interval_mean", "interval_std", "main_interval_mean", "main_interval_std"), ("time_scale", "s")
-    ),
+    Parameters
+    ----------
+    key
+        Equal for motions that may be of one group, shape (motions,).
+    values
+        The numbers that tell motions of one key apart, shape (motions, numbers).
+    periodic_from
+        The least key of motions that have such numbers.
+    distance
+        The least gap between two groups.
+    """
+    values = np.where(np.isfinite(values), values, 1e9)
+    order = np.argsort(key, kind="stable")
+    cuts = np.flatnonzero(np.diff(key[order])) + 1
+    groups: list[npt.NDArray[np.intp]] = []
+    todo = [(part, bool(key[part[0]] >= periodic_from)) for part in np.split(order, cuts) if part.size]
+    while todo:
+        part, periodic = todo.pop()
+        pieces = _cut(part, values[part], distance) if periodic else [part]
+        if len(pieces) == 1:
+            groups.append(part)
+        else:
+            todo.extend((piece, True) for piece in pieces)
+    groups.sort(key=lambda part: (-part.size, int(part.min())))
+    number = np.empty(key.size, dtype=np.int64)
+    for i, part in enumerate(groups):
+        number[part] = i
+    return number
+
+
+def _cut(part: npt.NDArray[np.intp], values: Array, distance: float) -> list[npt.NDArray[np.intp]]:
+    """A group, cut at the gaps of the first of the numbers that has any."""
+    for j in np.flatnonzero(values.max(axis=0) - values.min(axis=0) > distance):
+        order = np.argsort(values[:, j], kind="stable")
+        gaps = np.flatnonzero(np.diff(values[order, j]) > distance) + 1
+        if gaps.size:
+            return np.split(part[order], gaps)
+    return [part]
+
+
+def _of_blocks(
+    columns: Mapping[str, Column],
+    starts: Any,
+    size: int,
+    stopped: Callable[[], bool],
+    simulated: Callable[[Any], Columns],
+) -> Columns:
+    """The columns of all starts, so many at once."""
+    parts: list[Columns] = []
+    for i in range(0, len(starts), size):
+        parts.append(simulated(some(starts, slice(i, i + size))))
+        if stopped():
+            break
+    return {
+        name: np.concatenate([part[name] for part in parts]).astype(column.dtype, copy=False)
+        for name, column in columns.items()
+    }
+
+
+# ---- A system whose load keeps time by itself
+
+INVARIANTS = 8
+_BLOCK = 2048  # members at once: the impacts kept of them take some MB
+_PORTION = 1_000_000  # impacts between two looks at whether the answer is still wanted
+_WINDOW = 256  # last impacts kept; the engine classifies by as many
+_LONGEST = 1 << 16  # impacts of the longest cycle whose impacts are looked at
+_KEPT = 1 << 20  # impacts kept at once, some tens of MB
+_FINITE = {"rest": 0, "departed": 1, "aperiodic": 2, "undecided": 3, "rest/?": 4, "chatter/?": 5}
+
+COLUMNS: dict[str, Column] = {
+    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.OUTCOMES"),
+    "impacts": Column("int64", meaning="impacts from the start"),
+    "first": Column("int64", fill=-2, meaning="impact, from 0, at which the periodic motion begins; -1: none found"),
+    "cycle_impacts": Column("int64", meaning="impacts of the periodic motion; 0: none found"),
+    "cycle_periods": Column("int64", unit="load periods", meaning="length of the periodic motion; 0: none found"),
+    "cycle_kind": Column("int8", meaning="periodic motion without rest (0), with rest (1), with chatter and rest (2)"),
+    "wanders": Column("bool", meaning="whether the last impacts do not come near any earlier ones"),
+    "phase": Column(unit="rad", meaning="load phase of the fastest impact of the periodic motion"),
+    "striking_speed": Column(meaning="speed of the fastest impact of the periodic motion"),
+    "invariants": Column(shape=(INVARIANTS,), meaning="of the set of impacts of the periodic motion"),
+    "blow_rate": Column(unit="1/load period", meaning="impacts per load period"),
+    "main_blow_rate": Column(unit="1/load period", meaning="impacts per load period, each chatter counted once"),
+    "interval_mean": Column(unit="rad", meaning="mean time between impacts"),
+    "interval_std": Column(unit="rad", meaning="standard deviation of the time between impacts"),
+    "main_interval_mean": Column(unit="rad", meaning="mean time between main blows"),
+    "main_interval_std": Column(unit="rad", meaning="standard deviation of the time between main blows"),
+    "impact_velocity": Column(meaning="mean striking speed of the main blows"),
+    "blow_energy": Column(meaning="mean kinetic energy just before a main blow"),
 }
+"""What is kept of every motion."""
 
 
-@dataclass(frozen=True)
-class ClockedHammer:
-    """See `percuss.explore.attractors.hammers.Hammer`."""
+class ClockedHammer(Hammer):
+    """A system: its load keeps time by itself."""
 
-    system: System
+    kind = "system"
+    columns = COLUMNS
+    units: ClassVar = {
+        "position": ("length_scale", "m"),
+        **dict.fromkeys(("velocity", "striking_speed", "impact_velocity"), ("speed_scale", "m/s")),
+        "blow_energy": ("energy_scale", "J"),
+        **dict.fromkeys(
+            ("time", "interval_mean", "interval_std", "main_interval_mean", "main_interval_std"), ("time_scale", "s")
+        ),
+    }
+    periodic = 6
 
-    @property
-    def kind(self) -> str:
-        """``system``."""
-        return "system"
+    def __init__(self, what: System) -> None:
+        self.what: System = what
 
     @property
     def described(self) -> dict[str, Any]:
-        """The system in plain numbers."""
-        return {self.kind: describe_system(self.system)}
-
-    @property
-    def columns(self) -> Mapping[str, Column]:
-        """`COLUMNS`."""
-        return COLUMNS
+        return {self.kind: describe_system(self.what)}
 
     @property
     def words(self) -> Mapping[str, Sequence[str]]:
-        """Outcomes and kinds of cycles."""
         from percuss.simulate import OUTCOMES
 
         return {"code": OUTCOMES, "cycle_kind": CYCLE_KINDS}
 
     @property
-    def scales(self) -> Mapping[str, tuple[float, str]]:
-        """By the scales of the system."""
-        if not self.system.is_si:
-            return {}
-        return {name: (float(getattr(self.system, scale)), unit) for name, (scale, unit) in _SCALES.items()}
-
-    @property
     def about(self) -> dict[str, Any]:
-        """The scaling, and the frequency in SI."""
-        frequency = {"frequency_Hz": self.system.frequency} if self.system.is_si else {}
+        frequency = {"frequency_Hz": self.what.frequency} if self.what.is_si else {}
         return {"scaling": "dimensionless: lengths in bar lengths, times in radians of the load phase", **frequency}
 
+    @property
+    def speed(self) -> float:
+        return float(np.abs(self.what.load.coefficients).sum())
+
     def check(self, modes: int) -> None:
-        """ResonanceError when a harmonic of the load meets an undamped mode."""
         from percuss.simulate.spectrum import Spectrum
 
-        Spectrum(self.system, modes)
-
-    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> Starts:
-        """Scaled by the load."""
-        return named(self.system, distribution, number, seed, first)
-
-    def own(self, source: Any, seed: int) -> Starts:
-        """A file, a function of the seed, or the starts themselves."""
-        return own(self.system, source, seed)
+        Spectrum(self.what, modes)
 
     def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        """Position, velocity, load phase or modal amplitude."""
         if isinstance(name, str) and (name in ("position", "velocity", "time") or MODE.fullmatch(name)):
             return name, finite(name, value)
-        raise ParameterError(where, name, f"one of {_STATES}")
+        raise ParameterError(where, name, "one of position, velocity, time, u_1, u_2, …, v_1, v_2, …")
 
     def on_a_grid(self, grid: dict[str, Array]) -> Starts:
-        """With the load phase."""
-        return end_starts(self.system.body, self.system.load.at, grid)
-
-    def start_columns(self, displacements: int, velocities: int) -> dict[str, Column]:
-        """With the load phase."""
-        return start_columns(displacements, velocities)
-
-    def start_values(self, starts: AnyStarts) -> Columns:
-        """Starts as columns."""
-        return start_values(_bars(starts))
-
-    def starts_from(self, columns: Columns) -> Starts:
-        """The starts that columns hold."""
-        return starts_from(columns)
-
-    def rough_seconds(self, modes: int) -> float:
-        """By the number of modes."""
-        return seconds_of_start(modes)
+        return end_starts(self.what.body, self.what.load.at, grid)
 
     def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        """By `simulate_many`."""
-        return followed(self.system, _bars(starts), modes, stop, threads, stopped)
+        from percuss.simulate import simulate_many
 
-    def labels(self, columns: Columns) -> npt.NDArray[np.str_]:
-        """As `Trajectory.label`."""
-        return labels(columns)
+        harmonics = self.what.load.harmonics
 
-    def matched(self, columns: Columns, distance: float) -> npt.NDArray[np.int64]:
-        """By labels, and the numbers of cycles."""
-        return matched(columns, float(np.abs(self.system.load.coefficients).sum()), distance)
+        def simulated(block: Starts) -> Columns:
+            many = simulate_many(
+                self.what, block, modes=modes, stop=stop, keep=_WINDOW, threads=threads, progress=lambda _: stopped()
+            )
+            return _columns(many, harmonics)
 
-    def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
-    ) -> tuple[Attractor, ...]:
-        """With the impacts of a cycle of each."""
-        return attractors_of(columns, number, self.system, _bars(starts), modes, stop)
+        # simulate_many looks up 16 times for each thread: long motions in small blocks, so that it soon sees `stopped`
+        size = int(np.clip(16 * _PORTION // max(stop.most_impacts, 1), 16, _BLOCK))
+        found = _of_blocks(COLUMNS, starts, size, stopped, simulated)
+        for rows, keep in _long(found["cycle_impacts"]):
+            if stopped():
+                break
+            again = simulate_many(self.what, some(starts, rows), modes=modes, stop=stop, keep=keep, threads=threads)
+            more = _columns(again, harmonics)
+            for name in ("phase", "striking_speed", "invariants"):
+                found[name][rows] = more[name]
+        return found
+
+    @classmethod
+    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
+        from percuss.simulate import OUTCOMES
+
+        code, n = columns["code"].astype(np.int64), columns["cycle_periods"].astype(np.int64)
+        kind, p = columns["cycle_kind"].astype(np.int64), columns["cycle_impacts"].astype(np.int64)
+        key = np.where(columns["wanders"], _FINITE["aperiodic"], _FINITE["undecided"])
+        key = np.where(kind > 0, _FINITE["rest/?"] + kind - 1, key)
+        several = n * (int(p.max(initial=0)) + 1) + np.where(kind == 0, p, 0)
+        key = np.where(n > 0, cls.periodic + kind + 3 * several, key)
+        for name in ("rest", "departed"):
+            key = np.where(code == OUTCOMES.index(name), _FINITE[name], key)
+        return np.asarray(key, dtype=np.int64)
+
+    @classmethod
+    def label(cls, columns: Columns, i: int) -> str:
+        (key,) = cls.keys({name: values[i : i + 1] for name, values in columns.items()}).tolist()
+        if key < cls.periodic:
+            return next(name for name, number in _FINITE.items() if number == key)
+        p, n, kind = (int(columns[name][i]) for name in ("cycle_impacts", "cycle_periods", "cycle_kind"))
+        return (f"z={p}/{n}", f"rest/{n}", f"chatter/{n}")[kind]
+
+    @classmethod
+    def tells_apart(cls, columns: Columns, speed: float) -> Array:
+        values: Array = columns["invariants"].copy()
+        values[:, :2] /= (speed, speed * speed)
+        values[:, 1] = np.sqrt(values[:, 1])
+        values[:, :2] = np.arcsinh(values[:, :2])  # differences relative to 1 + x
+        return values
+
+    def figures(
+        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
+    ) -> list[tuple[str, dict[str, Any]]]:
+        from percuss.simulate import simulate_many
+
+        found: list[tuple[str, dict[str, Any]]] = [("", {"phases": [], "impact_velocities": []})] * which.size
+        settled = columns["cycle_impacts"][which]
+        short = np.flatnonzero((settled > 0) & (settled <= _WINDOW))
+        for rows, keep in [*([(short, _WINDOW)] if short.size else []), *_long(settled)]:
+            begins = some(starts, which[rows])
+            many = simulate_many(self.what, begins, modes=modes, stop=stop, keep=keep, threads=1)
+            assert many.last_phase is not None and many.last_velocity is not None
+            for i, row in enumerate(rows.tolist()):
+                p = int(many.cycle_impacts[i])
+                if 0 < p <= keep:
+                    phases, speeds = many.last_phase[i, keep - p :], many.last_velocity[i, keep - p :]
+                    fast = np.flatnonzero(speeds >= (1.0 - 1e-7) * speeds.max())
+                    begin = int(fast[np.argmin(phases[fast])])
+                    phases, speeds = np.roll(phases, -begin).tolist(), np.roll(speeds, -begin).tolist()
+                    found[row] = (f"at {phases[0]:.3f}", {"phases": phases, "impact_velocities": speeds})
+        return found
 
 
-def _bars(starts: AnyStarts) -> Starts:
-    from percuss.simulate import Starts
+def _long(impacts: npt.NDArray[np.int64]) -> Iterator[tuple[npt.NDArray[np.intp], int]]:
+    """Members whose cycle is longer than what is kept of all, in portions, and how many impacts to keep of them.
 
-    return instance("starts", starts, Starts)
+    That number is the power of 2 that their own cycle asks for, so that nothing depends on the company of a member: the
+    engine looks for cycles in as many impacts as are kept.
+    """
+    keep = _WINDOW
+    while keep < _LONGEST:
+        keep *= 2
+        rows = np.flatnonzero((impacts > keep // 2) & (impacts <= keep))
+        at_once = max(_KEPT // keep, 1)
+        for i in range(0, rows.size, at_once):
+            yield rows[i : i + at_once], keep
 
 
-# ---- A machine that switches its own valve, as an experiment asks it
+def _columns(many: Ensemble, harmonics: npt.NDArray[np.int64]) -> Columns:
+    assert many.last_phase is not None and many.last_velocity is not None
+    kept = many.last_phase.shape[1]
+    impacts = np.where(many.cycle_impacts <= kept, many.cycle_impacts, 0)
+    invariants, phase, speed = invariants_of(
+        many.last_phase, many.last_velocity, impacts, many.cycle_periods, harmonics
+    )
+    made: Columns = {"phase": phase, "striking_speed": speed, "invariants": invariants}
+    return {name: made[name] if name in made else np.asarray(getattr(many, name)) for name in COLUMNS}
 
-_TIME = "machine's unit of time"
-_STATE = Column("int64", meaning="state of the valve at the start, by its number")
-_MACHINE_SCALES = {
-    "position": ("length_scale", "m"),
-    **dict.fromkeys(("velocity", "blow_speed"), ("speed_scale", "m/s")),
-    "energy_lost": ("energy_scale", "J"),
-    **dict.fromkeys(("end_time", "period"), ("time_scale", "s")),
+
+def invariants_of(
+    phases: Array, speeds: Array, impacts: npt.NDArray[np.int64], periods: npt.NDArray[np.int64], harmonics: Any
+) -> tuple[Array, Array, Array]:
+    """Invariants of the last `impacts` impacts of each row, and phase and speed of the fastest of them.
+
+    Sums over the impacts of a cycle do not depend on which of them comes first, and cosine and sine know no seam at
+    2π; weights v² and v³ leave the smallest impacts of a chatter, of which there may be one more or less, without
+    weight. Phases count modulo the true period of the load, 2π over the greatest common divisor of its harmonics.
+    """
+    turn = float(reduce(math.gcd, (int(k) for k in harmonics), 0) or 1)
+    rows, most = impacts.size, int(impacts.max(initial=0))
+    sums = np.zeros((INVARIANTS, rows))
+    top, at = np.full(rows, -1.0), np.full(rows, np.nan)  # speeds of impacts are not below 0
+    for j in range(most):  # one impact of all rows after the other: the same sums, to the bit, whatever the other rows
+        here = impacts > j
+        phi = np.where(here, phases[:, phases.shape[1] - 1 - j], 0.0)
+        v = np.where(here, speeds[:, phases.shape[1] - 1 - j], 0.0)
+        square = v * v
+        cube = square * v
+        c, s = np.cos(turn * phi), np.sin(turn * phi)
+        for k, term in enumerate((square, cube, square * c, square * s, cube * c, cube * s)):
+            sums[k] += term
+        sums[6] += square * (c - s) * (c + s)  # cos 2φ and sin 2φ
+        sums[7] += square * (2.0 * c * s)
+        # the fastest; of several equally fast ones that of the least phase
+        better = here & np.where(np.abs(v - top) <= 1e-7 * v, phi < at, v > top)
+        top, at = np.where(better, v, top), np.where(better, phi, at)
+    none = impacts == 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square, cube = sums[0].copy(), sums[1].copy()
+        sums[0], sums[1] = cube / square, square / periods
+        sums[2:4] /= square
+        sums[4:6] /= cube
+        sums[6:8] /= square
+    sums[:, none] = np.nan
+    return np.ascontiguousarray(sums.T), np.where(none, np.nan, at), np.where(none, np.nan, top)
+
+
+# ---- A machine that switches its own valve
+
+MACHINE_COLUMNS: dict[str, Column] = {
+    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.MACHINE_OUTCOMES"),
+    "stall": Column("int8", meaning="where it stalls, its number in percuss.simulate.STALLS; -1: it does not"),
+    "impacts": Column("int64", meaning="impacts from the start"),
+    "end_time": Column(unit=UNIT_OF_TIME, meaning="time from the start to the last event"),
+    "blows": Column("int64", meaning="main blows in a period; 0: none, or no period was found"),
+    "valve_cycles": Column("int64", meaning="how often the valve comes to the same state in a period; 0: none found"),
+    "cycle_kind": Column("int8", meaning="periodic motion without rest (0), with rest (1), with chatter and rest (2)"),
+    "wanders": Column("bool", meaning="whether the last changes of the valve do not come near any earlier ones"),
+    "period": Column(unit=UNIT_OF_TIME, meaning="of the periodic motion"),
+    "blow_speed": Column(meaning="striking speed of the strongest blow of a period"),
+    "energy_lost": Column(meaning="what blows, chatter and rest take in a period, per unit of mass"),
 }
+"""What is kept of every motion."""
 
 
-@dataclass(frozen=True)
-class SwitchingHammer:
-    """See `percuss.explore.attractors.hammers.Hammer`."""
+class SwitchingHammer(Hammer):
+    """A machine: its piston switches its load."""
 
-    machine: Machine
+    kind = "machine"
+    columns = MACHINE_COLUMNS
+    units: ClassVar = {
+        "position": ("length_scale", "m"),
+        **dict.fromkeys(("velocity", "blow_speed"), ("speed_scale", "m/s")),
+        "energy_lost": ("energy_scale", "J"),
+        **dict.fromkeys(("end_time", "period"), ("time_scale", "s")),
+    }
+    periodic = 8
 
-    @property
-    def kind(self) -> str:
-        """``machine``."""
-        return "machine"
+    def __init__(self, what: Machine) -> None:
+        self.what: Machine = what
 
     @property
     def described(self) -> dict[str, Any]:
-        """The machine in plain numbers."""
-        return {self.kind: describe_machine(self.machine)}
-
-    @property
-    def columns(self) -> Mapping[str, Column]:
-        """`MACHINE_COLUMNS`."""
-        return MACHINE_COLUMNS
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """The names of the valve's states."""
-        return tuple(name for name, _ in self.machine.valve.pairs)
+        return {self.kind: describe_machine(self.what)}
 
     @property
     def words(self) -> Mapping[str, Sequence[str]]:
-        """Outcomes, places of stalls, kinds of cycles, and states."""
         from percuss.simulate import MACHINE_OUTCOMES, STALLS
 
         return {"code": MACHINE_OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
 
     @property
-    def scales(self) -> Mapping[str, tuple[float, str]]:
-        """By the scales of the machine."""
-        if not self.machine.is_si:
-            return {}
-        return {name: (float(getattr(self.machine, scale)), unit) for name, (scale, unit) in _MACHINE_SCALES.items()}
-
-    @property
     def about(self) -> dict[str, Any]:
-        """The scaling."""
-        unit = "seconds" if self.machine.is_si else _TIME
+        unit = "seconds" if self.what.is_si else UNIT_OF_TIME
         return {"scaling": f"lengths in bar lengths, times in the {unit}, energies per unit of mass"}
 
+    @property
+    def speed(self) -> float:
+        return speed_scale(self.what) or farthest_port(self.what)
+
     def check(self, modes: int) -> None:
-        """The modes on the chamber are made now."""
-        self.machine.modes(modes)
-
-    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> MachineStarts:
-        """Scaled by the ports and the valve's forces."""
-        return drawn_machines(self.machine, distribution, number, seed, first)
-
-    def own(self, source: Any, seed: int) -> MachineStarts:
-        """A file, a function of the seed, or the starts themselves."""
-        return own_machines(self.machine, source, seed)
+        self.what.modes(modes)
 
     def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        """Position, velocity or modal amplitude, and the state of the valve by its name or number."""
         if name == "state":
             if value in self.states:
                 return "state", float(self.states.index(str(value)))
@@ -354,84 +553,96 @@ class SwitchingHammer:
         if isinstance(name, str) and (name in ("position", "velocity") or MODE.fullmatch(name)):
             return name, finite(name, value)
         known = "position, velocity, state, u_1, u_2, …, v_1, v_2, …"
-        remedy = "no clock drives the machine" if name == "time" else ""
-        raise ParameterError(where, name, f"one of {known}", remedy)
+        raise ParameterError(where, name, f"one of {known}", "no clock drives the machine" if name == "time" else "")
 
     def on_a_grid(self, grid: dict[str, Array]) -> MachineStarts:
-        """With the state of the valve; its own starting state where none is said."""
         from percuss.simulate import MachineStarts
 
         bars = {name: values for name, values in grid.items() if name != "state"}
-        usual = self.states.index(self.machine.valve.start or self.states[0])
+        usual = self.states.index(self.what.valve.start or self.states[0])
         state = grid.get("state", np.array(float(usual))).astype(np.int64)
-        return MachineStarts(end_starts(self.machine.body, self.machine.at, bars), state, self.states)
-
-    def start_columns(self, displacements: int, velocities: int) -> dict[str, Column]:
-        """With the state of the valve in place of the load phase."""
-        columns = start_columns(displacements, velocities)
-        del columns["time"]
-        if "velocity" in columns:
-            unit = f"bar lengths/{_TIME}"
-            columns["velocity"] = Column(unit=unit, meaning=columns["velocity"].meaning)
-        return {**columns, "state": _STATE}
-
-    def start_values(self, starts: AnyStarts) -> Columns:
-        """Starts as columns."""
-        own = _switching(starts)
-        values = start_values(own.bars)
-        del values["time"]
-        return {**values, "state": own.state.copy()}
-
-    def starts_from(self, columns: Columns) -> MachineStarts:
-        """The starts that columns hold."""
-        from percuss.simulate import MachineStarts
-
-        bars = starts_from({**columns, "time": np.zeros(columns["position"].shape)})
-        return MachineStarts(bars, columns["state"], self.states)
-
-    def rough_seconds(self, modes: int) -> float:
-        """By the number of modes."""
-        return seconds_of_machine_start(modes)
+        return MachineStarts(end_starts(self.what.body, self.what.at, bars), state, self.states)
 
     def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: MachineStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        """By `simulate_machines`."""
-        return machine_cycles_followed(self.machine, _switching(starts), modes, stop, threads, stopped)
+        from percuss.simulate import MACHINE_OUTCOMES, simulate_machines
 
-    def labels(self, columns: Columns) -> npt.NDArray[np.str_]:
-        """As `MachineTrajectory.label`."""
-        return machine_cycles_labels(columns)
+        def simulated(block: MachineStarts) -> Columns:
+            many = simulate_machines(
+                self.what, block, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped()
+            )
+            made = {
+                "code": np.array([MACHINE_OUTCOMES.index(word) for word in many.outcome.tolist()]),
+                "cycle_kind": many.kind,
+            }
+            return {name: made[name] if name in made else getattr(many, name) for name in MACHINE_COLUMNS}
 
-    def matched(self, columns: Columns, distance: float) -> npt.NDArray[np.int64]:
-        """By labels, periods and speeds."""
-        scale = speed_scale(self.machine) or farthest_port(self.machine)
-        return matched_machines(columns, scale, distance)
+        return _of_blocks(MACHINE_COLUMNS, starts, _BLOCK // 2, stopped, simulated)
 
-    def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
-    ) -> tuple[MachineAttractor, ...]:
-        """With the blows of a period of each."""
-        return machine_attractors(columns, number, self.machine, _switching(starts), modes, stop)
+    @classmethod
+    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
+        from percuss.simulate import STALLS
 
+        blows, turns = columns["blows"].astype(np.int64), columns["valve_cycles"].astype(np.int64)
+        rests = np.minimum(columns["cycle_kind"].astype(np.int64), 1)
+        key = np.where(columns["wanders"], len(STALLS), len(STALLS) + 1)
+        key = np.where(turns > 0, cls.periodic + rests + 2 * (blows + (int(blows.max(initial=0)) + 1) * turns), key)
+        return np.asarray(np.where(columns["stall"] >= 0, columns["stall"].astype(np.int64), key), dtype=np.int64)
 
-def _switching(starts: AnyStarts) -> MachineStarts:
-    from percuss.simulate import MachineStarts
+    @classmethod
+    def label(cls, columns: Columns, i: int) -> str:
+        from percuss.simulate import STALLS, MachineCycle
+        from percuss.simulate.machine.machine_events import machine_label
 
-    return instance("starts", starts, MachineStarts)
+        stall, turns = int(columns["stall"][i]), int(columns["valve_cycles"][i])
+        cycle = None
+        if turns:
+            numbers = (float(columns[name][i]) for name in ("period", "energy_lost", "blow_speed"))
+            cycle = MachineCycle(0, int(columns["blows"][i]), turns, int(columns["cycle_kind"][i]), *numbers)
+        return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(columns["wanders"][i]))
+
+    @classmethod
+    def tells_apart(cls, columns: Columns, speed: float) -> Array:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            speeds = columns["blow_speed"], np.sqrt(columns["energy_lost"])
+            return np.column_stack([np.log(columns["period"]), *(np.arcsinh(one / speed) for one in speeds)])
+
+    def figures(
+        self, columns: Columns, which: npt.NDArray[np.intp], starts: MachineStarts, modes: int, stop: Stop
+    ) -> list[tuple[str, dict[str, Any]]]:
+        from percuss.simulate import run_machine
+
+        found = []
+        for row in which.tolist():
+            speeds, energies = [], []
+            if columns["blows"][row] > 0 and columns["stall"][row] < 0:
+                motion = run_machine(self.what, starts[row], modes=modes, stop=stop)
+                if (cycle := motion.cycle) is not None and cycle.blows:
+                    struck, last = motion.events.of("impact"), float(motion.events.time[-1])
+                    inside = np.flatnonzero(struck.time > last - cycle.period * (1.0 - 1e-9))
+                    strongest = np.sort(np.argsort(-struck.velocity[inside], kind="stable")[: cycle.blows])
+                    main = inside[strongest]  # what bounces is weaker than the blow that it follows
+                    if main.size:
+                        main = np.roll(main, -int(np.argmax(struck.velocity[main])))
+                        speeds, energies = struck.velocity[main].tolist(), struck.kinetic_energy[main].tolist()
+            period, lost = float(columns["period"][row]), float(columns["energy_lost"][row])
+            known = not math.isnan(period)
+            figures = {
+                "period": period if known else None,
+                "impact_velocities": speeds,
+                "blow_energies": energies,
+                "energy_lost": lost if known else None,
+            }
+            found.append((f"period {period:.4g}" if known else "", figures))
+        return found
 
 
 # ---- The hammers that experiments follow, from systems and machines, and from archives
 
 
 def hammer_of(what: System | Machine) -> Hammer:
-    """A system or a machine as an experiment asks it.
-
-    Raises
-    ------
-    ParameterError
-        For anything else.
-    """
+    """A system or a machine as an experiment asks it; ParameterError for anything else."""
     if isinstance(what, System):
         return ClockedHammer(what)
     if isinstance(what, Machine):

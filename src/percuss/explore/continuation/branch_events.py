@@ -12,13 +12,13 @@ import numpy.typing as npt
 from percuss.errors import LoadError, ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.solution_curve import (
+    CorrectorFailed,
     CurvePoint,
     FollowedOrbit,
     Number,
     QuickMotion,
     Segment,
     SolutionCurve,
-    Strayed,
     turning,
     twice,
     unit_tangent,
@@ -211,7 +211,7 @@ def step_ahead(curve: SolutionCurve, here: CurvePoint, which: int, passed: Passe
 
 
 def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
-    """The point of the curve at which an impact is exactly at a step, with the tangent before it; or Strayed."""
+    """The point of the curve at which an impact is exactly at a step, with the tangent before it."""
     later = is_later(curve, near, which, passed)
     number, x = int(passed[which]) - (not later), np.array(near.x)
     for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
@@ -223,14 +223,14 @@ def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -
         try:
             step = np.linalg.solve(matrix, -off)
         except np.linalg.LinAlgError:
-            raise Strayed("no tangent") from None
+            raise CorrectorFailed("no tangent") from None
         if not float(np.abs(step).max()) < _LONGEST:
-            raise Strayed("a step too long")
+            raise CorrectorFailed("a step too long")
         x = x + step
         if float(np.abs(step).max()) < _EXACT:
             break
     else:
-        raise Strayed("no convergence")
+        raise CorrectorFailed("no convergence")
     point = CurvePoint(x, near.tangent, near.steps)
     orbit = beside(curve, point, which, not later)
     matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
@@ -240,14 +240,14 @@ def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -
 def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
     """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
 
-    Strayed where none does within so much of the curve.
+    CorrectorFailed where none does within so much of the curve.
     """
     near = [one for i in range(curve.impacts) if (one := step_ahead(curve, here, i, passed))]
     if not near:
-        raise Strayed("the load has no steps")
+        raise CorrectorFailed("the load has no steps")
     place, which = min(near)
     if not 0.0 <= place <= reach:
-        raise Strayed("no step of the load is near")
+        raise CorrectorFailed("no step of the load is near")
     start = here.x + place * here.tangent
     return start, landed(curve, CurvePoint(start, here.tangent, 0), which, passed), which
 
@@ -255,7 +255,7 @@ def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: 
 def beyond_corner(
     curve: SolutionCurve, corner: CurvePoint, which: int, passed: Passed
 ) -> tuple[CurvePoint, PeriodicOrbit, Passed]:
-    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way; or Strayed.
+    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way.
 
     With it, the motion just beyond, and how many steps of the load there are before each impact there.
     """
@@ -464,7 +464,7 @@ def grazing_partner(curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, 
             tried = other.motion(other.corrected(x + _TRIED * way, way).x)
             if np.all(tried.speeds > 0.0) and tried.admissible:
                 return other, CurvePoint(x, way, 0)
-    except (PercussError, Strayed, np.linalg.LinAlgError):
+    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
         pass
     return None
 
@@ -506,7 +506,7 @@ def other_end(
         orbit = other.motion(found)
         alive = np.delete(orbit.speeds, number) if number >= 0 else orbit.speeds
         return (other, found) if np.all(alive > 0.0) else None
-    except (PercussError, Strayed, np.linalg.LinAlgError):
+    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
         return None
 
 

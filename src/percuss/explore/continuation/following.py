@@ -44,21 +44,21 @@ from percuss.explore.continuation.missed_events import (
     stuck,
     turning_back,
 )
+from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
 from percuss.explore.continuation.solution_curve import (
     FIRST,
     LONGEST,
     SHORTEST,
+    CorrectorFailed,
     CurvePoint,
     Segment,
     SolutionCurve,
-    Strayed,
     check_next,
 )
 from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
 from percuss.model import System
-from percuss.model.checks import Array, callback, count, finite, instance, numbers, text
+from percuss.model.checks import Array, callback, count, instance, text
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
@@ -69,22 +69,6 @@ from percuss.steady.states import check_pushes
 _SAME_ORBIT = 1e-6  # rad, by which the orbit may be inexact
 _LEAST = 1e-6  # of the unit of a parameter, or its inverse: a scale beyond is none
 _BESIDE, _ASIDE = 1e-6, 1e-3  # rad, on both sides of a fold or flip, and how far from it one begins
-
-
-def range_around(between: tuple[float, float], here: float) -> tuple[float, float]:
-    """The ends of a range that holds a value."""
-    ends = numbers("between", between, "two numbers, the smaller first")
-    if ends.shape != (2,) or not ends[0] < ends[1] or not ends[0] <= here <= ends[1]:
-        raise ParameterError("between", between, f"two numbers around {here:.9g}, the value of the orbit")
-    return float(ends[0]), float(ends[1])
-
-
-def value_of(system: System, name: str) -> float:
-    """The value of a dimensionless parameter."""
-    found = PARAMETERS[name].get(system) if name in PARAMETERS else None
-    if found is None:
-        raise ParameterError("value", None, f"the value of {name} that belongs to the orbit")
-    return found
 
 
 def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: tuple[float, float]) -> CurvePoint:
@@ -101,7 +85,7 @@ def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: 
         try:
             found = curve.corrected(x, normal, tangent)
             break
-        except Strayed:
+        except CorrectorFailed:
             continue
     if found is None or float(np.abs(found.x - x).max()) > _SAME_ORBIT:
         raise ParameterError("orbit", str(orbit), f"an orbit of the system with {curve.name} = {value:.9g}")
@@ -124,7 +108,7 @@ def _off(curve: SolutionCurve, start: CurvePoint) -> CurvePoint:
             return start
         beside = curve.corrected(start.x + _ASIDE * start.tangent, start.tangent)
         return beside if curve.motion(beside.x).admissible else start
-    except Strayed:
+    except CorrectorFailed:
         return start
 
 
@@ -221,7 +205,7 @@ def _into(partner: Partner) -> Side | None:
     for _ in range(_STEPS):
         try:
             found = curve.corrected(start.x + size * start.tangent, start.tangent)
-        except Strayed:
+        except CorrectorFailed:
             found = None
         size, here = _SHRINK * size, None
         if found is not None and found.x[-1] != start.x[-1]:
@@ -293,7 +277,7 @@ def home(first: CurvePoint, segment: Segment) -> CurvePoint | None:
         return None
     try:  # another sheet of the branch may be as near: only the start itself is home
         back = curve.corrected(stop.x - ahead / along * stop.tangent, first.tangent)
-    except Strayed:
+    except CorrectorFailed:
         return None
     place = stop.x - off
     return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
@@ -390,17 +374,17 @@ class _Walker:
                 target = self._until_back(ahead())
                 segment = Segment(self.curve, self.here, target.point)
                 if not self.fresh and self.size > _REFINED and (leaps(segment) or may_vanish_twice(segment)):
-                    raise Strayed("more may happen in the step than its ends show")
+                    raise CorrectorFailed("more may happen in the step than its ends show")
                 inside = [] if self.fresh else resonant_points(segment, self.size <= _REFINED)
                 narrow = first_impossible(segment, inside)
                 if narrow is not None:
                     target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
                 happening = end_of(segment, self.passed) or target.at(segment)
                 if self.size > _REFINED and happening is None and hides(segment, inside):
-                    raise Strayed("more may happen in the step than its ends show")
+                    raise CorrectorFailed("more may happen in the step than its ends show")
                 part = to_corner(segment, happening)
                 between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
-            except Strayed:
+            except CorrectorFailed:
                 continue
             self._went(segment, between, happening, target)
             return
@@ -514,7 +498,7 @@ class _Walker:
         """Go on beyond a corner."""
         try:
             point, orbit, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
-        except Strayed:
+        except CorrectorFailed:
             self.end(BranchEvent.LOST)
             return
         turned = point.tangent[-1] * corner.point.tangent[-1] < 0.0
@@ -530,8 +514,6 @@ class _Walker:
 
 MOST_POINTS = 100_000
 MOST_DEPTH = 16
-_UNITS = 4.0  # of the range of the parameter, which count as a step of 1 rad
-_WIDE = 1e9  # a range wider than so many times the parameter says nothing of how it scales
 _SAME_POINT = 1e-7
 _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
 
@@ -610,14 +592,11 @@ def follow(
     systems = SystemFamily(orbit.system) if family is None else family_of(family)
     name = text("along", along, "the name of a parameter")
     systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    here = value_of(orbit.system, name) if value is None else finite("value", value)
-    bounds = (-math.inf, math.inf) if between is None else range_around(between, here)
+    here = value_at(orbit.system, name, value)
+    bounds = range_around(between, here)
     points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     callback("halt", halt)
-    scale = max(1.0, abs(here))
-    size = scale if between is None else min((bounds[1] - bounds[0]) / _UNITS, _WIDE * scale)
-    unit = 2.0 ** round(math.log2(size))  # so that nothing is rounded when values are taken by it
-    curve = SolutionCurve(systems, name, orbit.impacts, orbit.periods, orbit.modes, unit)
+    curve = SolutionCurve(systems, name, orbit.impacts, orbit.periods, orbit.modes, unit_of(bounds, here))
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = beginning(curve, orbit, here, bounds)
@@ -655,7 +634,7 @@ class _Tracer:
             if one.kind in _GIVEN_BACK:
                 self._is_new(curve.impacts, curve.periods, point)
         return Branch(
-            curve.name, curve.impacts, curve.periods, curve.modes,
+            parameters=(curve.name,), label=_label(curve), modes=curve.modes,
             values=np.array([curve.value(point.x) for point in rows]),
             times=np.array([motion.times for motion in motions]),
             speeds=np.array([motion.speeds for motion in motions]),
@@ -715,4 +694,4 @@ def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPo
         beyond = sentence(curve, one, impact, refusal)
     except Interrupted:
         beyond = one.kind.words
-    return BranchPoint(one.kind, curve.value(one.point.x), orbit, values, beyond, impact, phase)
+    return BranchPoint(one.kind, (curve.value(one.point.x),), orbit, beyond, values, impact, phase)

@@ -24,11 +24,11 @@ from percuss.explore.continuation.branch_events import (
     unstable,
 )
 from percuss.explore.continuation.solution_curve import (
+    CorrectorFailed,
     CurvePoint,
     Number,
     Segment,
     SolutionCurve,
-    Strayed,
     twice,
     where_it_vanishes,
 )
@@ -81,7 +81,7 @@ def _crossed_between(segment: Segment, low: float, high: float) -> tuple[float, 
         place = low + share * (high - low)
         try:
             return place, segment.at(place)
-        except Strayed:
+        except CorrectorFailed:
             continue
     return None
 
@@ -112,7 +112,7 @@ def crossings(
 
     Raises
     ------
-    Strayed
+    CorrectorFailed
         Where the ends are not on one sheet of the branch.
     """
     points = [(first, segment.at(first))]
@@ -150,7 +150,7 @@ def _between(
     if not fresh and away and turned != singular:  # det K(1) and the tangent change their signs together on one sheet
         crossed = None if turned else crossing_point(segment, fold, low, high)
         if crossed is None:
-            raise Strayed("on another sheet of the branch")
+            raise CorrectorFailed("on another sheet of the branch")
         found.append(Happening(BranchEvent.CROSSING, *crossed))
     if not fresh and turned and singular:
         found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, low, high)))
@@ -281,7 +281,7 @@ def _halving(segment: Segment) -> TurningBack | None:
     first, second = (halves(point, p, curve.periods) for point in (segment.start, segment.stop))
     apart, after = float(np.linalg.norm(first[1])), float(np.linalg.norm(second[1]))
     if after < _TURNED_SAME < BESIDE * apart:
-        raise Strayed("on the branch of half the period")
+        raise CorrectorFailed("on the branch of half the period")
     if not first[1] @ second[1] < 0.0:
         return None
     share = apart / (apart + after)
@@ -293,7 +293,7 @@ def _halving(segment: Segment) -> TurningBack | None:
 
     found = where_it_vanishes(narrow, near, flip)
     if float(np.abs(found - near).max()) > segment.length:
-        raise Strayed("another flip")
+        raise CorrectorFailed("another flip")
     point = CurvePoint(twice(found, p // 2, narrow.periods), segment.start.tangent, 0)
     place = float(segment.start.tangent @ (point.x - segment.start.x))
     if not 0.0 < place < segment.length:
@@ -577,7 +577,7 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
     segment
         The step.
     skip
-        Whether places without a point are left out; else Strayed is raised.
+        Whether places without a point are left out; else CorrectorFailed is raised.
     """
     maps = mode_maps(segment)
     least = None if maps is None else _least_values(maps, segment.length)
@@ -587,7 +587,7 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
     for k in range(least.mode.size):
         try:
             found += _points(segment, maps, least.some(slice(k, k + 1)))
-        except Strayed:
+        except CorrectorFailed:
             if not skip:
                 raise
     return sorted(found, key=lambda one: one[0])

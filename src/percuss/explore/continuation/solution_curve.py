@@ -76,23 +76,23 @@ _ASIDE = 0.5  # of a step, by which its end may be beside the tangent
 _FLIGHT = 0.5  # share of a flight by which it may change in a step
 
 
-class Strayed(Exception):
+class CorrectorFailed(Exception):
     """Newton's method found no point of the curve, or not the one that was meant."""
 
 
 def unit_tangent(matrix: Array, along: Array) -> Array:
-    """The unit tangent that goes the same way as `along`; Strayed where it is at right angles to it."""
+    """The unit tangent that goes the same way as `along`; CorrectorFailed where it is at right angles to it."""
     try:
         found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
     except np.linalg.LinAlgError:
-        raise Strayed("no tangent") from None
+        raise CorrectorFailed("no tangent") from None
     return np.asarray(found / np.linalg.norm(found))
 
 
 def check_next(
     before: tuple[Array, Array], after: tuple[Array, Array], place: Array, size: float, impacts: int, periods: int
 ) -> Array:
-    """The times of the flights after a step; Strayed where its end is not the next point.
+    """The times of the flights after a step; CorrectorFailed where its end is not the next point.
 
     Parameters
     ----------
@@ -107,11 +107,11 @@ def check_next(
     (x, tangent), (x_after, tangent_after) = before, after
     flights, flights_after = (np.append(one[1:p], one[0] + period) - one[:p] for one in (x, x_after))
     if float(tangent_after @ tangent) < _TURN:
-        raise Strayed("a bend")
+        raise CorrectorFailed("a bend")
     if float(np.linalg.norm(x_after - place)) > _ASIDE * size:
-        raise Strayed("beside the tangent")
+        raise CorrectorFailed("beside the tangent")
     if not np.all(np.abs(flights_after / flights - 1.0) < _FLIGHT):
-        raise Strayed("a flight changes too much")
+        raise CorrectorFailed("a flight changes too much")
     return np.asarray(flights_after)
 
 
@@ -338,7 +338,7 @@ class SolutionCurve:
 
         Raises
         ------
-        Strayed
+        CorrectorFailed
             When Newton's method does not get there.
         """
         look()
@@ -354,15 +354,15 @@ class SolutionCurve:
                     x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), column is not None, derivative, tangent,
                 )  # fmt: skip
                 if ended != _FOUND:
-                    raise Strayed(_WORDS[ended])
+                    raise CorrectorFailed(_WORDS[ended])
                 steps = steps or taken
                 if not np.any(normal[:-1]):  # the parameter is held: rounding is not to lead past a limit
                     x[-1] = start[-1]
                 if self.rows.fits(base, rate, self.value(x)):
                     return CurvePoint(x, tangent, steps)
             except PercussError as error:
-                raise Strayed(str(error)) from None
-        raise Strayed("no convergence")
+                raise CorrectorFailed(str(error)) from None
+        raise CorrectorFailed("no convergence")
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """The derivative of the equations by the unknowns at a point, (p + 1, p + 2), and the equations, (p + 1,)."""
@@ -393,7 +393,7 @@ def twice(x: Array, p: int, periods: int) -> Array:
 
 
 def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
-    """The point of a curve at which a number vanishes, by Newton's method from a point that is near; or Strayed."""
+    """The point of a curve at which a number vanishes, by Newton's method from a point near; or CorrectorFailed."""
     x = np.array(x)
     for _ in range(_SEARCH_STEPS):
         look()
@@ -413,7 +413,7 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
         x = x + step
         if size < _ROUNDING:
             return x
-    raise Strayed("no convergence")
+    raise CorrectorFailed("no convergence")
 
 
 # ---- A step along a curve of orbits, and the places in it where a number of the orbit vanishes
@@ -442,7 +442,7 @@ class Segment:
         return float(self.start.tangent @ (self.stop.x - self.start.x))
 
     def at(self, place: float) -> CurvePoint:
-        """The point at a place; Strayed where there is none."""
+        """The point at a place; CorrectorFailed where there is none."""
         if place == 0.0:
             return self.start
         if place == self.length:

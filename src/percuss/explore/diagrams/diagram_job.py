@@ -11,8 +11,8 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
-from percuss.explore.attractors.grouping import INVARIANTS, invariants_of, matched
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, DiagramRestBranch, packed
+from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
 from percuss.explore.diagrams.tracing import Settled, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
@@ -134,7 +134,7 @@ def _begun(system: System, modes: int, stop: Stop, seed: int, rank: int) -> Star
     rows = _empty(len(starts))
     for i in range(len(starts)):
         _put(rows, i, many, i, _last(many, i), system)
-    number = matched(rows, float(np.abs(system.load.coefficients).sum()))
+    number = ClockedHammer.matched(rows, ClockedHammer(system).speed)
     return starts[int(np.argmax(number == rank))] if rank <= int(number.max()) else None
 
 
@@ -377,7 +377,7 @@ class DiagramJob:
         )
         values = self._searched(low, high, _FINER if longer else 1)
         along = (self.family, self.axis.name, (low, high), values)
-        lines: list[DiagramBranch | DiagramRestBranch] = []
+        lines: list[DiagramBranch] = []
         if longer:
             lines += rests_traced(*along, self.modes, stopped=stopped)
         label = None if longer else self.labels[i]

@@ -12,11 +12,9 @@ from percuss.explore.continuation.following import follow
 from percuss.explore.continuation.rest_following import follow_rest_cycle
 from percuss.explore.diagrams.diagram_lines import (
     DiagramBranch,
-    DiagramRestBranch,
     beyond_the_ends,
     goes_through,
     line_of,
-    rest_line_of,
     with_new,
 )
 from percuss.explore.family import Family
@@ -207,7 +205,7 @@ def rests_traced(
     modes: int,
     *,
     stopped: Callable[[], bool],
-) -> list[DiagramRestBranch]:
+) -> list[DiagramBranch]:
     """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole.
 
     Parameters
@@ -221,7 +219,7 @@ def rests_traced(
     stopped
         Whether the answer is no longer wanted.
     """
-    found: list[DiagramRestBranch] = []
+    found: list[DiagramBranch] = []
     for value in values:
         try:
             with halting(stopped):
@@ -230,7 +228,7 @@ def rests_traced(
                 for cycle in known:
                     if not any(_is_on_rest_line(line, value, cycle) for line in found):
                         branch = follow_rest_cycle(cycle, name, between, family=family, value=value, points=_POINTS)
-                        found.append(rest_line_of(branch))
+                        found.append(line_of(branch, lambda at: family.system({name: at})))
         except PercussError:  # there is no such system, its load does not push, or nobody waits any longer
             if stopped():
                 break
@@ -242,7 +240,7 @@ def _rests(system: System, modes: int) -> bool:
     return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
 
 
-def _is_on_rest_line(line: DiagramRestBranch, value: float, cycle: RestCycle) -> bool:
+def _is_on_rest_line(line: DiagramBranch, value: float, cycle: RestCycle) -> bool:
     """Whether a branch has a cycle: the phase at which the bar is let go tells all that follows."""
     release = line.release_at(value) if line.label == cycle.label else None
     return release is not None and abs(float(np.angle(np.exp(1j * (release - cycle.release_phase))))) < _NEAR_RELEASE

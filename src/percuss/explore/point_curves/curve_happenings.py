@@ -10,12 +10,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import FlipForm, Passed, indicator, press, step_of, steps_passed
-from percuss.explore.continuation.solution_curve import Strayed, twice
+from percuss.explore.continuation.solution_curve import CorrectorFailed, twice
 from percuss.explore.point_curves.conditions import (
     Condition,
     Corner,
-    CurveEvent,
     Death,
     Multiplier,
     Pair,
@@ -31,13 +31,13 @@ from percuss.steady.periodic.periodic_orbit import Flight
 # ---- What happens between two points of a curve in two parameters, and what of it is one thing
 
 _ALIKE = 1e-6  # of a step, within which two things happen at one place
-_FOLLOW = {CurveEvent.WITH_FOLD, CurveEvent.WITH_FLIP, CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2}
+_FOLLOW = {BranchEvent.WITH_FOLD, BranchEvent.WITH_FLIP, BranchEvent.RESONANCE_1, BranchEvent.RESONANCE_2}
 
 
 class CurveHappening(NamedTuple):
     """What happens at a share of the way between two points."""
 
-    kind: CurveEvent
+    kind: BranchEvent
     share: float
     point: ExtendedPoint
 
@@ -49,13 +49,13 @@ def without_what_follows(found: list[CurveHappening], condition: Condition) -> l
     flips it is seen as an impact without speed.
     """
     grazing = isinstance(condition, Death | Touch)
-    sign = CurveEvent.RESONANT_GRAZING if grazing else CurveEvent.WITH_DEATH
+    sign = BranchEvent.RESONANT_GRAZING if grazing else BranchEvent.WITH_DEATH
     for one in [one for one in found if one.kind is sign]:
         here = [other for other in found if other.kind in _FOLLOW and _is_near(other.share, [one.share])]
         if here:
             found = [other for other in found if not any(other is gone for gone in (one, *here))]
-            found.append(one._replace(kind=CurveEvent.RESONANT_GRAZING))
-    corners = [one.share for one in found if one.kind is CurveEvent.WITH_CORNER]  # where K(ξ) jumps
+            found.append(one._replace(kind=BranchEvent.RESONANT_GRAZING))
+    corners = [one.share for one in found if one.kind is BranchEvent.WITH_CORNER]  # where K(ξ) jumps
     return [one for one in found if one.kind not in _FOLLOW or not _is_near(one.share, corners)]
 
 
@@ -88,9 +88,9 @@ class Clearance(NamedTuple):
         return min(self) >= 0.0
 
     @staticmethod
-    def lost(number: int) -> CurveEvent:
+    def lost(number: int) -> BranchEvent:
         """What it is to lose one of them."""
-        return (CurveEvent.WITH_DEATH, CurveEvent.WITH_TOUCH, CurveEvent.WITH_STICKING)[number]
+        return (BranchEvent.WITH_DEATH, BranchEvent.WITH_TOUCH, BranchEvent.WITH_STICKING)[number]
 
 
 def clearance(orbit: PeriodicOrbit, condition: Condition, extra: Array) -> Clearance:
@@ -131,7 +131,7 @@ def maxima(flight: Flight, modes: int) -> tuple[Array, Array]:
 
 # ---- Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs
 
-Tests: TypeAlias = list[tuple[CurveEvent, Callable[[ExtendedPoint], float]]]
+Tests: TypeAlias = list[tuple[BranchEvent, Callable[[ExtendedPoint], float]]]
 """Kinds of points, and of each the number that vanishes there."""
 
 _APART = 1e-4  # of ξ from 1 or −1, for the derivative of g
@@ -153,34 +153,34 @@ def tests_of(curve: ExtendedCurve, first: ExtendedPoint) -> Tests:
     def of_orbit(number: Callable[[PeriodicOrbit, Array], float]) -> Callable[[ExtendedPoint], float]:
         return lambda point: number(curve.motion(point.x), curve.extra(point.x))
 
-    fold = CurveEvent.WITH_FOLD, of_orbit(lambda orbit, _: indicator(orbit, 1.0))
-    flip = CurveEvent.WITH_FLIP, of_orbit(lambda orbit, _: indicator(orbit, -1.0))
+    fold = BranchEvent.WITH_FOLD, of_orbit(lambda orbit, _: indicator(orbit, 1.0))
+    flip = BranchEvent.WITH_FLIP, of_orbit(lambda orbit, _: indicator(orbit, -1.0))
     if isinstance(condition, Multiplier) and condition.xi > 0.0:
         p = curve.impacts
         before = first.tangent[p + 1 : p + 3]
-        cusp = CurveEvent.CUSP, lambda point: float(point.tangent[p + 1 : p + 3] @ before)
-        return [flip, cusp, (CurveEvent.RESONANCE_1, of_orbit(lambda orbit, _: double(orbit, condition)))]
+        cusp = BranchEvent.CUSP, lambda point: float(point.tangent[p + 1 : p + 3] @ before)
+        return [flip, cusp, (BranchEvent.RESONANCE_1, of_orbit(lambda orbit, _: double(orbit, condition)))]
     if isinstance(condition, Multiplier):
-        bent = CurveEvent.GENERALIZED_FLIP, of_orbit(lambda orbit, _: FlipForm.of(orbit).bend)
-        return [fold, bent, (CurveEvent.RESONANCE_2, of_orbit(lambda orbit, _: double(orbit, condition)))]
+        bent = BranchEvent.GENERALIZED_FLIP, of_orbit(lambda orbit, _: FlipForm.of(orbit).bend)
+        return [fold, bent, (BranchEvent.RESONANCE_2, of_orbit(lambda orbit, _: double(orbit, condition)))]
     if isinstance(condition, Pair):
         turns = (
-            (CurveEvent.RESONANCE_1, 0), (CurveEvent.RESONANCE_4, 90),
-            (CurveEvent.RESONANCE_3, 120), (CurveEvent.RESONANCE_2, 180),
+            (BranchEvent.RESONANCE_1, 0), (BranchEvent.RESONANCE_4, 90),
+            (BranchEvent.RESONANCE_3, 120), (BranchEvent.RESONANCE_2, 180),
         )  # fmt: skip
         others = (
-            (CurveEvent.WITH_FOLD, of_orbit(lambda orbit, extra: indicator(orbit, 1.0) * (1.0 - extra[0]))),
-            (CurveEvent.WITH_FLIP, of_orbit(lambda orbit, extra: indicator(orbit, -1.0) * (1.0 + extra[0]))),
+            (BranchEvent.WITH_FOLD, of_orbit(lambda orbit, extra: indicator(orbit, 1.0) * (1.0 - extra[0]))),
+            (BranchEvent.WITH_FLIP, of_orbit(lambda orbit, extra: indicator(orbit, -1.0) * (1.0 + extra[0]))),
         )  # without the pair itself, where that comes to 1 or −1
         return [*others, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
     if isinstance(condition, Corner):
         sides: tuple[Side, Side] = ("left", "right")
         return [
             (kind, of_orbit(lambda orbit, _, xi=xi, side=side: indicator_on(orbit, xi, side)))  # type: ignore[misc]
-            for kind, xi in ((CurveEvent.WITH_FOLD, 1.0), (CurveEvent.WITH_FLIP, -1.0))
+            for kind, xi in ((BranchEvent.WITH_FOLD, 1.0), (BranchEvent.WITH_FLIP, -1.0))
             for side in sides
         ]
-    flat = CurveEvent.FLAT_GRAZING, of_orbit(lambda orbit, extra: curvature(orbit, condition, extra))
+    flat = BranchEvent.FLAT_GRAZING, of_orbit(lambda orbit, extra: curvature(orbit, condition, extra))
     return [fold, flip, flat, *_resonant(condition, of_orbit)]
 
 
@@ -200,7 +200,7 @@ def _resonant(condition: Condition, of_orbit: Callable[..., Callable[[ExtendedPo
         alone = orbit.modes + orbit.system.body.is_free == 1
         return growing(wide) if alone else 1.0  # where several modes move no impact begins at a touch
 
-    return [(CurveEvent.RESONANT_GRAZING, of_orbit(number))]
+    return [(BranchEvent.RESONANT_GRAZING, of_orbit(number))]
 
 
 def indicator_on(orbit: PeriodicOrbit, xi: float, side: Side) -> float:
@@ -250,7 +250,7 @@ def happenings(
 ) -> list[CurveHappening]:
     """What happens on the way from a point to the next, in order; of the first, its clearance and steps passed."""
 
-    def located(kind: CurveEvent, number: Callable[[ExtendedPoint], float]) -> CurveHappening:
+    def located(kind: BranchEvent, number: Callable[[ExtendedPoint], float]) -> CurveHappening:
         share, there = curve.root(here, point, number)
         return CurveHappening(kind, share, there)
 
@@ -271,7 +271,7 @@ def happenings(
             orbit = curve.motion(at.x)
             return float(orbit.times[i]) - step_of(orbit.system, number)
 
-        found.append(located(CurveEvent.WITH_CORNER, off))
+        found.append(located(BranchEvent.WITH_CORNER, off))
     return sorted(without_what_follows(found, curve.condition), key=lambda one: one.share)
 
 
@@ -298,7 +298,7 @@ def halves_differ(curve: ExtendedCurve, x: Array) -> Array:
 
 
 def halved(curve: ExtendedCurve, near: Array) -> ExtendedPoint:
-    """The point at which both halves are one orbit, from unknowns near it; or Strayed."""
+    """The point at which both halves are one orbit, from unknowns near it; or CorrectorFailed."""
     p, half = curve.impacts, curve.impacts // 2
     start = np.concatenate([near[:half] + 0.5 * halves_differ(curve, near), near[p : p + 3]])
     narrow = ExtendedCurve(
@@ -310,7 +310,7 @@ def halved(curve: ExtendedCurve, near: Array) -> ExtendedPoint:
     if isinstance(curve.condition, Multiplier) and curve.condition.xi > 0.0:
         found = _bent_to_neither_side(narrow, found)
     if float(np.abs(found.x - start).max()) > _REACH:
-        raise Strayed("another flip")
+        raise CorrectorFailed("another flip")
     x = np.concatenate([twice(found.x[: half + 1], half, narrow.periods), found.x[half + 1 :], curve.extra(near)])
     return ExtendedPoint(x, np.zeros(x.size), np.zeros((0, x.size)), 0)
 
@@ -331,4 +331,4 @@ def _bent_to_neither_side(narrow: ExtendedCurve, start: ExtendedPoint) -> Extend
         if abs(step) < _CLOSE:
             return found
         last, before, along = here, along, along + step
-    raise Strayed("no such flip")
+    raise CorrectorFailed("no such flip")

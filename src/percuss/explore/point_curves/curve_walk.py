@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.errors import Interrupted, LoadError, PercussError
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import Passed, step_of
-from percuss.explore.continuation.solution_curve import FIRST, LONGEST, SHORTEST, Strayed, check_next
-from percuss.explore.point_curves.conditions import Corner, CurveEvent, Multiplier, Pair, Touch
+from percuss.explore.continuation.solution_curve import FIRST, LONGEST, SHORTEST, CorrectorFailed, check_next
+from percuss.explore.point_curves.conditions import Corner, Multiplier, Pair, Touch
 from percuss.explore.point_curves.curve_happenings import (
     CurveHappening,
     clearance_at,
@@ -50,7 +51,7 @@ def home_of(
     try:  # another part of the curve may be as near: only the start itself is home
         start = point.x - ahead / along * point.tangent
         back = curve.corrected(start, first.tangent, first.tangent, point.matrix)
-    except Strayed:
+    except CorrectorFailed:
         return None
     place = point.x - off
     return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
@@ -109,16 +110,16 @@ def _normal(curve: ExtendedCurve, x: Array, i: int, number: int) -> Array:
 
 
 def beyond_step(curve: ExtendedCurve, here: ExtendedPoint, step: StepAhead) -> tuple[ExtendedPoint, ExtendedPoint]:
-    """The point on a step of the load, and one hardly beyond it with the tangent there; or Strayed."""
+    """The point on a step of the load, and one hardly beyond it with the tangent there; or CorrectorFailed."""
     side = float(np.sign(step.normal @ here.tangent))
     start = here.x + step.distance * here.tangent
     on = curve.corrected(start, step.normal, here.tangent, here.matrix)
     if float(np.abs(on.x - start).max()) > step.distance:
-        raise Strayed("another corner")
+        raise CorrectorFailed("another corner")
     try:
         matrix = curve.matrix(on.x + side * _BESIDE * step.normal)
     except PercussError as error:
-        raise Strayed(str(error)) from None
+        raise CorrectorFailed(str(error)) from None
     tangent = np.linalg.svd(matrix)[2][-1]
     tangent = tangent * np.sign(tangent @ step.normal) * side
     place = on.x + (_BESIDE / abs(float(tangent @ step.normal))) * tangent
@@ -132,7 +133,7 @@ _COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impac
 _ARC = 0.05  # of a step, by which its end may be beside the arc with the tangents at both ends
 _BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
-_DOUBLE = CurveEvent.RESONANCE_1, CurveEvent.RESONANCE_2
+_DOUBLE = BranchEvent.RESONANCE_1, BranchEvent.RESONANCE_2
 
 
 @dataclass
@@ -162,14 +163,14 @@ def walked_curve(
     try:
         walker = _Walker(curve, start, bounds)
     except Interrupted:
-        return CurveWalk([start], [True], [CurveHappening(CurveEvent.STOPPED, 1.0, start)])
+        return CurveWalk([start], [True], [CurveHappening(BranchEvent.STOPPED, 1.0, start)])
     try:
         while not walker.ended and len(walker.walk.points) < most:
             walker.step()
     except Interrupted:
         pass
     if not walker.ended:
-        walker.end(CurveEvent.STOPPED)
+        walker.end(BranchEvent.STOPPED)
     return walker.walk
 
 
@@ -186,7 +187,7 @@ class _Walker:
         self.walk = CurveWalk([start], [self.clear.is_orbit])
         self.ended = False
 
-    def end(self, kind: CurveEvent) -> None:
+    def end(self, kind: BranchEvent) -> None:
         """End the walk here."""
         self.walk.happened.append(CurveHappening(kind, 1.0, self.here))
         self.ended = True
@@ -202,7 +203,7 @@ class _Walker:
                 self._halve(point.x)
                 return
             between = happenings(self.curve, self.here, point, self.clear, self.passed)
-        except Strayed:
+        except CorrectorFailed:
             self._shorter()
             return
         home = home_of(self.curve, self.walk.points, self.here, point) if limit is None else None
@@ -219,18 +220,18 @@ class _Walker:
         if limit is not None:
             self.end(limit)
         elif home is not None:
-            self.end(CurveEvent.CLOSED)
+            self.end(BranchEvent.CLOSED)
         elif self._shortest(point) < _COALESCED:
-            self.end(CurveEvent.COALESCENCE)
+            self.end(BranchEvent.COALESCENCE)
         elif point.steps <= _QUICK:
             self.size = min(1.5 * self.size, LONGEST * math.sqrt(self.curve.impacts))
 
-    def _stops(self, kind: CurveEvent) -> bool:
+    def _stops(self, kind: BranchEvent) -> bool:
         """Whether the curve has no other side of a point."""
         condition = self.curve.condition
         if isinstance(condition, Pair) and kind in _DOUBLE:
             return True
-        return isinstance(condition, Multiplier | Pair) and kind is CurveEvent.WITH_CORNER
+        return isinstance(condition, Multiplier | Pair) and kind is BranchEvent.WITH_CORNER
 
     def _arrive(self, point: ExtendedPoint) -> None:
         self.curve = self.curve.renewed(point.x)
@@ -250,7 +251,7 @@ class _Walker:
 
     # -- the next point --
 
-    def _ahead(self) -> tuple[ExtendedPoint, CurveEvent | None]:
+    def _ahead(self) -> tuple[ExtendedPoint, BranchEvent | None]:
         """The next point, and the limit of a parameter that it lies on."""
         p, here = self.curve.impacts, self.here
         place, limit, normal = here.x + self.size * here.tangent, None, here.tangent
@@ -262,27 +263,27 @@ class _Walker:
             off = end / self.curve.units[i] - float(here.x[p + 1 + i])
             place = here.x + (off / speed) * here.tangent
             place[p + 1 + i] = end / self.curve.units[i]
-            normal, limit = np.zeros(place.size), CurveEvent.LIMIT
+            normal, limit = np.zeros(place.size), BranchEvent.LIMIT
             normal[p + 1 + i] = 1.0
         refusal = self.curve.refusal(self.curve.values(place))
         if refusal is not None:
             self.walk.refusal = refusal
-            raise Strayed(str(refusal))
+            raise CorrectorFailed(str(refusal))
         found = self.curve.corrected(place, normal, here.tangent, here.matrix)
         self._check(found, place)
         return found, limit
 
     def _check(self, found: ExtendedPoint, place: Array) -> None:
-        """Strayed where a point is not the next one of the curve."""
+        """CorrectorFailed where a point is not the next one of the curve."""
         before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
         flights = check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
         chord, mean = found.x - self.here.x, self.here.tangent + found.tangent  # along each other on an arc
         aside = float(np.linalg.norm(chord - (chord @ mean) / (mean @ mean) * mean))
         if aside > max(_ARC * float(np.linalg.norm(chord)), SHORTEST):
-            raise Strayed("beside the arc")
+            raise CorrectorFailed("beside the arc")
         condition = self.curve.condition
         if isinstance(condition, Touch) and not 0.0 < float(self.curve.extra(found.x)[0]) < flights[condition.flight]:
-            raise Strayed("the touch passes an impact")
+            raise CorrectorFailed("the touch passes an impact")
 
     def _shorter(self) -> None:
         """Try a shorter step, or one past a corner; where none is short enough, say why."""
@@ -292,16 +293,16 @@ class _Walker:
         if self.size > SHORTEST:
             return
         if self._shortest(self.here) < _NEARLY:
-            self.end(CurveEvent.COALESCENCE)
+            self.end(BranchEvent.COALESCENCE)
         elif goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
             try:
                 self._halve(self.here.x)
-            except Strayed:
-                self.end(CurveEvent.LOST)
+            except CorrectorFailed:
+                self.end(BranchEvent.LOST)
         elif self.walk.refusal is not None:
-            self.end(CurveEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else CurveEvent.NO_SYSTEM)
+            self.end(BranchEvent.NO_PUSH if isinstance(self.walk.refusal, LoadError) else BranchEvent.NO_SYSTEM)
         else:
-            self.end(CurveEvent.LOST)
+            self.end(BranchEvent.LOST)
 
     def _past_corner(self) -> bool:
         """Go past a step of the load that an impact is about to meet; whether there is one."""
@@ -310,15 +311,15 @@ class _Walker:
             return False
         if isinstance(self.curve.condition, Multiplier | Pair):
             if self.size < SHORTEST:
-                self.end(CurveEvent.WITH_CORNER)
+                self.end(BranchEvent.WITH_CORNER)
             return self.ended
         try:
             on, beyond = beyond_step(self.curve, self.here, ahead)
-        except Strayed:
+        except CorrectorFailed:
             return False
         for point in (on, beyond):
             self._arrive(point)
-        self.walk.happened.append(CurveHappening(CurveEvent.WITH_CORNER, 1.0, on))
+        self.walk.happened.append(CurveHappening(BranchEvent.WITH_CORNER, 1.0, on))
         self.size = FIRST
         return True
 
@@ -327,4 +328,4 @@ class _Walker:
         self.here = halved(self.curve, near)
         self.walk.points.append(self.here)
         self.walk.is_orbit.append(self.walk.is_orbit[-1])
-        self.end(CurveEvent.HALVING)
+        self.end(BranchEvent.HALVING)

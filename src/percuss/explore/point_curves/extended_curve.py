@@ -15,7 +15,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
-from percuss.explore.continuation.solution_curve import QuickMotion, Strayed, unit_tangent
+from percuss.explore.continuation.solution_curve import CorrectorFailed, QuickMotion, unit_tangent
 from percuss.explore.family import Family
 from percuss.explore.point_curves.conditions import Condition
 from percuss.halting import look
@@ -136,7 +136,7 @@ class ExtendedCurve:
 
         Raises
         ------
-        Strayed
+        CorrectorFailed
             When Newton's method does not get there.
         """
         look()
@@ -146,7 +146,7 @@ class ExtendedCurve:
                 moved = np.linalg.solve(np.vstack([matrix, normal]), -np.append(self.off(x), normal @ (x - start)))
                 size = float(np.abs(moved).max())
                 if not size <= _LONGEST:
-                    raise Strayed("a step too long")
+                    raise CorrectorFailed("a step too long")
                 x = np.where(normal == 1.0, start, x + moved)  # what the plane holds is held without rounding
                 if size <= _CLOSE and own:
                     self.system(self.values(x))
@@ -159,11 +159,11 @@ class ExtendedCurve:
                     matrix, own = self.matrix(x), True
                 last = size
         except (PercussError, np.linalg.LinAlgError, FloatingPointError) as error:
-            raise Strayed(str(error)) from None
-        raise Strayed("no convergence")
+            raise CorrectorFailed(str(error)) from None
+        raise CorrectorFailed("no convergence")
 
     def settled(self, start: Array) -> ExtendedPoint:
-        """The nearest point of the curve, with a tangent either way; or Strayed."""
+        """The nearest point of the curve, with a tangent either way; or CorrectorFailed."""
         x = np.array(start)
         try:
             for step in range(1, _MOST_STEPS + 1):
@@ -177,11 +177,11 @@ class ExtendedCurve:
                         x[self.impacts + 1 : self.impacts + 3] = start[self.impacts + 1 : self.impacts + 3]
                     return ExtendedPoint(x, np.linalg.svd(matrix)[2][-1], matrix, step)
         except (PercussError, np.linalg.LinAlgError) as error:
-            raise Strayed(str(error)) from None
-        raise Strayed("no convergence")
+            raise CorrectorFailed(str(error)) from None
+        raise CorrectorFailed("no convergence")
 
     def between(self, first: ExtendedPoint, last: ExtendedPoint, share: float) -> ExtendedPoint:
-        """The point at a share of the way along the tangent of one point to another; or Strayed."""
+        """The point at a share of the way along the tangent of one point to another; or CorrectorFailed."""
         if share <= _INSIDE or share >= 1.0 - _INSIDE:
             return first if share < 0.5 else last
         ahead, off = first.tangent, last.x - first.x

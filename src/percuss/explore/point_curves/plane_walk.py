@@ -11,11 +11,10 @@ import numpy as np
 
 from percuss.errors import Interrupted, LoadError, ParameterError, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
+from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import in_words
-from percuss.explore.continuation.rest_following import RestEvent
-from percuss.explore.continuation.solution_curve import FIRST, LONGEST, SHORTEST, Strayed
+from percuss.explore.continuation.solution_curve import FIRST, LONGEST, SHORTEST, CorrectorFailed
 from percuss.explore.family import Family
-from percuss.explore.point_curves.conditions import CurveEvent
 from percuss.explore.point_curves.rest_conditions import Endless, Held, Late, RestCondition, Unlike
 from percuss.halting import look
 from percuss.model import System
@@ -34,7 +33,7 @@ _NEAREST, _FURTHEST = 1e-9, 1e-2  # between which a length is searched for
 def root_on_line(
     number: Callable[[Array], float], place: Array, way: Array, slope: float, reach: float
 ) -> tuple[Array, float]:
-    """Where a number vanishes on a line, by the secant method, and its slope; Strayed where that is too far away.
+    """Where a number vanishes on a line, by the secant method, and its slope; CorrectorFailed where it is too far.
 
     Parameters
     ----------
@@ -53,7 +52,7 @@ def root_on_line(
     along = -value / slope
     for _ in range(_MOST_STEPS):
         if not abs(along) <= reach:
-            raise Strayed("beside the curve")
+            raise CorrectorFailed("beside the curve")
         look()
         now = number(place + along * way)
         step = along - last
@@ -70,16 +69,16 @@ def root_on_line(
         if abs(ahead) <= _EXACT:
             return place + (along + ahead) * way, slope
         last, value, along = along, now, along + ahead
-    raise Strayed("no root")
+    raise CorrectorFailed("no root")
 
 
 def vanishing_beyond(number: Callable[[float], float], about: float) -> float:
-    """The first length at which a number that is positive at 0 vanishes; Strayed where that is far from about there."""
+    """The first length at which a number that is positive at 0 vanishes; CorrectorFailed where that is too far."""
     low, high = 0.0, max(about, _NEAREST)
     while (above := number(high)) > 0.0:
         low, high = high, 2.0 * high
         if high > _FURTHEST:
-            raise Strayed("held further on")
+            raise CorrectorFailed("held further on")
     if low == 0.0 and number(0.0) <= 0.0:
         return 0.0
     ends = (np.array([1.0 + low]), np.array([1.0 + high]), np.array([number(low)]), np.array([above]))  # to 1e-16
@@ -99,11 +98,11 @@ class Places(Protocol):
     """A plane with a number at each place, in the neighbourhood of a curve on which that vanishes."""
 
     def number(self, place: Array) -> float:
-        """The number; Strayed or a PercussError where there is none."""
+        """The number; CorrectorFailed or a PercussError where there is none."""
         ...
 
     def arrived(self, place: Array) -> None:
-        """Take what belongs to a place on the curve anew; Strayed where it is no such place."""
+        """Take what belongs to a place on the curve anew; CorrectorFailed where it is no such place."""
         ...
 
 
@@ -141,8 +140,8 @@ class PlaneWalk:
         self.points, self.ways, self.slope = [start], [way], slope
         self.size = FIRST
         self._firm, self._aimed = way, False
-        self.end: CurveEvent | None = None
-        self.stray: Strayed | PercussError | None = None
+        self.end: BranchEvent | None = None
+        self.stray: CorrectorFailed | PercussError | None = None
 
     @property
     def way(self) -> Array:
@@ -162,19 +161,19 @@ class PlaneWalk:
                 or float(chord @ self.way) < _TURN * length
                 or float(way @ self._firm) < 0.0
             ):
-                raise Strayed("a bend")
+                raise CorrectorFailed("a bend")
             self.places.arrived(found)
         except Interrupted:
             raise
-        except (Strayed, PercussError) as stray:
-            if type(self.stray) is Strayed or self.stray is None or type(stray) is not Strayed:
+        except (CorrectorFailed, PercussError) as stray:
+            if type(self.stray) is CorrectorFailed or self.stray is None or type(stray) is not CorrectorFailed:
                 self.stray = stray  # one that says more than that there was none is kept
             self.size *= 0.5
             if self.size < _FIRM and not self._aimed:
                 self._aim()
             elif self.size < SHORTEST:
                 on_edge = np.any((here == self.box[0]) | (here == self.box[1]))
-                self.end = CurveEvent.LIMIT if on_edge and len(self.points) == 1 else CurveEvent.LOST
+                self.end = BranchEvent.LIMIT if on_edge and len(self.points) == 1 else BranchEvent.LOST
             return
         self.points.append(found)
         self.ways.append(way)
@@ -182,10 +181,10 @@ class PlaneWalk:
         if self.size > _FIRM:
             self._firm, self.stray = way, None
         if limit:
-            self.end = CurveEvent.LIMIT
+            self.end = BranchEvent.LIMIT
         elif self._is_home():
             self.points[-1] = self.points[0]
-            self.end = CurveEvent.CLOSED
+            self.end = BranchEvent.CLOSED
 
     def _aim(self) -> None:
         """Put the direction at the last point right, where the curve bends faster than its points have told."""
@@ -194,7 +193,7 @@ class PlaneWalk:
             along, across = (self._seen(here + _BESIDE * way) / _BESIDE for way in (self.way, left))
         except Interrupted:
             raise
-        except (Strayed, PercussError):
+        except (CorrectorFailed, PercussError):
             return
         if abs(along) < abs(across):
             way = self.way - along / across * left
@@ -241,7 +240,7 @@ class PlaneWalk:
             nudge = -nudge
         slope = (self.places.number(start + nudge * along) - self.places.number(start)) / nudge
         if slope == 0.0:
-            raise Strayed("along the edge")
+            raise CorrectorFailed("along the edge")
         return root_on_line(self._seen, start, along, slope, self.size)[0]
 
     def _extrapolated(self, size: float) -> Array:
@@ -264,7 +263,7 @@ class PlaneWalk:
         chord = found - here
         length = float(np.linalg.norm(chord))
         if length == 0.0:
-            raise Strayed("no step")
+            raise CorrectorFailed("no step")
         if len(self.points) > 1:
             before = self.points[-2]
             last = float(np.linalg.norm(here - before))
@@ -354,7 +353,7 @@ class Passed(NamedTuple):
 class RestHappening(NamedTuple):
     """What happens, and where."""
 
-    kind: CurveEvent
+    kind: BranchEvent
     place: Array
     beyond: str
 
@@ -394,10 +393,10 @@ class RestWalk:
             if not self.passed:
                 self.passed.append(Passed(walk.points[0], self.plane.condition.way.release, np.nan, True))
             del walk.points[len(self.passed) :]
-        end = walk.end or CurveEvent.STOPPED
-        end, beyond = self._reason() if end is CurveEvent.LOST else (end, end.words)
+        end = walk.end or BranchEvent.STOPPED
+        end, beyond = self._reason() if end is BranchEvent.LOST else (end, end.words)
         last = self.passed[-1].place
-        if end in (CurveEvent.WITH_TOUCH, CurveEvent.WITH_DEATH):
+        if end in (BranchEvent.WITH_TOUCH, BranchEvent.WITH_DEATH):
             self._cleared(last)
         self.happened.append(RestHappening(end, last, beyond))
         return self
@@ -442,7 +441,7 @@ class RestWalk:
 
     def _is_cycle(self, place: Array, way: Array) -> bool:
         """Whether the bar let go comes back as the cycle does, hardly beside the curve."""
-        if self.plane.condition.kind is RestEvent.RELEASE_LOST:
+        if self.plane.condition.kind is BranchEvent.RELEASE_LOST:
             return True
         try:
             system = self.plane.system(place + self.side * _BESIDE * to_the_left(way))
@@ -453,7 +452,7 @@ class RestWalk:
             found, _, _ = cycle_through(system, release, modes=self.cycle.modes, most=self.cycle.periods)
         except Interrupted:
             raise
-        except (Strayed, PercussError):
+        except (CorrectorFailed, PercussError):
             return False
         return found is not None and found.periods == self.cycle.periods
 
@@ -468,22 +467,22 @@ class RestWalk:
                 place = first + middle * chord
                 place, _ = root_on_line(self.plane.number, place, to_the_left(way), self.walk.slope, length)
                 there = self._is_cycle(place, way)
-            except (Strayed, ParameterError):
+            except (CorrectorFailed, ParameterError):
                 break
             low, high = (low, middle) if there is after else (middle, high)
             found = place
-        return RestHappening(CurveEvent.OTHER_CYCLE, found, CurveEvent.OTHER_CYCLE.words)
+        return RestHappening(BranchEvent.OTHER_CYCLE, found, BranchEvent.OTHER_CYCLE.words)
 
-    def _reason(self) -> tuple[CurveEvent, str]:
+    def _reason(self) -> tuple[BranchEvent, str]:
         """Why the curve was lost."""
         stray = self.walk.stray
         if isinstance(stray, Unlike):
-            kind = CurveEvent.WITH_TOUCH if stray.kind is RestEvent.TOUCH else CurveEvent.WITH_DEATH
+            kind = BranchEvent.WITH_TOUCH if stray.kind is BranchEvent.TOUCH else BranchEvent.WITH_DEATH
         elif isinstance(stray, Endless):
-            kind = CurveEvent.UNPRESSED if isinstance(self.plane.condition, Late) else CurveEvent.ENDLESS
+            kind = BranchEvent.UNPRESSED if isinstance(self.plane.condition, Late) else BranchEvent.ENDLESS
         elif isinstance(stray, PercussError):
-            kind = CurveEvent.NO_PUSH if isinstance(stray, LoadError) else CurveEvent.NO_SYSTEM
+            kind = BranchEvent.NO_PUSH if isinstance(stray, LoadError) else BranchEvent.NO_SYSTEM
             return kind, in_words(stray)
         else:
-            kind = CurveEvent.LOST
+            kind = BranchEvent.LOST
         return kind, kind.words
