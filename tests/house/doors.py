@@ -20,7 +20,6 @@ import numpy as np
 import percuss
 from percuss import Bar, Case, Kept, Load, Reversed, Start, Starts, Stop, System, blow, explore, run, simulate, steady
 from percuss import case as cases
-from percuss.blow import machine
 from percuss.model import (
     Chamber,
     Cushion,
@@ -40,7 +39,7 @@ from percuss.model import (
 )  # fmt: skip
 
 ROOMS = (
-    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.machine", "explore", "case", "plot",
+    "recordings", "model", "steady", "stability", "simulate", "blow", "blow.periods", "explore", "case", "plot",
     "units",
 )  # fmt: skip
 
@@ -62,8 +61,7 @@ WRONG: dict[str, Any] = {
 }  # fmt: skip
 
 NO_DOORS = {
-    "a word, made from its sentence": "blow.Outcome blow.Ending explore.BranchEvent "
-    "steady.Obstacle steady.Reason",
+    "a word, made from its sentence": "blow.BlowOutcome explore.BranchEvent steady.Obstacle steady.Reason",
     "its tables are pydantic's; the doors are Case.read and Case.from_text": "case.Case",
     "what comes out": "errors.PercussError case.CaseErrors",
     "a protocol, or a contract whose doors are its kinds": "explore.Family explore.Job model.Body model.SizedBody "
@@ -256,8 +254,8 @@ class Arguments:
             run(SYSTEM, modes=0, stop=SHORT), run(SYSTEM, modes=0, stop=SHORT).events,
             simulate.run_machine(MACHINE, modes=0, stop=stop),
             simulate.run_machine(MACHINE, modes=0, stop=stop).events, blow.Wall(), blow.Rock(1e8),
-            blow.Rod([Section(None, 1e-3)]), machine.Release(),
-            blow.strike(Bar(0.3, 1e-3), blow.Rod([Section(None, 1e-3)]), 1.0), machine.Limits(periods=1),
+            blow.Rod([Section(None, 1e-3)]),
+            blow.strike(Bar(0.3, 1e-3), blow.Rod([Section(None, 1e-3)]), 1.0),
             explore.SystemFamily(SYSTEM),
             explore.Axis.linear("restitution", 0.2, 0.6, 2), Two(),
             explore.basins(SYSTEM, ("time", 0.0, 1.0, 2), ("velocity", -1.0, -0.5, 2), **few),
@@ -369,9 +367,8 @@ class Arguments:
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}
             | {"velocity": 1.0},
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
-            "blow.machine_motion": {"target": blow.Wall(), "limits": machine.Limits(periods=1)},
+            "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
             "blow.Blow.waves_at": {"x": 0.1},
-            "blow.Limits": {"periods": 2, "impacts": 3, "settled": False},
             "explore.Archive.open": {"path": folder / "kept"},
             "explore.Axis": {"values": [1.0]},
             "explore.Axis.l*": {"number": 3},

@@ -9,7 +9,7 @@ from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
-    from percuss.blow import Peak, Spell
+    from percuss.blow import ContactInterval, Peak
     from percuss.case.answers.blow_answer import BlowAnswer
 
 _SHOWN = 12
@@ -72,7 +72,7 @@ def _contacts(answer: BlowAnswer) -> Grid | Section:
     return Grid(heading, ("start", "end", "impulse", "peak force"), rows)
 
 
-def _contact(answer: BlowAnswer, spell: Spell) -> tuple[str, ...]:
+def _contact(answer: BlowAnswer, spell: ContactInterval) -> tuple[str, ...]:
     end = "still closed" if spell.end is None else answer.tell(spell.end, "time")
     return (
         answer.tell(spell.start, "time"),

@@ -134,7 +134,7 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
     answered(options, lambda: answer.to_json_text(last), lambda: waves_report(answer, shown))
-    return 130 if answer.motion.ending.name == "CANCELLED" else 0
+    return 130 if answer.motion.outcome == "cancelled" else 0
 
 
 def _of_machine(options: argparse.Namespace, case: Case) -> int:

@@ -22,7 +22,7 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.blow import Blow, Peak, Rod, Trace, Waves
+    from percuss.blow import Blow, GaugeWaves, Peak, Rod, Trace
     from percuss.blow.question import Field
     from percuss.case.case import Case
     from percuss.case.file_format.body_building import BlowQuestion
@@ -136,7 +136,7 @@ class BlowAnswer(Shown):
         return isinstance(self.blow.striker, SizedBody)
 
     @property
-    def waves(self) -> Waves | None:
+    def waves(self) -> GaugeWaves | None:
         """The waves at the gauge."""
         return None if self.gauge is None else self.blow.waves_at(self.gauge)
 

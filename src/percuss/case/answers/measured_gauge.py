@@ -13,7 +13,7 @@ from percuss.errors import HistoryError, ParameterError
 from percuss.model.checks import choice, instance
 
 if TYPE_CHECKING:
-    from percuss.blow import Waves
+    from percuss.blow import GaugeWaves
     from percuss.blow.gauges import RecordFit
     from percuss.model.body.uniform import Piece
     from percuss.recordings import Recording
@@ -97,7 +97,7 @@ def measured_gauge(
     )
 
 
-def _waves(answer: BlowAnswer) -> Waves:
+def _waves(answer: BlowAnswer) -> GaugeWaves:
     waves = answer.waves
     if waves is None:
         raise ParameterError("measured", "a record", "a blow on a rod", "the target is a wall: give the case a [tool]")

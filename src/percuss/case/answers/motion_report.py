@@ -15,7 +15,7 @@ from percuss.case.answers.simulation_answer import held_down_in_words
 from percuss.model.system import rests
 
 if TYPE_CHECKING:
-    from percuss.blow.machine import Impacts, MachineMotion
+    from percuss.blow.periods import Impacts, WaveMotion
     from percuss.case import SimulationAnswer, WavesAnswer
     from percuss.case.answers.waves_answer import Beside
     from percuss.model import System
@@ -278,9 +278,9 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
         return "By waves the hammer comes to rest on what it strikes (rest).", BAD
     if motion.label == "none":
         return "By waves the hammer strikes nothing (none).", BAD
-    if motion.settled is None:
+    if motion.cycle is None:
         return "By waves no periodic motion has been found (irregular).", PLAIN
-    p, n = motion.settled.impacts, motion.settled.periods
+    p, n = motion.cycle.impacts, motion.cycle.periods
     blows = "one blow" if p == 1 else f"{p} blows"
     periods = "every load period" if n == 1 else f"in {n} load periods"
     text = f"By waves the hammer settles on {blows} {periods} ({motion.label})"
@@ -289,11 +289,11 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
 
 
 def _waves_section(answer: WavesAnswer) -> Section:
-    motion, own = answer.motion, answer.motion.cycle
-    length = motion.end_time - motion.release.time
+    motion, own = answer.motion, answer.motion.settled
+    length = motion.end_time - motion.start.time
     rows = [
         ("followed", f"{number(length / _TURN, 6)} load periods; {counted(motion.impacts.size, 'impact')}"),
-        ("ended", motion.ending.value),
+        ("ended", f"{_OUTCOMES[motion.outcome]} ({motion.outcome})"),
         ("struck", _struck(motion)),
     ]
     if own.size:
@@ -311,7 +311,7 @@ def _waves_section(answer: WavesAnswer) -> Section:
     return Section("Motion by waves", tuple(rows))
 
 
-def _struck(motion: MachineMotion) -> str:
+def _struck(motion: WaveMotion) -> str:
     from percuss.blow import Wall
 
     if isinstance(motion.target, Wall):
@@ -331,8 +331,8 @@ _RODS = {
 }
 
 
-def _given(motion: MachineMotion) -> str:
-    system, own = motion.system, motion.cycle
+def _given(motion: WaveMotion) -> str:
+    system, own = motion.system, motion.settled
     text = f"{quantity(motion.delivered_power * system.power_scale, 'W')} to what is struck"
     if motion.rock_power:
         text += f"; the rock keeps {quantity(motion.rock_power * system.power_scale, 'W')} of it"
@@ -340,8 +340,8 @@ def _given(motion: MachineMotion) -> str:
     return f"{text}; fed by {quantity(deepest * system.length_scale, 'm', 3)} after a blow" if deepest else text
 
 
-def _contact(motion: MachineMotion) -> str:
-    own, system = motion.cycle, motion.system
+def _contact(motion: WaveMotion) -> str:
+    own, system = motion.settled, motion.system
     longest = float(own.duration.max())
     time = quantity(longest * system.time_scale, "s", 3) if system.is_si else f"{number(longest)} rad"
     transits = number(longest / system.body.transit_time, 3)
@@ -349,14 +349,14 @@ def _contact(motion: MachineMotion) -> str:
     return f"{time} at most, {transits} transit times of the bar{many}"
 
 
-def _rate(motion: MachineMotion) -> str:
+def _rate(motion: WaveMotion) -> str:
     system = motion.system
     if system.frequency is not None:
         return f"{number(motion.blow_rate * system.frequency, 6)} Hz"
     return f"{number(motion.blow_rate, 6)} per load period"
 
 
-def _lattice(motion: MachineMotion) -> str:
+def _lattice(motion: WaveMotion) -> str:
     lattice, unsure = motion.lattice, motion.uncertainty
     text = (
         f"{sum(lattice.cells[: lattice.striker])} cells, transit times rounded by {lattice.rounding:.1g} of the bar's"
@@ -366,7 +366,7 @@ def _lattice(motion: MachineMotion) -> str:
     return text
 
 
-def _speeds(motion: MachineMotion) -> str:
+def _speeds(motion: WaveMotion) -> str:
     velocities, system = motion.velocities[:_FEW_WAVES], motion.system
     return f"{_each(velocities * system.speed_scale)} m/s" if system.is_si else _each(velocities, 6)
 
@@ -396,7 +396,7 @@ def _laws_grid(answer: WavesAnswer) -> Grid:
     return Grid("Beside the laws", columns, (own, *(_law_row(motion, one) for one in answer.beside)))
 
 
-def _law_row(motion: MachineMotion, one: Beside) -> tuple[str, ...]:
+def _law_row(motion: WaveMotion, one: Beside) -> tuple[str, ...]:
     return (
         one.law,
         one.label or "",
@@ -408,7 +408,7 @@ def _law_row(motion: MachineMotion, one: Beside) -> tuple[str, ...]:
     )
 
 
-def _scaled_speeds(motion: MachineMotion, velocities: object) -> str:
+def _scaled_speeds(motion: WaveMotion, velocities: object) -> str:
     scale = Teller.of(motion.system).scale("speed")
     return _each([float(v) * scale for v in velocities], 4)  # type: ignore[attr-defined]
 
@@ -416,7 +416,7 @@ def _scaled_speeds(motion: MachineMotion, velocities: object) -> str:
 # -- impacts --------------------------------------------------------------------------------------------------------
 
 
-def _impacts_grid(motion: MachineMotion, last: int | None) -> Grid:
+def _impacts_grid(motion: WaveMotion, last: int | None) -> Grid:
     every, system = motion.impacts, motion.system
     part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
     shown = f"all {every.size}" if part.size == every.size else f"last {part.size} of {every.size}"
@@ -425,7 +425,7 @@ def _impacts_grid(motion: MachineMotion, last: int | None) -> Grid:
     return Grid(f"Impacts ({shown})", columns, tuple(_waves_row(motion, part, i) for i in range(part.size)))
 
 
-def _waves_row(motion: MachineMotion, part: Impacts, i: int) -> tuple[str, ...]:
+def _waves_row(motion: WaveMotion, part: Impacts, i: int) -> tuple[str, ...]:
     time, speed = map(Teller.of(motion.system).scale, ("time", "speed"))
     return (
         f"{part.start[i] * time:.6f}",
