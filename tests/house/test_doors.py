@@ -149,12 +149,6 @@ NO_DOORS: dict[str, str] = {
             "simulate.EnsembleProgress",
             "simulate.Event",
             "simulate.Events",
-            "simulate.MachineBalance",
-            "simulate.MachineCycle",
-            "simulate.MachineEnsemble",
-            "simulate.MachineEvent",
-            "simulate.MachineEvents",
-            "simulate.MachineTrajectory",
             "simulate.Progress",
             "simulate.SISummary",
             "simulate.Summary",
@@ -379,12 +373,12 @@ def table(folder: Path) -> dict[str, Entry]:
     rests = explore.follow_rest_cycle(resting, "mean", (0.89, 0.91), points=2)
     shown = explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, stop=SHORT, workers=1)
     several = steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2)
-    machine_motion = simulate.run_machine(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
+    machine_motion = run(MACHINE, modes=0, stop=Stop(impacts=3, periodic=False))
+    fed = MACHINE.with_valve(dataclasses.replace(VALVE, supply=Supply(0.7, 15.0)))
+    supplied = run(fed, modes=0, stop=Stop(impacts=3, periodic=False))
     motion = run(SYSTEM, modes=0, stop=SHORT)
     saved = folder / "motion.nc"
     motion.save(saved)
-    machine_saved = folder / "machine.nc"
-    machine_motion.save(machine_saved)
     recorded = folder / "recorded.csv"
     rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
     recorded.write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
@@ -707,9 +701,9 @@ def table(folder: Path) -> dict[str, Entry]:
         # -- simulate --
         "simulate.Start": (
             Start, {"displacement": (-1.0,), "velocity": (0.0,), "time": 0.0, "gap": -1.0, "source": None}
-            | {"profile": None},
+            | {"profile": None, "valve_state": "power", "orders": VALVE.orders},
             {"displacement": REAL, "velocity": REAL, "time": REAL, "gap": OPTIONAL | REAL, "source": OPTIONAL}
-            | {"profile": OPTIONAL},
+            | {"profile": OPTIONAL, "valve_state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
         "simulate.Start.at": (Start.rigid().at, {"time": 1.0}, {"time": REAL}),
         "simulate.Start.field": (
@@ -733,7 +727,10 @@ def table(folder: Path) -> dict[str, Entry]:
         ),
         "simulate.Start.state": (Start.rigid().state, {"modes": 2, "system": SYSTEM}, {"system": OPTIONAL}),
         "simulate.Starts": (
-            Starts, {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]}, {},
+            Starts,
+            {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]}
+            | {"states": ("return", "power"), "state": 0},
+            {},
         ),
         "simulate.Starts.of": (
             Starts.of, {"starts": [Start.rigid()], "modes": 0, "systems": ()}, {"systems": PLACES},
@@ -754,24 +751,13 @@ def table(folder: Path) -> dict[str, Entry]:
             run, {"system": SYSTEM, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
             {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
         ),
-        "simulate.MachineStart": (
-            simulate.MachineStart, {"bar": Start.rigid(), "state": "power", "orders": VALVE.orders},
+        "simulate.Start.with_valve": (
+            Start.rigid().with_valve, {"state": "power", "orders": VALVE.orders},
             {"state": OPTIONAL | TEXT, "orders": OPTIONAL},
         ),
-        "simulate.MachineStarts": (
-            simulate.MachineStarts,
-            {"bars": Starts.rigid([-0.2, -0.5]), "state": [0, 1], "states": ("return", "power")},
-            {},
-        ),
-        "simulate.run_machine": (
-            simulate.run_machine,
-            {"machine": MACHINE, "start": Start.rigid(), "modes": 0, "stop": SHORT, "progress": None},
-            {"start": OPTIONAL, "stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
-        ),
-        "simulate.simulate_machines": (
-            simulate.simulate_machines,
-            {"machines": MACHINE, "starts": Start.rigid(), "modes": 0, "stop": SHORT, "threads": 1, "progress": None},
-            {"stop": OPTIONAL, "threads": OPTIONAL, "progress": OPTIONAL | {"class"}},
+        "simulate.Start.valve_of": (Start.rigid().valve_of, {"machine": MACHINE}, {}),
+        "simulate.Starts.with_valve": (
+            Starts.rigid([-0.2, -0.5]).with_valve, {"state": [0, 1], "states": ("return", "power")}, {},
         ),
         "simulate.simulate_many": (
             simulate.simulate_many,
@@ -781,29 +767,11 @@ def table(folder: Path) -> dict[str, Entry]:
             | {"progress": OPTIONAL | {"class"}},
         ),
         "simulate.Events.of": (motion.events.of, {"kind": "impact"}, {}),
-        "simulate.MachineEvents.of": (machine_motion.events.of, {"kind": "impact"}, {}),
-        "simulate.MachineTrajectory.bar_velocity": (
-            machine_motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t,
-        ),
-        "simulate.MachineTrajectory.before": (machine_motion.before, {"x": 0.5, "t": 0.1}, {}),
-        "simulate.MachineTrajectory.centre": (machine_motion.centre, {"t": 0.1}, t),
-        "simulate.MachineTrajectory.continued": (
-            machine_motion.continued, {"stop": SHORT, "progress": None},
-            {"stop": OPTIONAL, "progress": OPTIONAL | {"class"}},
-        ),
-        "simulate.MachineTrajectory.load": (simulate.MachineTrajectory.load, {"path": machine_saved}, {}),
-        "simulate.MachineTrajectory.save": (machine_motion.save, {"path": folder / "other.nc"}, {"path": TEXT}),
-        "simulate.MachineTrajectory.ends": (machine_motion.ends, {"t": 0.1} | side, t),
-        "simulate.MachineTrajectory.energy": (machine_motion.energy, {"t": 0.1} | side, t),
-        "simulate.MachineTrajectory.energy_balance": (
-            machine_motion.energy_balance, {"first": 0.1, "last": 1.2}, {"first": OPTIONAL, "last": OPTIONAL},
-        ),
-        "simulate.MachineTrajectory.force": (machine_motion.force, {"t": 0.1}, t),
-        "simulate.MachineTrajectory.gap": (machine_motion.gap, {"t": 0.1}, t),
-        "simulate.MachineTrajectory.modal": (machine_motion.modal, {"t": 0.1} | side, t),
-        "simulate.MachineTrajectory.position": (machine_motion.position, {"x": 0.5, "t": 0.1}, {"x": PLACES} | t),
-        "simulate.MachineTrajectory.state": (machine_motion.state, {"t": 0.1}, t),
         "simulate.Trajectory.bar_velocity": (motion.bar_velocity, {"x": 0.5, "t": 0.1} | side, {"x": PLACES} | t),
+        "simulate.Trajectory.centre": (motion.centre, {"t": 0.1}, t),
+        "simulate.Trajectory.force": (machine_motion.force, {"t": 0.1}, t),
+        "simulate.Trajectory.pressure": (supplied.pressure, {"t": 0.1}, t),
+        "simulate.Trajectory.state": (machine_motion.state, {"t": 0.1}, t),
         "simulate.Trajectory.contact_force": (motion.contact_force, {"t": 0.1}, t),
         "simulate.Trajectory.continued": (
             motion.continued, {"stop": Stop(impacts=4), "progress": None},

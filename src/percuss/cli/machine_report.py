@@ -12,7 +12,7 @@ from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.recorded_answer import by_clock, by_valve, recorded_headline
 from percuss.case.answers.simulation_answer import held_down_in_words
 from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.simulate.machine.fed_running import FedTrajectory
+from percuss.simulate import Trajectory
 
 if TYPE_CHECKING:
     from percuss.case import MachineAnswer
@@ -402,7 +402,7 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
         ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {_time(answer, motion.end_time)}"),
         ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
     ]
-    if isinstance(motion, FedTrajectory):
+    if motion.machine.valve.supply is not None:
         rows.append(("pressure", _pressures(motion)))
     if motion.cycle is not None:
         rows.append(("period", in_units(machine, motion.cycle.period, "time")))
@@ -414,11 +414,11 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
     return Report(answer.title, from_this_start(answer), tone, tuple(sections))
 
 
-def _pressures(motion: FedTrajectory) -> str:
+def _pressures(motion: Trajectory) -> str:
     """The pressure of a supply at the start, and after the last blow."""
     unit = motion.machine.pressure
     last = motion.blow_times[-1:] if motion.impacts else motion.end_time
-    values = [float(motion.states[0, 2]), float(motion.pressure(last)[0])]
+    values = [float(motion.start.row[2]), float(motion.pressure(last)[0])]
     first, then = (number(value) if unit is None else f"{number(value * unit / 1e5)} bar" for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
 
@@ -438,7 +438,7 @@ def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
             what = f"ports[{event.port}] demands"
         if event.kind == "valve":
             what = f"valve: {event.state}"
-        speed = in_units(machine, event.velocity, "speed")
+        speed = in_units(machine, event.impact_velocity, "speed")
         rows.append((what, _time(answer, event.time), speed))
     heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
     return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

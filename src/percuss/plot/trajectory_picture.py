@@ -7,11 +7,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
 from percuss import palette
+from percuss.errors import ParameterError
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
 
@@ -24,31 +25,36 @@ if TYPE_CHECKING:
 
 # ---- What a picture of a motion is given: the motion, or the answer that holds it with the title of its case
 
-M = TypeVar("M")
-M_co = TypeVar("M_co", covariant=True)
 
-
-class TitledMotion(Protocol[M_co]):
+class TitledMotion(Protocol):
     """An answer: a motion with the title of its case."""
 
     @property
-    def motion(self) -> M_co: ...
+    def motion(self) -> Trajectory: ...
     @property
     def title(self) -> str: ...
 
 
-def titled_motion(shown: object, kind: type[M]) -> tuple[str, M]:
+def titled_motion(shown: object, clocked: bool) -> tuple[str, Trajectory]:
     """The title, "" for a motion alone, and the motion.
 
     Raises
     ------
     ParameterError
-        When it is neither a motion of this kind nor an answer that holds one.
+        When it is neither a motion, under a clock or of a machine as is said, nor an answer that holds one.
     """
-    if isinstance(shown, kind):
-        return "", shown
-    having("motion", shown, ("title", "motion"), f"a {kind.__name__}, or the answer that holds one")
-    answer = cast("TitledMotion[M]", shown)
+    from percuss.simulate import Trajectory
+
+    accepted = f"a Trajectory of a {'system' if clocked else 'machine'}, or the answer that holds one"
+    title, motion = ("", shown) if isinstance(shown, Trajectory) else _held(shown, accepted)
+    if motion.is_clocked != clocked:
+        raise ParameterError("motion", str(motion), accepted)
+    return title, motion
+
+
+def _held(shown: object, accepted: str) -> tuple[str, Trajectory]:
+    having("motion", shown, ("title", "motion"), accepted)
+    answer = cast("TitledMotion", shown)
     return answer.title, answer.motion
 
 
@@ -161,7 +167,7 @@ _RAISED = {"chatter": 7.0, "rest": 14.0, "release": 14.0}
 """Points above the wall: a chatter ends where rest begins, and neither is to hide the impacts before it."""
 
 
-def trajectory(motion: Trajectory | TitledMotion[Trajectory]) -> Figure:
+def trajectory(motion: Trajectory | TitledMotion) -> Figure:
     """Draw a simulated motion, or the answer that holds one.
 
     Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole
@@ -181,9 +187,7 @@ def trajectory(motion: Trajectory | TitledMotion[Trajectory]) -> Figure:
     >>> len(trajectory(run(system, Start.rigid(time=0.3), modes=8)).axes) >= 5
     True
     """
-    from percuss.simulate import Trajectory
-
-    title, moved = titled_motion(motion, Trajectory)
+    title, moved = titled_motion(motion, clocked=True)
     figure = new_figure(11.0, 7.0)
     units = units_of(moved.system)
     with style():

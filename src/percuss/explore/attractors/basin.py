@@ -24,8 +24,8 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.hammers import AnyAttractor, AnyStarts
-    from percuss.simulate import Stop
+    from percuss.explore.attractors.hammers import AnyAttractor
+    from percuss.simulate import Starts, Stop
 
 
 # ---- What an image of basins carries out: the starts of a plane, each followed by itself
@@ -66,7 +66,7 @@ class BasinsJob:
         """What is followed, as it is asked."""
         return hammer_of(self.system)
 
-    def starts(self, first: int, last: int) -> AnyStarts:
+    def starts(self, first: int, last: int) -> Starts:
         """The starts `first` … `last` − 1."""
         over, up = self._lines
         rows = np.arange(first, last)

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,12 +22,11 @@ from percuss.recordings.netcdf_file import netcdf_content
 
 if TYPE_CHECKING:
     from percuss.model import Machine, System
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
 
 # ---- Starts as columns
 
-Own = TypeVar("Own", bound="Starts | MachineStarts")
 
 _RIGID: dict[str, Column] = {
     "position": Column(unit="bar lengths", meaning="where the bar starts; the wall is at 0"),
@@ -65,31 +64,18 @@ def starts_from(columns: Columns) -> Starts:
     return Starts(columns["start_displacement"], columns["start_velocity"], columns["position"], columns["time"])
 
 
-def bars_of(starts: Starts | MachineStarts) -> Starts:
-    """The bars at the starts."""
-    from percuss.simulate import MachineStarts
-
-    return starts.bars if isinstance(starts, MachineStarts) else starts
-
-
-def some(starts: Own, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Own:
+def some(starts: Starts, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Starts:
     """Some of the starts."""
-    from percuss.simulate import MachineStarts, Starts
-
-    bars = bars_of(starts)
-    part = Starts(bars.displacement[rows], bars.velocity[rows], bars.gap[rows], bars.time[rows])
-    if isinstance(starts, MachineStarts):
-        return cast("Own", MachineStarts(part, starts.state[rows], starts.states))
-    return cast("Own", part)
+    state = None if starts.state is None else starts.state[rows]
+    bars = (starts.displacement[rows], starts.velocity[rows], starts.gap[rows], starts.time[rows])
+    return type(starts)(*bars, starts.states, state)
 
 
-def fingerprint(starts: Starts | MachineStarts) -> str:
+def fingerprint(starts: Starts) -> str:
     """SHA-256 of starts."""
-    from percuss.simulate import MachineStarts
-
-    found, bars = hashlib.sha256(), bars_of(starts)
-    states = (starts.state.astype(float),) if isinstance(starts, MachineStarts) else ()
-    for values in (bars.displacement, bars.velocity, bars.gap, bars.time, *states):
+    found = hashlib.sha256()
+    states = () if starts.state is None else (starts.state.astype(float),)
+    for values in (starts.displacement, starts.velocity, starts.gap, starts.time, *states):
         found.update(str(values.shape).encode() + np.ascontiguousarray(values, dtype="<f8").tobytes())
     return found.hexdigest()
 
@@ -202,7 +188,7 @@ def _block(distribution: str, block: int, seed: int) -> Array:
     return found
 
 
-def drawn(rows: Own, number: int, seed: int = 0, first: int = 0) -> Own:
+def drawn(rows: Starts, number: int, seed: int = 0, first: int = 0) -> Starts:
     """`number` starts of given rows, by chance with replacement; which they are does not depend on how many."""
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
@@ -412,7 +398,7 @@ def speed_scale(machine: Machine) -> float:
     return math.sqrt(2.0 * (max(forces) - min(forces)) * farthest_port(machine))
 
 
-def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, first: int = 0) -> MachineStarts:
+def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, first: int = 0) -> Starts:
     """Starts of a machine drawn from a named distribution; which they are does not depend on how many are drawn.
 
     With S the distance of the farthest port and V = √(2 Δp S), see `speed_scale`, all with a state of the valve that is
@@ -438,10 +424,10 @@ def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, 
     >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
     >>> machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.6}, ports), Kept(0.2))
     >>> starts = drawn_machines(machine, "field", 1000, seed=1)
-    >>> len(starts), bool((starts.bars.gap >= -2.0).all()), sorted(set(starts.state.tolist()))
+    >>> len(starts), bool((starts.gap >= -2.0).all()), sorted(set(starts.state.tolist()))
     (1000, True, [0, 1])
     """
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     checked_name(distribution)
     position, velocity, turn = blocks(distribution, number, seed, first)
@@ -452,14 +438,14 @@ def drawn_machines(machine: Machine, distribution: str, number: int, seed: int, 
     unit = {"wall": 1.0, "field": 1.0 / FIELD_SPEED, "gentle": GENTLE_SHARE / GENTLE_SPEED}[distribution]
     state = np.minimum(turn / _TURN * len(names), len(names) - 1).astype(np.int64)
     place = 2.0 * farthest_port(machine) / FIELD_DEPTH * position
-    return MachineStarts(Starts.rigid(place, speed * unit * velocity), state, names)
+    return Starts.rigid(place, speed * unit * velocity).with_valve(state, names)
 
 
-def own_machines(machine: Machine, source: Any, seed: int) -> MachineStarts:
+def own_machines(machine: Machine, source: Any, seed: int) -> Starts:
     """The rows of one's own distribution; as `percuss.explore.attractors.drawn_starts.own`.
 
     Instead of a load phase a table has the column ``state``: the name of the valve's state or its number from 0.
-    Without it all start with the valve's own starting state. `Starts` and `MachineStarts` are taken as they are.
+    Without it all start with the valve's own starting state. `Starts` are taken as they are.
 
     Raises
     ------
@@ -467,17 +453,17 @@ def own_machines(machine: Machine, source: Any, seed: int) -> MachineStarts:
         For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
         that gives no starts.
     """
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     names = tuple(name for name, _ in machine.valve.pairs)
-    if callable(source) and not isinstance(source, Starts | MachineStarts):
+    if callable(source) and not isinstance(source, Starts):
         source = source(seed)
-        if not isinstance(source, Starts | MachineStarts):
-            raise ParameterError("what the distribution gives", source, "a Starts or a MachineStarts")
+        if not isinstance(source, Starts):
+            raise ParameterError("what the distribution gives", source, "a Starts")
     usual = names.index(machine.valve.start or names[0])
     if isinstance(source, Starts):
-        return MachineStarts(source, np.array(usual), names)
-    if isinstance(source, MachineStarts):
+        if source.state is None:
+            return source.with_valve(usual, names)
         if source.states != names:
             raise ParameterError("distribution", f"starts with states {', '.join(source.states)}", _one_of(names))
         return source
@@ -488,7 +474,7 @@ def own_machines(machine: Machine, source: Any, seed: int) -> MachineStarts:
     given = columns.pop("state", None)
     bars = table_starts(machine.body, machine.at, file, columns, "state")
     state = np.full(len(bars), float(usual)) if given is None else given
-    return MachineStarts(bars, _numbers(file, state, len(bars), names), names)
+    return bars.with_valve(_numbers(file, state, len(bars), names), names)
 
 
 def _numbers(file: str, state: Array, rows: int, names: tuple[str, ...]) -> npt.NDArray[np.int64]:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import MissingExtraError, ParameterError
-from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS, bars_of, done, drawn, fingerprint, some
+from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS, done, drawn, fingerprint, some
 from percuss.explore.attractors.grouping import DISTANCE
 from percuss.explore.attractors.hammers import Hammer, hammer_from, hammer_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
@@ -26,8 +26,8 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.hammers import AnyAttractor, AnyStarts
-    from percuss.simulate import Stop
+    from percuss.explore.attractors.hammers import AnyAttractor
+    from percuss.simulate import Starts, Stop
 
 
 # ---- What an experiment carries out: each start followed by itself, the same in any process
@@ -60,7 +60,7 @@ class ExperimentJob:
     seed: int
     modes: int
     stop: Stop
-    rows: AnyStarts | None = None
+    rows: Starts | None = None
     threads: int | None = 1
 
     @cached_property
@@ -68,7 +68,7 @@ class ExperimentJob:
         """What is followed, as it is asked."""
         return hammer_of(self.system)
 
-    def starts(self, first: int, last: int) -> AnyStarts:
+    def starts(self, first: int, last: int) -> Starts:
         """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
             return self.hammer.named(self.distribution, last - first, self.seed, first)
@@ -89,7 +89,7 @@ class ExperimentJob:
     @property
     def columns(self) -> Mapping[str, Column]:
         """The numbers of the motions, and the starts."""
-        bars = None if self.rows is None else bars_of(self.rows)
+        bars = None if self.rows is None else self.rows
         shape = (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
         return {**self.hammer.start_columns(*shape), **self.hammer.columns}
 
@@ -117,7 +117,7 @@ class ExperimentJob:
 def experiment_job(
     system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
+    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -125,7 +125,7 @@ def experiment_job(
     threads: int | None = 1,
 ) -> ExperimentJob:
     """What `experiment` carries out."""
-    from percuss.simulate import MachineStarts, Starts, Stop
+    from percuss.simulate import Starts, Stop
 
     hammer = hammer_of(system)
     kept = count("modes", modes, least=0, most=4096)
@@ -139,11 +139,10 @@ def experiment_job(
         hammer.named(distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
         return job
     rows = hammer.own(distribution, seed)
-    bars = bars_of(rows)
-    if bars.displacement[:, kept + 1 :].any() or bars.velocity[:, kept + 1 :].any():
-        most = max(bars.displacement.shape[1], bars.velocity.shape[1]) - 1
+    if rows.displacement[:, kept + 1 :].any() or rows.velocity[:, kept + 1 :].any():
+        most = max(rows.displacement.shape[1], rows.velocity.shape[1]) - 1
         raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")
-    if isinstance(distribution, Starts | MachineStarts):
+    if isinstance(distribution, Starts):
         name = "starts"
     elif callable(distribution):
         name = str(getattr(distribution, "__qualname__", type(distribution).__name__))
@@ -268,7 +267,7 @@ class Share(Shown):
 
     @property
     def label(self) -> str:
-        """The label of the motion, as `Trajectory.label` or `MachineTrajectory.label` gives it."""
+        """The label of the motion, as `Trajectory.label` gives it."""
         return self.attractor.label
 
     @property
@@ -347,7 +346,7 @@ class Experiment(Shown):
         return hammer_of(self.system)
 
     @property
-    def starts(self) -> AnyStarts:
+    def starts(self) -> Starts:
         """All starts."""
         return self.hammer.starts_from(self.columns)
 
@@ -358,7 +357,7 @@ class Experiment(Shown):
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
-        """What motion each start ends in, as `Trajectory.label` or `MachineTrajectory.label`; shape (starts,)."""
+        """What motion each start ends in, as `Trajectory.label`; shape (starts,)."""
         return self.hammer.labels(self.columns)
 
     @cached_property
@@ -424,7 +423,7 @@ class Experiment(Shown):
 def experiment(
     system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
+    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -445,8 +444,8 @@ def experiment(
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
         ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.drawn_starts.named`, and
-        `percuss.explore.attractors.drawn_starts.drawn_machines` for machines), a file of starts, `Starts` or
-        `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are drawn from
+        `percuss.explore.attractors.drawn_starts.drawn_machines` for machines), a file of starts, `Starts`,
+        or a function that makes them from the seed. More starts than there are rows are drawn from
         them by chance.
     seed
         0 or greater.

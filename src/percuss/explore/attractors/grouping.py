@@ -18,7 +18,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.model import Machine, System
-    from percuss.simulate import Ensemble, MachineStart, MachineStarts, Starts, Stop
+    from percuss.simulate import Ensemble, Start, Starts, Stop
 
 
 # ---- Motions followed to the cycles that they settle on, and the numbers by which cycles are told apart
@@ -371,7 +371,7 @@ def _means(values: Array, number: npt.NDArray[np.int64]) -> Array:
 _MACHINE_BLOCK = 1024  # members at once
 
 MACHINE_COLUMNS: dict[str, Column] = {
-    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.MACHINE_OUTCOMES"),
+    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.OUTCOMES"),
     "stall": Column("int8", meaning="where it stalls, its number in percuss.simulate.STALLS; -1: it does not"),
     "impacts": Column("int64", meaning="impacts from the start"),
     "end_time": Column(unit="machine's unit of time", meaning="time from the start to the last event"),
@@ -388,22 +388,21 @@ MACHINE_COLUMNS: dict[str, Column] = {
 
 def machines_followed(
     machine: Machine,
-    starts: MachineStarts,
+    starts: Starts,
     modes: int,
     stop: Stop,
     threads: int | None,
     stopped: Callable[[], bool],
 ) -> Columns:
     """`MACHINE_COLUMNS` of the motions from all starts, each by itself."""
-    from percuss.simulate import MACHINE_OUTCOMES, simulate_machines
+    from percuss.simulate import simulate_many
 
     parts: list[Columns] = []
+    own = {"blows": "cycle_impacts", "valve_cycles": "cycle_periods", "energy_lost": "energy_lost_per_period"}
     for first in range(0, len(starts), _MACHINE_BLOCK):
         block = some(starts, slice(first, first + _MACHINE_BLOCK))
-        many = simulate_machines(machine, block, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped())
-        code = np.array([MACHINE_OUTCOMES.index(word) for word in many.outcome.tolist()])
-        same = {name: getattr(many, name) for name in MACHINE_COLUMNS if name not in ("code", "cycle_kind")}
-        parts.append({**same, "code": code, "cycle_kind": many.kind})
+        many = simulate_many(machine, block, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped())
+        parts.append({name: getattr(many, own.get(name, name)) for name in MACHINE_COLUMNS})
         if stopped():
             break
     return {
@@ -428,46 +427,44 @@ PERIODIC = 8
 
 
 def machine_labels(columns: Columns) -> npt.NDArray[np.str_]:
-    """What motion each is at its end, as `MachineTrajectory.label`."""
+    """What motion each is at its end, as `Trajectory.label`."""
     key = motion_keys(columns)
     _, first, which = np.unique(key, return_index=True, return_inverse=True)
     return np.array([_machine_label(columns, int(i)) for i in first], dtype=str)[which.reshape(-1)]
 
 
 def _machine_label(columns: Columns, i: int) -> str:
-    from percuss.simulate import STALLS, MachineCycle
-    from percuss.simulate.machine.machine_events import machine_label
+    from percuss.simulate import STALLS, Cycle
+    from percuss.simulate.events import machine_label
 
     stall, turns = int(columns["stall"][i]), int(columns["valve_cycles"][i])
     cycle = None
     if turns:
         numbers = (float(columns[name][i]) for name in ("period", "energy_lost", "blow_speed"))
-        cycle = MachineCycle(0, int(columns["blows"][i]), turns, int(columns["cycle_kind"][i]), *numbers)
+        cycle = Cycle(0, int(columns["blows"][i]), turns, int(columns["cycle_kind"][i]), *numbers)
     return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(columns["wanders"][i]))
 
 
-def blows_of(
-    machine: Machine, start: MachineStart, modes: int, stop: Stop
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def blows_of(machine: Machine, start: Start, modes: int, stop: Stop) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Speeds and energies of the blows of one period, in order of time from the strongest on; empty without a period.
 
     The motion from a start, followed once more. Bounces of a chatter are no blows of their own.
     """
-    from percuss.simulate import run_machine
+    from percuss.simulate import run
 
-    motion = run_machine(machine, start, modes=modes, stop=stop)
+    motion = run(machine, start, modes=modes, stop=stop)
     cycle = motion.cycle
-    if cycle is None or not cycle.blows:
+    if cycle is None or not cycle.impacts:
         return (), ()
     struck = motion.events.of("impact")
     last = float(motion.events.time[-1])
     inside = np.flatnonzero(struck.time > last - cycle.period * (1.0 - 1e-9))
-    strongest = np.sort(np.argsort(-struck.velocity[inside], kind="stable")[: cycle.blows])
+    strongest = np.sort(np.argsort(-struck.impact_velocity[inside], kind="stable")[: cycle.impacts])
     main = inside[strongest]  # what bounces is weaker than the blow that it follows
     if not main.size:
         return (), ()
-    order = np.roll(main, -int(np.argmax(struck.velocity[main])))
-    return tuple(struck.velocity[order].tolist()), tuple(struck.kinetic_energy[order].tolist())
+    order = np.roll(main, -int(np.argmax(struck.impact_velocity[main])))
+    return tuple(struck.impact_velocity[order].tolist()), tuple(struck.kinetic_energy[order].tolist())
 
 
 # ---- What machines that switch their own valves settle on, told apart by labels and by the numbers of their cycles
@@ -482,7 +479,7 @@ class MachineAttractor(Shown):
     number
         0 for the most frequent.
     label
-        As `MachineTrajectory.label` has it.
+        As `Trajectory.label` has it.
     members, first
         How many of the motions settle on it, and the first of them.
     period
@@ -548,7 +545,7 @@ def matched_machines(columns: Columns, speed: float, distance: float) -> npt.NDA
 
 
 def machine_attractors(
-    columns: Columns, number: npt.NDArray[np.int64], machine: Machine, starts: MachineStarts, modes: int, stop: Stop
+    columns: Columns, number: npt.NDArray[np.int64], machine: Machine, starts: Starts, modes: int, stop: Stop
 ) -> tuple[MachineAttractor, ...]:
     """The attractors behind the numbers; the blows are those of the first member, followed once more."""
     if not number.size:

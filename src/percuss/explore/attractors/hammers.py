@@ -45,10 +45,9 @@ from percuss.model.checks import Array, finite, instance
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
 
 if TYPE_CHECKING:
-    from percuss.simulate import MachineStarts, Starts, Stop
+    from percuss.simulate import Starts, Stop
 
 if TYPE_CHECKING:
-    AnyStarts = Starts | MachineStarts
     AnyAttractor = Attractor | MachineAttractor
 
 
@@ -91,11 +90,11 @@ class Hammer(Protocol):
 
     # -- starts --
 
-    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> AnyStarts:
+    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> Starts:
         """Starts of a named distribution; see `percuss.explore.attractors.drawn_starts.named`."""
         ...
 
-    def own(self, source: Any, seed: int) -> AnyStarts:
+    def own(self, source: Any, seed: int) -> Starts:
         """The rows of one's own distribution; see `percuss.explore.attractors.drawn_starts.own`."""
         ...
 
@@ -109,7 +108,7 @@ class Hammer(Protocol):
         """
         ...
 
-    def on_a_grid(self, grid: dict[str, Array]) -> AnyStarts:
+    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
         """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
         ...
 
@@ -117,11 +116,11 @@ class Hammer(Protocol):
         """The columns of starts with so many modal amplitudes."""
         ...
 
-    def start_values(self, starts: AnyStarts) -> Columns:
+    def start_values(self, starts: Starts) -> Columns:
         """Starts as columns."""
         ...
 
-    def starts_from(self, columns: Columns) -> AnyStarts:
+    def starts_from(self, columns: Columns) -> Starts:
         """The starts that columns hold."""
         ...
 
@@ -132,7 +131,7 @@ class Hammer(Protocol):
         ...
 
     def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
         """`columns` of the motions from all starts, each by itself."""
         ...
@@ -146,7 +145,7 @@ class Hammer(Protocol):
         ...
 
     def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
+        self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
     ) -> tuple[AnyAttractor, ...]:
         """The attractors behind the numbers, in their order."""
         ...
@@ -234,7 +233,7 @@ class ClockedHammer:
         """With the load phase."""
         return start_columns(displacements, velocities)
 
-    def start_values(self, starts: AnyStarts) -> Columns:
+    def start_values(self, starts: Starts) -> Columns:
         """Starts as columns."""
         return start_values(_bars(starts))
 
@@ -247,7 +246,7 @@ class ClockedHammer:
         return seconds_of_start(modes)
 
     def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
         """By `simulate_many`."""
         return followed(self.system, _bars(starts), modes, stop, threads, stopped)
@@ -261,13 +260,13 @@ class ClockedHammer:
         return matched(columns, float(np.abs(self.system.load.coefficients).sum()), distance)
 
     def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
+        self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
     ) -> tuple[Attractor, ...]:
         """With the impacts of a cycle of each."""
         return attractors_of(columns, number, self.system, _bars(starts), modes, stop)
 
 
-def _bars(starts: AnyStarts) -> Starts:
+def _bars(starts: Starts) -> Starts:
     from percuss.simulate import Starts
 
     return instance("starts", starts, Starts)
@@ -314,9 +313,9 @@ class SwitchingHammer:
     @property
     def words(self) -> Mapping[str, Sequence[str]]:
         """Outcomes, places of stalls, kinds of cycles, and states."""
-        from percuss.simulate import MACHINE_OUTCOMES, STALLS
+        from percuss.simulate import OUTCOMES, STALLS
 
-        return {"code": MACHINE_OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
+        return {"code": OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
 
     @property
     def scales(self) -> Mapping[str, tuple[float, str]]:
@@ -335,11 +334,11 @@ class SwitchingHammer:
         """The modes on the chamber are made now."""
         self.machine.modes(modes)
 
-    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> MachineStarts:
+    def named(self, distribution: str, number: int, seed: int, first: int = 0) -> Starts:
         """Scaled by the ports and the valve's forces."""
         return drawn_machines(self.machine, distribution, number, seed, first)
 
-    def own(self, source: Any, seed: int) -> MachineStarts:
+    def own(self, source: Any, seed: int) -> Starts:
         """A file, a function of the seed, or the starts themselves."""
         return own_machines(self.machine, source, seed)
 
@@ -357,14 +356,12 @@ class SwitchingHammer:
         remedy = "no clock drives the machine" if name == "time" else ""
         raise ParameterError(where, name, f"one of {known}", remedy)
 
-    def on_a_grid(self, grid: dict[str, Array]) -> MachineStarts:
+    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
         """With the state of the valve; its own starting state where none is said."""
-        from percuss.simulate import MachineStarts
-
         bars = {name: values for name, values in grid.items() if name != "state"}
         usual = self.states.index(self.machine.valve.start or self.states[0])
         state = grid.get("state", np.array(float(usual))).astype(np.int64)
-        return MachineStarts(end_starts(self.machine.body, self.machine.at, bars), state, self.states)
+        return end_starts(self.machine.body, self.machine.at, bars).with_valve(state, self.states)
 
     def start_columns(self, displacements: int, velocities: int) -> dict[str, Column]:
         """With the state of the valve in place of the load phase."""
@@ -375,32 +372,30 @@ class SwitchingHammer:
             columns["velocity"] = Column(unit=unit, meaning=columns["velocity"].meaning)
         return {**columns, "state": _STATE}
 
-    def start_values(self, starts: AnyStarts) -> Columns:
+    def start_values(self, starts: Starts) -> Columns:
         """Starts as columns."""
         own = _switching(starts)
-        values = start_values(own.bars)
+        values = start_values(own)
         del values["time"]
-        return {**values, "state": own.state.copy()}
+        return {**values, "state": np.array(own.state)}
 
-    def starts_from(self, columns: Columns) -> MachineStarts:
+    def starts_from(self, columns: Columns) -> Starts:
         """The starts that columns hold."""
-        from percuss.simulate import MachineStarts
-
         bars = starts_from({**columns, "time": np.zeros(columns["position"].shape)})
-        return MachineStarts(bars, columns["state"], self.states)
+        return bars.with_valve(columns["state"], self.states)
 
     def rough_seconds(self, modes: int) -> float:
         """By the number of modes."""
         return seconds_of_machine_start(modes)
 
     def followed(
-        self, starts: AnyStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        """By `simulate_machines`."""
+        """By `simulate_many`."""
         return machine_cycles_followed(self.machine, _switching(starts), modes, stop, threads, stopped)
 
     def labels(self, columns: Columns) -> npt.NDArray[np.str_]:
-        """As `MachineTrajectory.label`."""
+        """As `Trajectory.label`."""
         return machine_cycles_labels(columns)
 
     def matched(self, columns: Columns, distance: float) -> npt.NDArray[np.int64]:
@@ -409,16 +404,16 @@ class SwitchingHammer:
         return matched_machines(columns, scale, distance)
 
     def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: AnyStarts, modes: int, stop: Stop
+        self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
     ) -> tuple[MachineAttractor, ...]:
         """With the blows of a period of each."""
         return machine_attractors(columns, number, self.machine, _switching(starts), modes, stop)
 
 
-def _switching(starts: AnyStarts) -> MachineStarts:
-    from percuss.simulate import MachineStarts
-
-    return instance("starts", starts, MachineStarts)
+def _switching(starts: Starts) -> Starts:
+    if starts.state is None:
+        raise ParameterError("starts", starts, "starts with the states of a valve: see Starts.with_valve")
+    return starts
 
 
 # ---- The hammers that experiments follow, from systems and machines, and from archives
