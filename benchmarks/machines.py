@@ -20,7 +20,6 @@ from percuss import Load, Start, Stop, System, run
 from percuss.case import load_case
 from percuss.explore import sweep
 from percuss.model import Chamber, External, Kept, Machine, Port, UniformBar, Valve
-from percuss.simulate import run_machine
 from percuss.steady import self_excited_motion
 
 Row = tuple[str, str, str, str]
@@ -59,7 +58,7 @@ def motions() -> list[Row]:
     ):
 
         def own(one: Machine = one, modes: int = modes) -> object:
-            return run_machine(one, modes=modes, stop=stop)
+            return run(one, modes=modes, stop=stop)
 
         def other(modes: int = modes) -> object:
             return run(clocked, start, modes=modes, stop=stop)
@@ -123,13 +122,12 @@ def maps(cells: int = 100) -> list[Row]:
 _FIRST = """\
 from percuss import Load, Start, Stop, System, run
 from percuss.model import Kept, Machine, Port, UniformBar, Valve
-from percuss.simulate import run_machine
 stop, bar = Stop(impacts=3, periodic=False), UniformBar(5.0)
 def clocked():
     run(System(bar, Load.square(1.0, 1.3), Kept(0.6)), Start.rigid(-1.0, time=0.3), modes=2, stop=stop)
 def switched():
     ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    run_machine(Machine(bar, Valve({"return": -0.5, "power": 1.0}, ports), Kept(0.6)), modes=2, stop=stop)
+    run(Machine(bar, Valve({"return": -0.5, "power": 1.0}, ports), Kept(0.6)), modes=2, stop=stop)
 """
 
 

@@ -12,7 +12,7 @@ from percuss.explore.attractors.experiments import experiment_job, wilson
 from percuss.explore.attractors.hammers import MACHINE_COLUMNS
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.model.described import describe_machine, machine_from
-from percuss.simulate import STALLS, MachineStart, MachineStarts, Start, Starts, Stop, run_machine
+from percuss.simulate import STALLS, Start, Starts, Stop, run
 
 PORTS = (Port("power", behind=1.0, side="back"), Port("return", on="impact"))
 
@@ -59,7 +59,7 @@ def test_every_start_ends_as_its_own_motion(modes):
     stop = Stop(impacts=300)
     found = experiment(GAS, 40, "field", seed=2, modes=modes, stop=stop, workers=1)
     for i, start in enumerate(found.starts):
-        motion = run_machine(GAS, start, modes=modes, stop=stop)
+        motion = run(GAS, start, modes=modes, stop=stop)
         assert (found.label[i], found.columns["impacts"][i]) == (motion.label, motion.impacts)
         period = np.nan if motion.cycle is None else motion.cycle.period
         assert np.array_equal(found.columns["period"][i], period, equal_nan=True)
@@ -84,8 +84,8 @@ def test_bounces_that_a_turned_strain_holds_come_to_rest():
     """A bar whose law turns the strain is laid down where a contact would not have ended before the next begins."""
     front = (Port("power", behind=1.0, side="back"), Port("return", behind=0.1, side="front", delay=0.01))
     pressed = machine(0.0, Reversed(0.15), front, UniformBar(20.0))
-    start = MachineStart(Start.rigid(0.0, -1e-3), "power")
-    motion = run_machine(pressed, start, modes=0, stop=Stop(impacts=50))
+    start = Start.rigid(0.0, -1e-3).with_valve("power")
+    motion = run(pressed, start, modes=0, stop=Stop(impacts=50))
     assert motion.impacts < 50 and len(motion.events.of("rest")) and motion.label.startswith("runs")
 
 
@@ -96,10 +96,10 @@ def test_bounces_that_a_turned_strain_holds_come_to_rest():
 def test_starts_are_those_of_the_seed_and_of_the_scale(name):
     whole = named(GAS, name, BLOCK + 300, 5)
     part = named(GAS, name, 200, 5, BLOCK - 50)
-    assert np.array_equal(part.bars.velocity, whole.bars.velocity[BLOCK - 50 : BLOCK + 150])
+    assert np.array_equal(part.velocity, whole.velocity[BLOCK - 50 : BLOCK + 150])
     assert np.array_equal(part.state, whole.state[BLOCK - 50 : BLOCK + 150])
-    assert abs(whole.state.mean() - 0.5) < 0.01 and not whole.bars.time.any()
-    speed, place = whole.bars.velocity[:, 0] / np.sqrt(2.6), whole.bars.gap
+    assert abs(whole.state.mean() - 0.5) < 0.01 and not whole.time.any()
+    speed, place = whole.velocity[:, 0] / np.sqrt(2.6), whole.gap
     assert speed_scale(GAS) == pytest.approx(np.sqrt(2.6))
     if name == "field":
         assert -2.0 <= place.min() < -1.99 and place.max() <= 0.0 and abs(speed.std() - 1.0) < 0.02
@@ -113,16 +113,16 @@ def test_a_longer_stroke_and_a_stronger_valve_draw_alike():
     scaled = GAS.with_valve(GAS.valve.scaled(4.0, 0.25))
     for name in DISTRIBUTIONS:
         one, other = (named(which, name, 100, 1) for which in (GAS, scaled))
-        assert np.allclose(0.25 * one.bars.gap, other.bars.gap) and np.allclose(one.bars.velocity, other.bars.velocity)
+        assert np.allclose(0.25 * one.gap, other.gap) and np.allclose(one.velocity, other.velocity)
 
 
 def test_own_starts(tmp_path):
     (tmp_path / "a.csv").write_text("position,velocity,state\n-0.5,0.1,power\n-0.2,0,return\n0,-1,1\n")
     starts = own(GAS, tmp_path / "a.csv", 0)
-    assert starts.state.tolist() == [1, 0, 1] and starts.bars.gap.tolist() == [-0.5, -0.2, 0.0]
+    assert starts.state.tolist() == [1, 0, 1] and starts.gap.tolist() == [-0.5, -0.2, 0.0]
     np.savez(tmp_path / "m.npz", u_0=[-1.0, -1.0], u_2=[0.1, 0.0], state=[1, 0])
     ringing = own(GAS, tmp_path / "m.npz", 0)
-    assert np.allclose(ringing.bars.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
+    assert np.allclose(ringing.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
     found = experiment(GAS, None, tmp_path / "m.npz", modes=3, workers=1)
     assert len(found) == 2 and found.columns["start_displacement"].shape == (2, 3)
     assert [start.state for start in found.starts] == ["power", "return"]
@@ -158,7 +158,7 @@ def test_what_is_refused():
     with pytest.raises(ParameterError, match="wall, field, gentle"):
         experiment_job(GAS, 10, "wide")
     with pytest.raises(ParameterError, match="states return, shut"):
-        experiment_job(GAS, None, MachineStarts(Starts.rigid(-1.0), 0, ("return", "shut")))
+        experiment_job(GAS, None, Starts.rigid(-1.0).with_valve(0, ("return", "shut")))
     with pytest.raises(ParameterError, match="Machine"):
         experiment(GAS.valve, 10)  # type: ignore[arg-type]
     line = ("velocity", -1.0, 1.0, 3)
@@ -172,7 +172,7 @@ def test_what_is_refused():
             basins(GAS, x, line, at=at)
     for state in (2, -1, 0.5, [0, 1]):
         with pytest.raises(ParameterError):
-            MachineStarts(Starts.rigid(-1.0), state, ("return", "power"))
+            Starts.rigid(-1.0).with_valve(state, ("return", "power"))
 
 
 def test_a_machine_comes_back_from_its_description():
@@ -190,7 +190,7 @@ def test_basins_are_the_motions_of_their_starts(tmp_path):
     )  # fmt: skip
     for row, velocity in enumerate(found.y[1]):
         for column, position in enumerate(found.x[1]):
-            motion = run_machine(GAS, MachineStart(Start.rigid(position, velocity), "power"), modes=0)
+            motion = run(GAS, Start.rigid(position, velocity).with_valve("power"), modes=0)
             assert found.label[row, column] == motion.label
     again = Basins.from_archive(Archive.open(tmp_path / "b.zarr"))
     assert again.at == (("state", 1.0),) and np.array_equal(again.image, found.image)

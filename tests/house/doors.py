@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 import percuss
-from percuss import Bar, Case, Kept, Load, Reversed, Start, Starts, Stop, System, blow, explore, run, simulate, steady
+from percuss import Bar, Case, Kept, Load, Reversed, Start, Starts, Stop, System, blow, explore, run, steady
 from percuss import case as cases
 from percuss.model import (
     Chamber,
@@ -67,6 +67,8 @@ NO_DOORS = {
     "a protocol, or a contract whose doors are its kinds": "explore.Family explore.Job model.Body model.SizedBody "
     "model.Damping model.Contact explore.Family.check explore.Family.system explore.Job.compute",
     "refuses whatever it is given: a system is no machine that switches itself": "explore.SystemFamily.machine",
+    "asked of a motion of a machine alone": "simulate.Trajectory.force simulate.Trajectory.pressure "
+    "simulate.Trajectory.state",
     "takes readings of records in SI alone: tests/steady/test_recorded_valve.py": "steady.recorded_together",
     "takes arrays and counts that other floors have checked, millions of times": "steady.Orbit.end_motion "
     "steady.Orbit.forced_elastic steady.Orbit.rigid_motion steady.TimedOrbit.rigid_motion steady.Orbit.transient "
@@ -91,7 +93,7 @@ MEANT = (
         "nothing",
         """
         case.CaseFamily.key.name case.load_case.name units.unit_scale.unit recordings.read_recording.unit
-        simulate.MachineTrajectory.before.* blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
+        simulate.Trajectory.before.* blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
         model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity simulate.Starts.displacement
         simulate.Starts.velocity simulate.Starts.time simulate.Stop.time model.Load.history.time
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
@@ -124,7 +126,7 @@ MEANT = (
     (
         "text, number in quotes",
         """
-        simulate.*.save.path units.split_header.text model.Port.to steady.Rhythm.state simulate.MachineStart.state
+        simulate.*.save.path units.split_header.text model.Port.to steady.Rhythm.state simulate.Start.with_valve.state
         steady.FoundRestCycles.labelled.label *.title *.name *.file *.folder *.archive
         """,
     ),
@@ -240,7 +242,6 @@ class Arguments:
         states, timed = steady.steady_states(SYSTEM), Timed.of_uniform_bar(20.0, 0.6)
         one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
         rests = steady.rest_cycles(SYSTEM, modes=0, most=2)
-        stop = Stop(impacts=3, periodic=False)
         few: dict[str, Any] = {"stop": SHORT, "workers": 1}
         found = [
             Bar(0.3, 1e-3), Section(0.1, 1e-3), SectionedBar([Section(0.1, 1e-3)]), External(0.1), UniformBar(1.0),
@@ -252,8 +253,7 @@ class Arguments:
             steady.self_excited_motion(MACHINE, modes=0), steady.self_excited_motion(MACHINE, modes=1).cycle,
             steady.self_excited_motion(MACHINE, modes=0).cycle, Start.rigid(), Starts.rigid([-0.2, -0.5]), SHORT,
             run(SYSTEM, modes=0, stop=SHORT), run(SYSTEM, modes=0, stop=SHORT).events,
-            simulate.run_machine(MACHINE, modes=0, stop=stop),
-            simulate.run_machine(MACHINE, modes=0, stop=stop).events, blow.Wall(), blow.Rock(1e8),
+            blow.Wall(), blow.Rock(1e8),
             blow.Rod([Section(None, 1e-3)]),
             blow.strike(Bar(0.3, 1e-3), blow.Rod([Section(None, 1e-3)]), 1.0),
             explore.SystemFamily(SYSTEM),
@@ -288,9 +288,8 @@ class Arguments:
         to_fold: dict[str, Any] = {"between": ((0.149, 0.151), (0.4, 0.45)), "values": (0.15, fold.value)}
         along_two = ("restitution", "load_factor")
         curve = explore.follow_point(fold, along_two, to_fold["between"], most=2)
-        motion, machine_motion = folder / "motion.nc", folder / "machine.nc"
+        motion = folder / "motion.nc"
         of["Trajectory"].save(motion)
-        of["MachineTrajectory"].save(machine_motion)
         clock = np.arange(0.0, of["BlowAnswer"].blow.until, 1e-6)
         waves = of["BlowAnswer"].waves
         pushed = waves.incident.at(clock) + waves.reflected.at(clock)
@@ -353,14 +352,13 @@ class Arguments:
             "simulate.Starts": {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]},
             "simulate.Starts.of": {"starts": [Start.rigid()]},
             "simulate.Stop": {"impacts": 3, "time": 1.0},
-            "simulate.MachineStart": {"bar": Start.rigid(), "orders": VALVE.orders},
-            "simulate.MachineStarts": {"bars": of["Starts"], "state": [0, 1], "states": ("return", "power")},
+            "simulate.Start.with_valve": {"state": "power", "orders": VALVE.orders},
+            "simulate.Starts.with_valve": {"state": [0, 1], "states": ("return", "power")},
             "simulate.simulate_m*": {"machines": MACHINE, "systems": SYSTEM, "starts": Start.rigid()},
             "simulate.*Events.of": {"kind": "impact"},
             "simulate.Trajectory.continued": {"stop": Stop(impacts=4)},
             "simulate.*.energy_balance": {"first": 0.1, "last": 1.2},
             "simulate.Trajectory.load": {"path": motion},
-            "simulate.MachineTrajectory.load": {"path": machine_motion},
             "simulate.*Trajectory.save": {"path": folder / "other.nc"},
             "blow.Rod": {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0}
             | {"joint_masses": [(1, 0.1)], "rock": of["Rock"]},

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
+from percuss.model import Chamber, Kept, Machine, Port, Reversed, Supply, UniformBar, Valve
 from percuss.model.body import External, KelvinVoigt, Ratio, Table
-from percuss.simulate import MachineStart, Start
+from percuss.simulate import Start
 
 
 def random_machine(rng: np.random.Generator, most_modes: int = 6) -> tuple[Machine, int]:
@@ -44,7 +44,7 @@ def random_machine(rng: np.random.Generator, most_modes: int = 6) -> tuple[Machi
     return Machine(UniformBar(s, damping), valve, contact), modes
 
 
-def random_start(rng: np.random.Generator, machine: Machine, modes: int) -> MachineStart:
+def random_start(rng: np.random.Generator, machine: Machine, modes: int) -> Start:
     """A start off the wall, or on it and leaving; ringing in most cases."""
     u, v = np.zeros(modes + 1), np.zeros(modes + 1)
     v[0] = rng.uniform(-1.5, 1.5)
@@ -58,4 +58,30 @@ def random_start(rng: np.random.Generator, machine: Machine, modes: int) -> Mach
     if gap == 0.0 and v[0] + at_end @ v[1:] > 0.0:
         v = -v
     states = [name for name, _ in machine.valve.pairs]
-    return MachineStart(Start(tuple(u.tolist()), tuple(v.tolist()), gap=gap), state=str(rng.choice(states)))
+    return Start(tuple(u.tolist()), tuple(v.tolist()), gap=gap).with_valve(str(rng.choice(states)))
+
+
+def random_supplied(rng: np.random.Generator) -> tuple[Machine, Start]:
+    """Over all that a machine with a supply may be, from stiff accumulators to very great ones."""
+
+    def delay() -> float:
+        return float(rng.choice([0.0, rng.uniform(0.0, 0.5)]))
+
+    forces = {"return": -float(rng.uniform(0.05, 2.0)), "power": float(rng.uniform(0.1, 3.0))}
+    if rng.uniform() < 0.3:
+        forces["third"] = float(rng.choice([0.0, rng.uniform(-1.0, 1.0)]))
+    ports = [Port("power", float(rng.uniform(0.3, 1.5)), "back", delay())]
+    if rng.uniform() < 0.5:
+        ports.append(Port("return", on="impact", delay=delay()))
+    else:
+        ports.append(Port("return", float(rng.uniform(0.02, 0.2)), "front", delay()))
+    if "third" in forces:
+        ports.append(Port("third", float(rng.uniform(0.3, 1.5)), str(rng.choice(["back", "front"])), delay()))
+    stiffness = float(rng.choice([0.0, 10.0 ** rng.uniform(-2, 0.5)]))
+    start = float(rng.uniform(0.2, 1.5))
+    supply = Supply(float(10.0 ** rng.uniform(-1, 0.5)), float(10.0 ** rng.uniform(-0.5, 3)), start)
+    valve = Valve(forces, ports, None, Chamber(float(rng.uniform(0.0, 0.2)), stiffness), supply=supply)
+    drag = float(rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 5.0)]))
+    contact = Kept(float(rng.choice([0.2, 0.5, rng.uniform(0.05, 0.8)])))
+    made = Machine(UniformBar(20.0, External(drag)), valve, contact)
+    return made, Start.rigid(-float(rng.uniform(0.05, 1.2)), float(rng.uniform(-1.0, 1.0)))

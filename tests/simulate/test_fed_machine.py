@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from machine_strategies import random_supplied
 from percuss.errors import ParameterError, PercussError
 from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
-from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines
-from percuss.simulate.machine.fed_running import FedTrajectory
+from percuss.simulate import Start, Stop, Trajectory, run, simulate_many
 from percuss.steady import self_excited_motion
 from supply_oracle import begun, follow
 
@@ -28,37 +28,12 @@ def two_force(supply: Supply, back: float = 0.4, power: float = 1.8, chamber: Ch
     return Valve({"return": -back, "power": power}, PORTS, None, chamber or Chamber(), supply=supply)
 
 
-def random_machine(rng: np.random.Generator) -> tuple[Machine, MachineStart]:
-    """Over all that a machine with a supply may be, from stiff accumulators to very great ones."""
-
-    def delay() -> float:
-        return float(rng.choice([0.0, rng.uniform(0.0, 0.5)]))
-
-    forces = {"return": -float(rng.uniform(0.05, 2.0)), "power": float(rng.uniform(0.1, 3.0))}
-    if rng.uniform() < 0.3:
-        forces["third"] = float(rng.choice([0.0, rng.uniform(-1.0, 1.0)]))
-    ports = [Port("power", float(rng.uniform(0.3, 1.5)), "back", delay())]
-    if rng.uniform() < 0.5:
-        ports.append(Port("return", on="impact", delay=delay()))
-    else:
-        ports.append(Port("return", float(rng.uniform(0.02, 0.2)), "front", delay()))
-    if "third" in forces:
-        ports.append(Port("third", float(rng.uniform(0.3, 1.5)), str(rng.choice(["back", "front"])), delay()))
-    stiffness = float(rng.choice([0.0, 10.0 ** rng.uniform(-2, 0.5)]))
-    start = float(rng.uniform(0.2, 1.5))
-    supply = Supply(float(10.0 ** rng.uniform(-1, 0.5)), float(10.0 ** rng.uniform(-0.5, 3)), start)
-    valve = Valve(forces, ports, None, Chamber(float(rng.uniform(0.0, 0.2)), stiffness), supply=supply)
-    drag = float(rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 5.0)]))
-    made = machine(valve, float(rng.choice([0.2, 0.5, rng.uniform(0.05, 0.8)])), drag)
-    return made, MachineStart(Start.rigid(-float(rng.uniform(0.05, 1.2)), float(rng.uniform(-1.0, 1.0))))
-
-
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=5)
 def test_events_are_those_of_plain_integration(seed: int) -> None:
-    made, start = random_machine(np.random.default_rng(seed))
-    motion = run_machine(made, start, modes=0, stop=Stop(impacts=4, time=15.0, periodic=False))
-    u, v = start.bar.displacement, start.bar.velocity
+    made, start = random_supplied(np.random.default_rng(seed))
+    motion = run(made, start, modes=0, stop=Stop(impacts=4, time=15.0, periodic=False))
+    u, v = start.displacement, start.velocity
     now = begun(made.valve, float(u[0]), float(v[0]), made.valve.supply.start)
     follow(now, made.valve, made.contact.restitution, made.drag, 4, 15.0)
     ours = [(e.time, e.kind) for e in motion.events if e.kind in ("impact", "port", "valve")]
@@ -74,10 +49,11 @@ def test_events_are_those_of_plain_integration(seed: int) -> None:
     assert near < 1e-4  # a place that is touched rather than passed: rounding decides
 
 
-def _grazes(motion: FedTrajectory, time: float) -> list[float]:
+def _grazes(motion: Trajectory, time: float) -> list[float]:
     """How near the piston is to a place, with how small a speed, about a time."""
     times = np.clip(time + np.linspace(-1e-3, 1e-3, 21), motion.begin_time, motion.end_time)
-    u, v = motion.ends(times)
+    at = motion.modal(times)
+    u, v = at.displacement, at.velocity
     places = [0.0, *(port.behind for port in motion.machine.valve.ports if port.behind)]
     return [float(np.min(np.abs(u[0] + place) + v[0] ** 2)) for place in places]
 
@@ -85,8 +61,8 @@ def _grazes(motion: FedTrajectory, time: float) -> list[float]:
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=8)
 def test_energy_closes(seed: int) -> None:
-    made, start = random_machine(np.random.default_rng(seed))
-    motion = run_machine(made, start, modes=0, stop=Stop(impacts=8, time=40.0))
+    made, start = random_supplied(np.random.default_rng(seed))
+    motion = run(made, start, modes=0, stop=Stop(impacts=8, time=40.0))
     balance = motion.energy_balance()
     size = max(abs(balance.input), abs(balance.impacts), abs(balance.stored), float(motion.energy(0.0)[0]))
     assert abs(balance.imbalance) <= 1e-10 * size
@@ -95,7 +71,7 @@ def test_energy_closes(seed: int) -> None:
 def test_the_motion_settles_on_the_steady_cycle() -> None:
     made = machine(two_force(Supply(1.0, 5.0), chamber=Chamber(0.05, 0.1)), 0.4, 0.05)
     cycle = self_excited_motion(made, modes=0).cycle
-    motion = run_machine(made, modes=0, stop=Stop(tolerance=1e-11))
+    motion = run(made, modes=0, stop=Stop(tolerance=1e-11))
     assert motion.label == "runs 1/1"
     assert motion.cycle.period == pytest.approx(cycle.period, rel=1e-10)
     assert motion.blow_speeds[-1] == pytest.approx(cycle.blow_speed, rel=1e-9)
@@ -107,7 +83,7 @@ def test_the_motion_settles_on_the_steady_cycle() -> None:
 def test_a_growing_pressure_lifts_the_piston_off_the_wall() -> None:
     """The pump begins at no pressure: the piston lies until the return force overcomes the gas."""
     valve = two_force(Supply(0.8, 3.0, start=0.0), chamber=Chamber(0.3, 0.0))
-    motion = run_machine(machine(valve), modes=0, stop=Stop(impacts=60))
+    motion = run(machine(valve), modes=0, stop=Stop(impacts=60))
     release = motion.events.of("release")[0]
     assert release.time == pytest.approx(3.0 * (0.3 / 0.4) / 0.8, rel=1e-12)
     assert motion.pressure([release.time])[0] == pytest.approx(0.75, rel=1e-12)
@@ -116,16 +92,16 @@ def test_a_growing_pressure_lifts_the_piston_off_the_wall() -> None:
 
 
 def test_an_accumulator_runs_empty() -> None:
-    motion = run_machine(machine(two_force(Supply(0.02, 0.2))), modes=0)
+    motion = run(machine(two_force(Supply(0.02, 0.2))), modes=0)
     assert (motion.outcome, motion.label) == ("stalls", "stalls (without pressure)")
     assert motion.pressure([motion.end_time])[0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_stalls() -> None:
     pushing = Valve({"power": 1.0}, (Port("power", on="impact"),), supply=Supply(1.0, 2.0))
-    assert run_machine(machine(pushing), modes=0).label == "stalls (on the tool)"
+    assert run(machine(pushing), modes=0).label == "stalls (on the tool)"
     leaving = Valve({"return": -1.0}, (Port("return", 0.5, "back"),), supply=Supply(1.0, 2.0))
-    assert run_machine(machine(leaving, drag=2.0), modes=0).label == "stalls (leaves)"
+    assert run(machine(leaving, drag=2.0), modes=0).label == "stalls (leaves)"
 
 
 IMPACT = Port("return", on="impact")
@@ -142,39 +118,33 @@ LASTING = {
 @pytest.mark.parametrize("label", LASTING)
 def test_a_stall_is_told_and_followed_to_the_time_asked_for(label: str) -> None:
     valve, drag = LASTING[label]
-    made, start = machine(valve, 0.45, drag), MachineStart(Start.rigid(-0.8, 0.3), "power")
-    motion = run_machine(made, start, modes=0, stop=Stop(time=30.0))
+    made, start = machine(valve, 0.45, drag), Start.rigid(-0.8, 0.3).with_valve("power")
+    motion = run(made, start, modes=0, stop=Stop(time=30.0))
     assert (motion.label, motion.outcome, motion.end_time) == (label, "stalls", 30.0)
     assert motion.position(1.0, np.linspace(0.0, 30.0, 3000)).max() < 1e-12
     now = begun(replace(valve, start="power"), -0.8, 0.3, 1.0)
     follow(now, valve, 0.45, drag, 8, 30.0)
     theirs = [time for time, kind, _ in now.events if kind == "impact"]
     assert motion.blow_times[: len(theirs)] == pytest.approx(theirs, abs=1e-6)
-    assert len(theirs) == min(motion.impacts, 8) and run_machine(made, start, modes=0).impacts == motion.impacts
+    assert len(theirs) == min(motion.impacts, 8) and run(made, start, modes=0).impacts == motion.impacts
 
 
 def test_a_great_accumulator_is_a_constant_pressure() -> None:
     constant = Valve({"return": -0.4, "power": 1.8}, PORTS)
-    start, stop = MachineStart(Start.rigid(-0.3)), Stop(impacts=6, periodic=False)
-    fed = run_machine(machine(two_force(Supply(1.0, 1e9))), start, modes=0, stop=stop)
-    plain = run_machine(machine(constant), start, modes=0, stop=stop)
+    start, stop = Start.rigid(-0.3), Stop(impacts=6, periodic=False)
+    fed = run(machine(two_force(Supply(1.0, 1e9))), start, modes=0, stop=stop)
+    plain = run(machine(constant), start, modes=0, stop=stop)
     assert fed.blow_times == pytest.approx(plain.blow_times, rel=1e-7)
     assert fed.blow_speeds == pytest.approx(plain.blow_speeds, rel=1e-7)
-
-
-def test_a_motion_with_a_supply_is_neither_written_nor_carried_on(tmp_path) -> None:
-    motion = run_machine(machine(two_force(Supply(1.0, 5.0))), modes=0, stop=Stop(impacts=3))
-    with pytest.raises(PercussError, match="again"):
-        motion.continued()
-    with pytest.raises(PercussError, match="again"):
-        motion.save(tmp_path / "motion.nc")
-    with pytest.raises(ParameterError, match="supply"):
-        simulate_machines(machine(two_force(Supply(1.0, 5.0))), [Start.rigid(-0.2)], modes=0)
 
 
 def test_elastic_modes_are_refused() -> None:
     made = machine(two_force(Supply(1.0, 5.0)))
     with pytest.raises(ParameterError, match="rigid piston"):
-        run_machine(made)
+        run(made)
+    with pytest.raises(ParameterError, match="supply"):
+        simulate_many(made, [Start.rigid(-0.2)], modes=0)
+    with pytest.raises(PercussError, match="without a supply"):
+        run(machine(Valve({"return": -0.4, "power": 1.8}, PORTS)), modes=0, stop=Stop(impacts=1)).pressure([0.0])
     with pytest.raises(ParameterError):
-        run_machine(made, modes=0, stop=Stop(impacts=3)).pressure([math.inf])
+        run(made, modes=0, stop=Stop(impacts=3)).pressure([math.inf])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, UniformBar, Valve
-from percuss.simulate import Stop, run_machine
+from percuss.simulate import Stop, run
 from percuss.steady import self_excited_motion
 
 
@@ -20,7 +20,7 @@ def late(law: type, R: float, delay: float, kappa: float = 0.0, d: float = 0.05,
 @pytest.mark.parametrize("R", [0.0, 0.1])
 def test_the_energy_of_rests_closes_and_is_that_of_the_cycle(law: type, kappa: float, R: float) -> None:
     machine = late(law, R, 2.5, kappa)
-    motion = run_machine(machine, modes=4, stop=Stop(impacts=60))
+    motion = run(machine, modes=4, stop=Stop(impacts=60))
     rests = motion.events.of("rest")
     assert motion.label.startswith("runs with rest") and len(rests) > 1
     balance = motion.energy_balance(motion.begin_time, motion.events.time[-1])
@@ -44,13 +44,11 @@ def test_a_bar_that_forgets_everything_and_reaches_no_port_stalls(modes: int, d:
     """The law that turns strain over leaves nothing at R = 0: each release begins the same swing on the gas anew."""
     ports = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
     valve = Valve({"return": -0.3, "power": 1.0}, ports, chamber=Chamber(0.0, 1.0))
-    motion = run_machine(
-        Machine(UniformBar(5.0, External(d)), valve, Reversed(0.0)), modes=modes, stop=Stop(impacts=200)
-    )
+    motion = run(Machine(UniformBar(5.0, External(d)), valve, Reversed(0.0)), modes=modes, stop=Stop(impacts=200))
     assert motion.label == "stalls (in the chamber)"
     assert not len(motion.events.of("valve"))
     assert not len(motion.blow_times) or motion.impacts == 200
     runs = Machine(
         UniformBar(5.0, External(d)), Valve(dict(valve.pairs), ports, chamber=Chamber(0.0, 0.3)), Reversed(0.0)
     )
-    assert run_machine(runs, modes=modes).label == "runs with rest 1/1"
+    assert run(runs, modes=modes).label == "runs with rest 1/1"

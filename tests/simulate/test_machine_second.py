@@ -8,10 +8,17 @@ import pytest
 from machine_oracle import Second
 from machine_strategies import random_machine, random_start
 from percuss.model import Chamber, External, Kept, Machine, Port, UniformBar, Valve
-from percuss.simulate import MachineStart, Start, Stop, run_machine, simulate_machines
-from percuss.simulate.machine.machine_start import placed
+from percuss.simulate import Start, Stop, run, simulate_many
+from percuss.simulate.valve import mechanism
 
 CAP = 12.0
+
+
+def second(machine: Machine, modes: int, start: Start) -> Second:
+    """The other program at the same start."""
+    u, v, _ = start.state(modes, machine)
+    numbers = mechanism(machine, modes)
+    return Second(machine, modes, *(numbers.ends(given) / numbers.end for given in (u, v)), start.valve_state)
 
 
 def agrees(seed: int, most: int) -> None:
@@ -19,10 +26,12 @@ def agrees(seed: int, most: int) -> None:
     rng = np.random.default_rng(seed)
     machine, modes = random_machine(rng)
     start = random_start(rng, machine, modes)
-    motion = run_machine(machine, start, modes=modes, stop=Stop(time=CAP, impacts=60, periodic=False))
-    u, v, _ = placed(start, machine, modes)
+    motion = run(machine, start, modes=modes, stop=Stop(time=CAP, impacts=60, periodic=False))
+    u, v, _ = start.state(modes, machine)
     mechanism = motion.mechanism
-    other = Second(machine, modes, mechanism.ends(u) / mechanism.end, mechanism.ends(v) / mechanism.end, start.state)
+    other = Second(
+        machine, modes, mechanism.ends(u) / mechanism.end, mechanism.ends(v) / mechanism.end, start.valve_state
+    )
     other.run(CAP, len(other.events) + most)
     own = [event for event in motion.events if event.kind in ("port", "valve", "impact")]
     assert motion.outcome != "work"
@@ -31,7 +40,7 @@ def agrees(seed: int, most: int) -> None:
     for event, (time, kind, detail) in zip(own, other.events, strict=False):
         assert event.kind == kind
         assert event.time == pytest.approx(time, abs=1e-9 * (1.0 + time))
-        found = {"port": event.port, "valve": event.state, "impact": event.velocity}[kind]
+        found = {"port": event.port, "valve": event.state, "impact": event.impact_velocity}[kind]
         assert found == (pytest.approx(detail, abs=1e-7) if kind == "impact" else detail)
 
 
@@ -45,13 +54,13 @@ def test_many_events_of_random_machines() -> None:
         agrees(seed, 14)
 
 
-def stalling(rng: np.random.Generator) -> tuple[Machine, MachineStart]:
+def stalling(rng: np.random.Generator) -> tuple[Machine, Start]:
     """A machine on its gas that a blow leaves without the way to its port, in most cases."""
     gas = Chamber(float(rng.uniform(-0.1, 0.1)), float(rng.uniform(0.9, 1.6)))
     valve = Valve({"return": -0.3, "power": 0.8}, (Port("power", 1.0, "back"), Port("return", on="impact")), None, gas)
     damping = External(float(rng.choice([0.0, rng.uniform(0.0, 0.2)])))
     machine = Machine(UniformBar(5.0, damping), valve, Kept(float(rng.uniform(0.3, 0.7))))
-    return machine, MachineStart(Start.rigid(-float(rng.uniform(0.3, 1.2)), float(rng.uniform(-0.3, 0.5))), "power")
+    return machine, Start.rigid(-float(rng.uniform(0.3, 1.2)), float(rng.uniform(-0.3, 0.5))).with_valve("power")
 
 
 @pytest.mark.parametrize("modes", [0, 3])
@@ -60,14 +69,12 @@ def test_the_blows_after_a_stall_is_proved(modes: int) -> None:
     rng, stalled, later, cap = np.random.default_rng(5), 0, 0, 40.0
     while stalled < 10:
         machine, start = stalling(rng)
-        motion = run_machine(machine, start, modes=modes, stop=Stop(time=cap))
+        motion = run(machine, start, modes=modes, stop=Stop(time=cap))
         if motion.label != "stalls (in the chamber)":
             continue
         stalled += 1
         assert (motion.outcome, motion.end_time) == ("stalls", cap)
-        u, v, _ = placed(start, machine, modes)
-        mechanism = motion.mechanism
-        other = Second(machine, modes, mechanism.ends(u) / mechanism.end, mechanism.ends(v) / mechanism.end, "power")
+        other = second(machine, modes, start)
         other.run(cap, 1000)
         theirs = [time for time, kind, _ in other.events if kind == "impact"]
         ours = motion.blow_times[: len(theirs)] if other.ending else motion.blow_times
@@ -76,9 +83,9 @@ def test_the_blows_after_a_stall_is_proved(modes: int) -> None:
         times = np.linspace(0.0, cap, 4000)
         since = times[:, None] - motion.events.of("release").time  # when the ripple of few modes may lap over the wall
         assert motion.gap(times[~((since > 0.0) & (since < 0.35)).any(axis=1)]).max() < 1e-9
-        many = simulate_machines(machine, start, modes=modes, stop=Stop(time=cap))
+        many = simulate_many(machine, start, modes=modes, stop=Stop(time=cap))
         assert (many.impacts[0], many.outcome[0], many.label[0]) == (motion.impacts, "stalls", motion.label)
-        free = run_machine(machine, start, modes=modes)
+        free = run(machine, start, modes=modes)
         assert (free.label, free.outcome) == (motion.label, "stalls")
         assert free.blow_times[: len(ours)].tolist() == ours.tolist()
     assert later > 10

@@ -27,7 +27,7 @@ from percuss.model import (
     UniformBar,
     Valve,
 )
-from percuss.simulate import OUTCOMES, MachineStart, Start, Stop, run, run_machine
+from percuss.simulate import OUTCOMES, Start, Stop, run
 from strategies import decades
 
 TURN = 2.0 * np.pi
@@ -244,8 +244,8 @@ def switched(valve, restitution, modes, damping=0.05):
 
     def followed(size, periodic):
         machine = Machine(UniformBar(5.0, External(damping)), valve.scaled(size, size), Kept(restitution))
-        start = MachineStart(Start.rigid(-0.5 * size, 0.25 * size))
-        return run_machine(machine, start, modes=modes, stop=Stop(impacts=60, time=300.0, periodic=periodic))
+        start = Start.rigid(-0.5 * size, 0.25 * size)
+        return run(machine, start, modes=modes, stop=Stop(impacts=60, time=300.0, periodic=periodic))
 
     return followed
 

@@ -28,7 +28,7 @@ from percuss.model import (
     UniformBar,
     Valve,
 )
-from percuss.simulate import run_machine
+from percuss.simulate import run
 from percuss.steady import ElasticCycle, Obstacle, Rhythm, self_excited_motion, sensitivities
 from percuss.steady.self_excited.elastic_cycle import solved
 from percuss.steady.self_excited.self_switching import why_unstable
@@ -366,7 +366,7 @@ PRESSED = {
 def test_a_chatter_ends_as_it_does_in_a_simulation(case: str) -> None:
     """After the same blow, and at the same time; none of its ever smaller rebounds is lost in rounding."""
     asked, modes, period = PRESSED[case]
-    cycle, motion = self_excited_motion(asked, modes=modes).cycle, run_machine(asked, modes=modes)
+    cycle, motion = self_excited_motion(asked, modes=modes).cycle, run(asked, modes=modes)
     assert cycle.rests
     assert cycle.period == pytest.approx(period, rel=1e-4)
     assert cycle.period == pytest.approx(motion.cycle.period, rel=1e-10)

@@ -13,7 +13,7 @@ from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.recorded_answer import by_clock, by_valve, recorded_headline
 from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.case.answers.simulation_answer import held_down_in_words
-from percuss.simulate.machine.fed_running import FedTrajectory
+from percuss.simulate import Trajectory
 
 if TYPE_CHECKING:
     from percuss.case import MachineAnswer
@@ -372,7 +372,7 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
         ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {tell(motion.end_time, 'time')}"),
         ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
     ]
-    if isinstance(motion, FedTrajectory):
+    if motion.machine.valve.supply is not None:
         rows.append(("pressure", _pressures(motion)))
     if motion.cycle is not None:
         rows.append(("period", tell(motion.cycle.period, "time")))
@@ -384,10 +384,10 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
     return Report(answer.title, from_this_start(answer), tone, tuple(sections))
 
 
-def _pressures(motion: FedTrajectory) -> str:
+def _pressures(motion: Trajectory) -> str:
     """The pressure of a supply at the start, and after the last blow."""
     last = motion.blow_times[-1:] if motion.impacts else motion.end_time
-    values = [float(motion.states[0, 2]), float(motion.pressure(last)[0])]
+    values = [float(motion.start.row[2]), float(motion.pressure(last)[0])]
     first, then = (_bar(motion.machine, value) for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
 
@@ -403,6 +403,6 @@ def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
             what = f"ports[{event.port}] demands"
         if event.kind == "valve":
             what = f"valve: {event.state}"
-        rows.append((what, tell(event.time, "time"), tell(event.velocity, "speed")))
+        rows.append((what, tell(event.time, "time"), tell(event.impact_velocity, "speed")))
     heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
     return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

@@ -79,10 +79,10 @@ def watched(ready: Callable[[], object] = law_ready) -> Iterator[Watch]:
 def machine_ready() -> None:
     """Load the kernels of simulations of machines that switch their own valves."""
     from percuss.model import Kept, Machine, Port, UniformBar, Valve
-    from percuss.simulate import Stop, run_machine
+    from percuss.simulate import Stop, run
 
     valve = Valve({"return": -1.0, "power": 1.0}, (Port("return", on="impact"),))
-    run_machine(Machine(UniformBar(1.0), valve, Kept(0.0)), modes=0, stop=Stop(impacts=0))
+    run(Machine(UniformBar(1.0), valve, Kept(0.0)), modes=0, stop=Stop(impacts=0))
 
 
 def orbits_ready() -> None:

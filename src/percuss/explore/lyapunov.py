@@ -16,7 +16,7 @@ from percuss.model.body import need_free
 from percuss.model.checks import Array, count, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
-from percuss.simulate.running import cores
+from percuss.simulate.ensemble import cores
 
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance")
 """How the computation of an exponent ends.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.model import Machine
     from percuss.model.checks import Array
-    from percuss.simulate import MachineEvents, MachineTrajectory
+    from percuss.simulate import Events, Trajectory
 
 _NEAR = 0.06  # of the stroke: the name of a port so near to the wall stands below its line
 
@@ -252,12 +252,12 @@ _MARKS = {
 class _Shown:
     """The last part of a motion, sampled, with the factors of its axes."""
 
-    def __init__(self, motion: MachineTrajectory) -> None:
+    def __init__(self, motion: Trajectory) -> None:
         self.motion = motion
         si, machine = motion.machine.is_si, motion.machine
         self.first, self.last, self.what = _window(motion)
         inside = (motion.events.time >= self.first) & (motion.events.time <= self.last)
-        self.events: MachineEvents = motion.events[inside]
+        self.events: Events = motion.events[inside]
         edges = np.unique(np.clip(self.events.time, self.first, self.last))
         self.times = np.unique(np.concatenate([np.linspace(self.first, self.last, _POINTS), edges]))
         self.centre, self.force = motion.centre(self.times), motion.force(self.times)
@@ -274,7 +274,7 @@ class _Shown:
         self.labels = ("time [ms]", "position [mm]", "force [kN]", "m/s") if si else ("time", "position", "force", "")
 
 
-def _window(motion: MachineTrajectory) -> tuple[float, float, str]:
+def _window(motion: Trajectory) -> tuple[float, float, str]:
     """The part that is shown: the last cycles, or the last events."""
     begin, end, times = motion.begin_time, motion.end_time, motion.events.time
     if motion.cycle is not None and len(times):
@@ -285,7 +285,7 @@ def _window(motion: MachineTrajectory) -> tuple[float, float, str]:
     return float(times[-MOST_EVENTS]), end, "the last flights"
 
 
-def machine_motion(motion: MachineTrajectory | MachineMotion) -> Figure:
+def machine_motion(motion: Trajectory | MachineMotion) -> Figure:
     """Draw a simulated motion of a machine, or the answer that holds one.
 
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
@@ -305,9 +305,7 @@ def machine_motion(motion: MachineTrajectory | MachineMotion) -> Figure:
     >>> len(picture(machine_motion(case)).axes)
     4
     """
-    from percuss.simulate import MachineTrajectory
-
-    title, moved = titled_motion(motion, MachineTrajectory)
+    title, moved = titled_motion(motion, clocked=False)
     figure = new_figure(11.0, 7.0)
     with style():
         grid = figure.add_gridspec(2, 3)
@@ -376,14 +374,14 @@ def _speeds(axes: Any, shown: _Shown) -> None:
         return
     first = 0 if cycle is None else cycle.first
     parts: list[tuple[Array, Array, str, str]] = [
-        (struck.time[first:], struck.velocity[first:], COLOURS[1], "settled" if cycle is not None else "")
+        (struck.time[first:], struck.impact_velocity[first:], COLOURS[1], "settled" if cycle is not None else "")
     ]
     if first:
-        parts.append((struck.time[:first], struck.velocity[:first], COLOURS[5], "transient"))
+        parts.append((struck.time[:first], struck.impact_velocity[:first], COLOURS[5], "transient"))
     for time, speed, colour, name in parts:
         key: dict[str, Any] = {"markersize": 3.5, "markeredgewidth": 0.0, "rasterized": time.size > 5000}
         axes.plot(time * shown.clock, speed * shown.speed, "o", color=colour, label=name or None, **key)
-    axes.set_ylim(bottom=0.0, top=1.08 * float(struck.velocity.max()) * shown.speed or 1.0)
+    axes.set_ylim(bottom=0.0, top=1.08 * float(struck.impact_velocity.max()) * shown.speed or 1.0)
     axes.locator_params(axis="x", nbins=5)
     if cycle is not None:
         axes.legend(loc="lower right")

@@ -7,11 +7,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss import palette
+from percuss.errors import ParameterError
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
 
@@ -23,15 +24,18 @@ if TYPE_CHECKING:
     from percuss.simulate import Events, Trajectory
 
 
-M = TypeVar("M")
-
-
-def titled_motion(shown: Any, kind: type[M]) -> tuple[str, M]:
+def titled_motion(shown: Any, clocked: bool) -> tuple[str, Trajectory]:
     """The title, "" for a motion alone, and the motion; refuses what is neither such a motion nor holds one."""
-    if isinstance(shown, kind):
-        return "", shown
-    having("motion", shown, ("title", "motion"), f"a {kind.__name__}, or the answer that holds one")
-    return shown.title, shown.motion
+    from percuss.simulate import Trajectory
+
+    accepted = f"a Trajectory of a {'system' if clocked else 'machine'}, or the answer that holds one"
+    alone = isinstance(shown, Trajectory)
+    if not alone:
+        having("motion", shown, ("title", "motion"), accepted)
+    title, motion = ("", shown) if alone else (shown.title, shown.motion)
+    if motion.is_clocked != clocked:
+        raise ParameterError("motion", str(motion), accepted)
+    return title, motion
 
 
 # ---- The part of a simulated motion that its picture shows at full resolution: the last cycles or flights
@@ -163,9 +167,7 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
     >>> len(trajectory(run(system, Start.rigid(time=0.3), modes=8)).axes) >= 5
     True
     """
-    from percuss.simulate import Trajectory
-
-    title, moved = titled_motion(motion, Trajectory)
+    title, moved = titled_motion(motion, clocked=True)
     figure = new_figure(11.0, 7.0)
     units = units_of(moved.system)
     with style():

@@ -9,29 +9,17 @@ from percuss.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
-    from percuss.simulate.events import Cycle, Event, Events, SISummary, Summary
-    from percuss.simulate.machine.machine_events import (
-        MACHINE_OUTCOMES,
-        STALLS,
-        MachineCycle,
-        MachineEvent,
-        MachineEvents,
-    )
-    from percuss.simulate.machine.machine_running import MachineEnsemble, run_machine, simulate_machines
-    from percuss.simulate.machine.machine_start import MachineStart, MachineStarts
-    from percuss.simulate.machine.machine_trajectory import MachineTrajectory
-    from percuss.simulate.machine.mechanism import MachineBalance
-    from percuss.simulate.running import run, simulate_many
-    from percuss.simulate.simulated_motion import EnergyBalance
+    from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
+    from percuss.simulate.events import STALLS, Cycle, Event, Events, SISummary, Summary
+    from percuss.simulate.running import run
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.trajectory import Ensemble, EnsembleProgress, Trajectory
+    from percuss.simulate.trajectory import EnergyBalance, Trajectory
 
 ensure_cache()  # before anything here is compiled
 
 __all__ = [
     "DISTRIBUTIONS",
-    "MACHINE_OUTCOMES",
     "OUTCOMES",
     "STALLS",
     "Cycle",
@@ -40,14 +28,6 @@ __all__ = [
     "EnsembleProgress",
     "Event",
     "Events",
-    "MachineBalance",
-    "MachineCycle",
-    "MachineEnsemble",
-    "MachineEvent",
-    "MachineEvents",
-    "MachineStart",
-    "MachineStarts",
-    "MachineTrajectory",
     "Progress",
     "SISummary",
     "Start",
@@ -56,41 +36,28 @@ __all__ = [
     "Summary",
     "Trajectory",
     "run",
-    "run_machine",
-    "simulate_machines",
     "simulate_many",
 ]
 
 _HOME = {
     "DISTRIBUTIONS": "start",
     "OUTCOMES": "stop",
+    "STALLS": "events",
     "Cycle": "events",
-    "Ensemble": "trajectory",
-    "EnsembleProgress": "trajectory",
-    "Starts": "start",
-    "simulate_many": "running",
-    "EnergyBalance": "simulated_motion",
+    "EnergyBalance": "trajectory",
+    "Ensemble": "ensemble",
+    "EnsembleProgress": "ensemble",
     "Event": "events",
     "Events": "events",
-    "MACHINE_OUTCOMES": "machine.machine_events",
-    "STALLS": "machine.machine_events",
-    "MachineBalance": "machine.mechanism",
-    "MachineCycle": "machine.machine_events",
-    "MachineEnsemble": "machine.machine_running",
-    "simulate_machines": "machine.machine_running",
-    "MachineEvent": "machine.machine_events",
-    "MachineEvents": "machine.machine_events",
-    "MachineStart": "machine.machine_start",
-    "MachineStarts": "machine.machine_start",
-    "MachineTrajectory": "machine.machine_trajectory",
-    "run_machine": "machine.machine_running",
     "Progress": "engine",
     "SISummary": "events",
     "Start": "start",
+    "Starts": "start",
     "Stop": "stop",
     "Summary": "events",
     "Trajectory": "trajectory",
     "run": "running",
+    "simulate_many": "ensemble",
 }
 
 

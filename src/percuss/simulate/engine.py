@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,8 @@ import numpy.typing as npt
 from percuss.model import HeldBody, Load, System
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
-from percuss.shown import watched
-from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, label_of
+from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, joined, label_of
+from percuss.simulate.flights import Anchor
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.motion import follow as follow_compiled
 from percuss.simulate.kernels.motion import place
@@ -30,20 +30,37 @@ from percuss.simulate.kernels.motion_records import (
     ON_WALL,
     PAST,
     PERIODIC,
+    RESTING,
     STATE_NUMBERS,
     TURN,
     UNRESOLVED,
     Log,
     Rules,
     Table,
+    ValveLog,
 )
 from percuss.simulate.motion_files import restored
-from percuss.simulate.simulated_motion import SimulatedMotion, unresolved
 from percuss.simulate.spectrum import Spectrum, shifted
+from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.tables import NO_LOG, Snapshot, begins, begun, clock, desk_for, prepared, to_change, turns_to_pull
+from percuss.simulate.tables import (
+    NO_LOG,
+    Snapshot,
+    begin,
+    begins,
+    begun,
+    clock,
+    desk_for,
+    prepared,
+    to_change,
+    turns_to_pull,
+)
+from percuss.simulate.trajectory import unresolved
 
-_STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
+if TYPE_CHECKING:
+    from percuss.simulate.trajectory import Trajectory
+
+STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _TOO_MANY = 64  # such strides without an impact end a simulation
 ENDS = {
@@ -94,6 +111,53 @@ class Stretch:
     wanders: bool
 
 
+def gathered(
+    log: Log | ValveLog,
+    count: Any,
+    step: Callable[[], tuple[str, bool]],
+    gone: Callable[[], tuple[int, float]],
+    stop: Stop,
+    progress: Callable[[Progress], object] | None,
+    idle: tuple[int, bool],
+) -> tuple[npt.NDArray[Any], Array, str]:
+    """Calls the kernels stretch by stretch until a motion ends: its events, the states after them, and how it ended.
+
+    Parameters
+    ----------
+    log, count
+        The kernels' record, and their whole numbers.
+    step, gone
+        A stretch: how the motion ended, or nothing, and whether its work is done; impacts and time so far.
+    idle
+        Stretches of work without an impact that end a motion or, where the flag is set, without any event.
+    """
+    events, states, ended, still, taken, impacts = [], [], "", 0, 0, -1
+    row = log.events.itemsize + log.states.itemsize * log.states.shape[1]
+    while not ended:
+        ended, worked = step()
+        n = int(count["events"])
+        count["events"], taken = 0, taken + n * row
+        struck, time = gone()
+        if taken > _MOST_MEMORY and not ended:
+            ended = "memory"
+        if worked:
+            same = not n if idle[1] else struck == impacts
+            still, impacts = still + 1 if same else 0, struck
+            if still >= idle[0]:
+                ended = "work"
+        elif idle[1]:
+            still = 0
+        fraction = struck / max(stop.most_impacts, 1)
+        if stop.time is not None:
+            fraction = max(fraction, time / stop.time)
+        if progress is not None and progress(Progress(struck, time, min(fraction, 1.0))) and not ended:
+            ended = "cancelled"
+        events.append(log.events[:n] if ended else log.events[:n].copy())
+        states.append(log.states[:n] if ended else log.states[:n].copy())
+    one = len(events) == 1
+    return events[0] if one else np.concatenate(events), states[0] if one else np.concatenate(states), ended
+
+
 def follow(
     table: Table,
     snapshot: Snapshot,
@@ -113,47 +177,21 @@ def follow(
     motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
     if table.values.size:
         own.bar["mean"] = table.values[count["piece"]]
-    found = np.zeros(1, MEMBER)
+    found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
     ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
-    stride, row = _STRIDE // (modes + 30), EVENT.itemsize + log.states.itemsize * log.states.shape[1]
-    events: list[Events] = []
-    after: list[Array] = []
-    tired, tired_at, outcome, recorded = 0, -1, "", 0
-    while not outcome:
-        count["events"] = 0
+
+    def step() -> tuple[str, bool]:
         budget = (int(count["work"]) // stride + 1) * stride
         rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
         follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
         code = int(found["ended"][0])
-        n = int(count["events"])
-        outcome, recorded = ENDS.get(code, ""), recorded + n * row
-        if recorded > _MOST_MEMORY and not outcome:
-            outcome = "memory"
-        if code == BY_WORK:
-            tired = tired + 1 if state.impacts == tired_at else 1
-            tired_at = state.impacts
-            if tired > _TOO_MANY:
-                outcome = "work"
-        if progress is not None and progress(_progress(state, stop, begin_time)) and not outcome:
-            outcome = "cancelled"
-        events.append(_events(log.events[:n]))
-        after.append(log.states[:n] if outcome else log.states[:n].copy())
-    count["events"] = 0
-    return Stretch(
-        Events.of_all(events),
-        after[0] if len(after) == 1 else np.concatenate(after),
-        state,
-        outcome,
-        bool(found["wanders"][0]),
-    )
+        return ENDS.get(code, ""), code == BY_WORK
 
+    def gone() -> tuple[int, float]:
+        return state.impacts, state.time - begin_time
 
-def _progress(state: Snapshot, stop: Stop, begin_time: float) -> Progress:
-    gone = state.time - begin_time
-    fraction = state.impacts / max(stop.most_impacts, 1)
-    if stop.time is not None:
-        fraction = max(fraction, gone / stop.time)
-    return Progress(state.impacts, gone, min(fraction, 1.0))
+    events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
+    return Stretch(_events(events), states, state, outcome, bool(found["wanders"][0]))
 
 
 def _events(log: npt.NDArray[Any]) -> Events:
@@ -167,6 +205,7 @@ def _events(log: npt.NDArray[Any]) -> Events:
         kinetic_energy=log["kinetic"].copy(),
         resolved=log["resolved"].copy(),
         piece=log["piece"].copy(),
+        port=np.full(log.size, -1),
     )
 
 
@@ -265,7 +304,7 @@ def followed(
         parts.append(replace(part, events=let_go[0], states=let_go[1]))
     last = parts[-1]
     return replace(
-        last, events=Events.of_all([part.events for part in parts]), states=np.concatenate([p.states for p in parts])
+        last, events=joined([part.events for part in parts]), states=np.concatenate([p.states for p in parts])
     )
 
 
@@ -328,7 +367,7 @@ def _let_go(
     return Events(
         code=np.array([RELEASE], dtype=np.int8), period=np.array([period]), phase=np.array([phase]),
         impact_velocity=none, rebound_velocity=none, energy_lost=none, kinetic_energy=none,
-        resolved=np.zeros(1, dtype=np.int64), piece=np.array([int(count["piece"])]),
+        resolved=np.zeros(1, dtype=np.int64), piece=np.array([int(count["piece"])]), port=np.array([-1]),
     ), row  # fmt: skip
 
 
@@ -351,44 +390,58 @@ def _set_off(spectrum: Spectrum, table: Table, state: Snapshot, period: int, pha
     now["last_flight"], now["since"], now["released"], now["last_place"] = -1.0, 0.0, -1.0, 0.0
 
 
-# ---- A simulated motion followed further, and what the stretch simulated last makes of it
-
-Kind = TypeVar("Kind", bound=SimulatedMotion)
+# ---- A motion on its way, and what the stretch simulated last makes of it
 
 _ARRAYS = ("z", "now", "count", "cycle", "past", "sums")
 
 
-def go_on(motion: Kind, stop: Stop, progress: Callable[[Progress], object] | None = None) -> Kind:
-    """A motion followed further."""
-    snapshot = restored(motion)
-    with watched(progress) as watch:
-        stretch = followed(*prepared(motion.system, motion.modes), snapshot, stop, motion.begin_time, watch)
-    whole = Stretch(
-        Events.of_all([motion.events, stretch.events]),
-        np.concatenate([motion.states, stretch.states]),
-        stretch.snapshot,
-        stretch.outcome,
-        stretch.wanders,
-    )
-    return replace(motion, **ending(motion.system, whole, stop, motion.begin_time))
+@dataclass(frozen=True)
+class Clocked:
+    """A motion of a system on its way."""
 
+    spectrum: Spectrum
+    table: Table
+    snapshot: Snapshot
 
-def ending(system: System, stretch: Stretch, stop: Stop, begin_time: float) -> dict[str, Any]:
-    """What a motion has from its simulation, by the names of its fields: events, states, how it ended, its cycle."""
-    state = stretch.snapshot
-    cycle = _cycle(state.count)
-    wanders = not system.load.is_constant and stretch.wanders
-    end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
-    return {
-        "events": stretch.events,
-        "states": stretch.states,
-        "snapshot": {name: getattr(state, name) for name in _ARRAYS},
-        "outcome": stretch.outcome,
-        "label": label_of(stretch.outcome, cycle, wanders, unresolved(state.count)),
-        "cycle": cycle,
-        "stop": stop,
-        "end_time": max(end, begin_time),
-    }
+    @property
+    def modes(self) -> int:
+        """N."""
+        return self.spectrum.modes
+
+    @classmethod
+    def begun(cls, system: System, modes: int, start: Start) -> tuple[Clocked, Anchor, bool]:
+        """A motion put at a start, the state there, and whether it rests on the wall."""
+        body = system.body
+        spectrum, table = prepared(system, body.chosen(modes) if isinstance(body, HeldBody) else modes)
+        snapshot = begin(spectrum, table, start)
+        now, count = snapshot.now[0], snapshot.count[0]
+        row = np.concatenate([[now["gap"], now["rigid_rate"]], snapshot.z.reshape(-1)])
+        anchor = Anchor(float(now["phase"]), int(count["piece"]), row)
+        return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == RESTING
+
+    @classmethod
+    def restored(cls, motion: Trajectory) -> Clocked:
+        """A motion that goes on."""
+        return cls(*prepared(motion.system, motion.modes), restored(motion))
+
+    def followed(
+        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
+    ) -> dict[str, Any]:
+        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
+        stretch = followed(self.spectrum, self.table, self.snapshot, stop, begin_time, progress)
+        state = stretch.snapshot
+        cycle = _cycle(state.count)
+        wanders = not self.spectrum.system.load.is_constant and stretch.wanders
+        end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
+        return {
+            "events": stretch.events,
+            "states": stretch.states,
+            "snapshot": {name: getattr(state, name) for name in _ARRAYS},
+            "outcome": stretch.outcome,
+            "label": label_of(stretch.outcome, cycle, wanders, unresolved(state.count)),
+            "cycle": cycle,
+            "end_time": max(end, begin_time),
+        }
 
 
 def _cycle(count: npt.NDArray[Any]) -> Cycle | None:

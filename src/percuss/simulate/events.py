@@ -1,11 +1,10 @@
-"""The events of a motion, as columns."""
+"""The events of a motion, as columns, whatever drives it; and the motion in short."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Generic, Self, TypeVar, overload
+from typing import Any, Self, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -14,115 +13,19 @@ from percuss.model import System
 from percuss.model.checks import Array, choice
 from percuss.shown import Shown
 
-# ---- Events of a motion as columns, whatever drives it: their kinds, one of them, some of them
+KINDS = ("impact", "grazing", "chatter", "rest", "release", "port", "valve")
+"""Kinds of events, in the order of their numbers; the last two are those of a machine."""
 
-One = TypeVar("One")
+IMPACT, GRAZING, CHATTER, REST, RELEASE, PORT, VALVE = range(len(KINDS))
 
+_TURN = 2.0 * np.pi
 _NO_REBOUND = 1e-12  # of the greatest rebound
 _NOTHING = 1e-300
 
 
 @dataclass(frozen=True)
-class EventColumns(Shown, ABC, Generic[One]):
-    """Events in order of time, one array for each quantity, all of shape (n,).
-
-    Parameters
-    ----------
-    code
-        What happened, by its number in `KINDS`.
-    """
-
-    KINDS: ClassVar[tuple[str, ...]]
-
-    code: npt.NDArray[np.int8]
-
-    @property
-    def kind(self) -> npt.NDArray[np.str_]:
-        """The kinds as words; shape (n,)."""
-        return np.array(self.KINDS)[self.code]
-
-    def of(self, kind: str) -> Self:
-        """The events of one kind.
-
-        Raises
-        ------
-        ParameterError
-            For a kind that there is not.
-        """
-        choice("kind", kind, *self.KINDS)
-        which: npt.NDArray[np.bool_] = self.code == self.KINDS.index(kind)
-        return self[which]
-
-    @property
-    def held_down(self) -> Array:
-        """What each rest gave up at which the load held the bar in the time of one contact, over the greatest blow.
-
-        Such a rest comes at once after an impact with a rebound, by a law that turns the strain over; of energies.
-        """
-        time, lost, back, kinetic = (
-            getattr(self, name) for name in ("time", "energy_lost", "rebound_velocity", "kinetic_energy")
-        )
-        kinds, numbers = np.array(self.KINDS)[self.code], np.arange(len(self))
-        last = np.maximum.accumulate(np.where(kinds == "impact", numbers, -1))
-        laid = (kinds == "chatter") | ((kinds == "rest") & (np.roll(kinds, 1) != "chatter"))
-        at = numbers[laid & (last >= 0)]
-        slow = _NO_REBOUND * np.abs(back).max(initial=0.0)
-        at = at[(time[at] == time[last[at]]) & (back[last[at]] < -slow)]
-        return np.asarray(lost[at] / kinetic.max(initial=_NOTHING), dtype=float)
-
-    def __str__(self) -> str:
-        numbers = np.bincount(self.code, minlength=len(self.KINDS)).tolist()
-        kinds = ", ".join(f"{n} {kind}" for n, kind in zip(numbers, self.KINDS, strict=True) if n)
-        return f"{type(self).__name__}: {kinds or 'none'}"
-
-    def __len__(self) -> int:
-        return int(self.code.size)
-
-    @overload
-    def __getitem__(self, which: int | np.integer) -> One: ...
-    @overload
-    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Self: ...
-    def __getitem__(self, which: int | np.integer | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> One | Self:
-        """One event by its number, from the end when negative; the events of a slice, a mask or an array of numbers."""
-        if isinstance(which, int | np.integer) and not isinstance(which, bool):
-            return self._one(range(len(self))[which])
-        return replace(self, **{name: column[which] for name, column in self._columns().items()})
-
-    def __iter__(self) -> Iterator[One]:
-        return map(self._one, range(len(self)))
-
-    @abstractmethod
-    def _one(self, i: int) -> One:
-        """Event number i, from 0."""
-
-    def _columns(self) -> dict[str, Any]:
-        """What has an entry for each event."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
-
-    @classmethod
-    def of_all(cls, parts: Sequence[Self]) -> Self:
-        """The events of several stretches of one motion, one after the other."""
-        first = parts[0]
-        if len(parts) == 1:
-            return first
-        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in first._columns()}
-        return replace(first, **columns)
-
-
-# ---- The events of a motion, as columns
-
-KINDS = ("impact", "grazing", "chatter", "rest", "release")
-"""Kinds of events, in the order of their numbers."""
-
-IMPACT, GRAZING, CHATTER, REST, RELEASE = range(len(KINDS))
-
-_TURN = 2.0 * np.pi
-
-
-@dataclass(frozen=True)
 class Event(Shown):
-    """One event; see `Events`."""
+    """One event; see `Events`. `state`: the name of the valve's state; `port`: None but for a port's demand."""
 
     kind: str
     time: float
@@ -134,10 +37,12 @@ class Event(Shown):
     kinetic_energy: float
     period: int
     piece: int
+    state: str | None = None
+    port: int | None = None
 
 
 @dataclass(frozen=True)
-class Events(EventColumns[Event]):
+class Events(Shown):
     """The events of a motion in order of time, one array for each quantity, all of shape (n,).
 
     ``events[i]`` is one `Event`; a slice, a mask or an array of numbers gives the `Events` of it.
@@ -147,14 +52,15 @@ class Events(EventColumns[Event]):
     kind
         What happened: ``impact``; ``grazing``, a touch that rounding does not tell from a miss, after which the bar
         goes on unchanged; ``chatter``, the end of infinitely many impacts in finite time; ``rest``, the bar lies on
-        the wall from now on; ``release``, the load pulls it off.
+        the wall from now on; ``release``, the load pulls it off. Of a machine besides: ``port``, a port demands a
+        state that was not the last one demanded; ``valve``, the state of the valve has changed.
     period, phase
         When: load periods gone by, and the phase of the load in [0, 2π). Together they are exact however long the
-        motion lasts.
+        motion lasts. A machine has no clock: its period is 0, and its phase the time in the machine's unit.
     time
-        2π · period + phase, in radians.
+        2π · period + phase.
     impact_velocity, rebound_velocity
-        Velocity u_t(1) of the striking end before and after the event, dimensionless.
+        Velocity u_t(1) of the striking end before and after the event; the first at a port is that of what it reads.
     energy_lost
         What the event takes from the bar. Rest takes what motion and strain is left.
     kinetic_energy
@@ -162,11 +68,14 @@ class Events(EventColumns[Event]):
     resolved
         Of a chatter: how many of its impacts are recorded singly before it, the main blow first.
     piece
-        Number of the load's step that holds, for a load of steps.
+        Number of the load's step that holds, for a load of steps; of a machine that of the valve's state, after it.
+    port
+        The number of the port that demands; −1 for other events.
+    states
+        The names of the valve's states; none under a clock.
     """
 
-    KINDS = KINDS
-
+    code: npt.NDArray[np.int8]
     period: npt.NDArray[np.int64]
     phase: Array
     impact_velocity: Array
@@ -175,11 +84,67 @@ class Events(EventColumns[Event]):
     kinetic_energy: Array
     resolved: npt.NDArray[np.int64]
     piece: npt.NDArray[np.int64]
+    port: npt.NDArray[np.int64]
+    states: tuple[str, ...] = ()
 
     @property
     def time(self) -> Array:
-        """2π · period + phase, in radians; shape (n,)."""
+        """2π · period + phase; shape (n,)."""
         return self.period * _TURN + self.phase
+
+    @property
+    def kind(self) -> npt.NDArray[np.str_]:
+        """The kinds as words; shape (n,)."""
+        return np.array(KINDS)[self.code]
+
+    def of(self, kind: str) -> Self:
+        """The events of one kind.
+
+        Raises
+        ------
+        ParameterError
+            For a kind that there is not.
+        """
+        choice("kind", kind, *(KINDS if self.states else KINDS[:PORT]))
+        which: npt.NDArray[np.bool_] = self.code == KINDS.index(kind)
+        return self[which]
+
+    @property
+    def held_down(self) -> Array:
+        """What each rest gave up at which the load held the bar in the time of one contact, over the greatest blow.
+
+        Such a rest comes at once after an impact with a rebound, by a law that turns the strain over; of energies.
+        """
+        code, time, back, numbers = self.code, self.time, self.rebound_velocity, np.arange(len(self))
+        last = np.maximum.accumulate(np.where(code == IMPACT, numbers, -1))
+        laid = (code == CHATTER) | ((code == REST) & (np.roll(code, 1) != CHATTER))
+        at = numbers[laid & (last >= 0)]
+        slow = _NO_REBOUND * np.abs(back).max(initial=0.0)
+        at = at[(time[at] == time[last[at]]) & (back[last[at]] < -slow)]
+        return np.asarray(self.energy_lost[at] / self.kinetic_energy.max(initial=_NOTHING), dtype=float)
+
+    def __str__(self) -> str:
+        numbers = np.bincount(self.code, minlength=len(KINDS)).tolist()
+        kinds = ", ".join(f"{n} {kind}" for n, kind in zip(numbers, KINDS, strict=True) if n)
+        return f"Events: {kinds or 'none'}"
+
+    def __len__(self) -> int:
+        return int(self.code.size)
+
+    @overload
+    def __getitem__(self, which: int | np.integer) -> Event: ...
+    @overload
+    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Self: ...
+    def __getitem__(
+        self, which: int | np.integer | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
+    ) -> Event | Self:
+        """One event by its number, from the end when negative; the events of a slice, a mask or an array of numbers."""
+        if isinstance(which, int | np.integer) and not isinstance(which, bool):
+            return self._one(range(len(self))[which])
+        return replace(self, **{name: column[which] for name, column in self.columns().items()})
+
+    def __iter__(self) -> Iterator[Event]:
+        return map(self._one, range(len(self)))
 
     def _one(self, i: int) -> Event:
         return Event(
@@ -193,7 +158,23 @@ class Events(EventColumns[Event]):
             float(self.kinetic_energy[i]),
             int(self.period[i]),
             int(self.piece[i]),
+            self.states[self.piece[i]] if self.states else None,
+            int(self.port[i]) if self.port[i] >= 0 else None,
         )
+
+    def columns(self) -> dict[str, Any]:
+        """What has an entry for each event, by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "states"}
+
+
+def joined(parts: Sequence[Events]) -> Events:
+    """The events of several stretches of one motion, one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in parts[0].columns()
+    }
+    return replace(parts[0], **columns)
 
 
 # ---- A motion in short: its label, its transient, its blow rate, and what that means in SI units
@@ -211,15 +192,22 @@ class Cycle(Shown):
     first
         The impact, numbered from 0, from which on the motion is on the cycle to within the tolerance.
     impacts, periods
-        p impacts in n load periods.
+        p impacts in n load periods; of a machine the main blows in a period, and how often the valve comes to the same
+        state in it.
     kind
         0: no rest; 1: with rest; 2: with rest at the end of complete chatter.
+    period, energy_lost, blow_speed
+        Of a machine: the period in its unit of time, what blows, chatter and rest take in it, per unit of mass, and
+        the striking speed of the strongest blow; 0 under a clock.
     """
 
     first: int
     impacts: int
     periods: int
     kind: int
+    period: float = 0.0
+    energy_lost: float = 0.0
+    blow_speed: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -424,3 +412,40 @@ def _si(
         cycle_energies_J=each(energies, energy),
         delivered_energy_per_period_J=times(taken, energy),
     )
+
+
+# ---- A machine's motion in short: where it stalls, and its label
+
+STALLS = ("on the tool", "in the chamber", "on a port", "leaves", "without pressure")
+"""How a machine stalls: it lies on the wall and no order waits; it swings on the gas of its chamber, with ever
+weaker blows or none; the valve switches to and fro at a port without end; it leaves and never comes back; the pressure
+of its supply falls to 0. Each is proved."""
+
+
+def machine_label(ended: str, cycle: Cycle | None, wanders: bool) -> str:
+    """The motion's name.
+
+    ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of 2
+    or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular``, or
+    ``undecided`` where too little was followed to tell.
+
+    Parameters
+    ----------
+    ended
+        How the simulation ended, one of `STALLS` among them.
+    cycle
+        The periodic motion, when one was found.
+    wanders
+        Whether the last changes of the valve do not come near any of the ones before.
+    """
+    if ended in STALLS:
+        return f"stalls ({ended})"
+    if cycle is None:
+        return "irregular" if wanders else "undecided"
+    if cycle.impacts == 0:
+        return "cycles without blow"
+    blows = cycle.impacts / cycle.periods
+    numbers = f"{blows:.3g}/{cycle.periods}"
+    if cycle.kind:
+        return f"runs with rest {numbers}"
+    return f"double blow {numbers}" if blows >= 2.0 else f"runs {numbers}"

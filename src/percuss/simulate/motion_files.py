@@ -1,4 +1,4 @@
-"""What files of saved motions share: read whole or refused, with a sum that shows damage, records as plain numbers."""
+"""A motion as a NetCDF file, from which it goes on bit for bit; read whole or refused, with a sum that shows damage."""
 
 from __future__ import annotations
 
@@ -7,35 +7,37 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
 from percuss.errors import HistoryError, MissingExtraError, PercussError
-from percuss.model.checks import count
+from percuss.model import Machine, System
+from percuss.model.checks import count, finite
 from percuss.model.checks import path as checked_path
-from percuss.model.described import describe_system, system_from
+from percuss.model.described import describe_machine, describe_system, machine_from, system_from
 from percuss.recordings.netcdf_file import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
-from percuss.simulate.events import KINDS, Cycle, Events
-from percuss.simulate.kernels.motion_records import COUNT, GRAZED, LOST_CYCLE, NOW, PAST, SUMS, WINDOW
-from percuss.simulate.simulated_motion import (
-    MOST_PERIODS,
-    TURN,
-    Anchor,
-    SimulatedMotion,
-    numbers,
-    shaped,
-    sound,
-    true,
-    within,
+from percuss.simulate.events import IMPACT, KINDS, Cycle, Events
+from percuss.simulate.flights import Anchor
+from percuss.simulate.kernels.motion_records import (
+    COUNT,
+    GRAZED,
+    LOST_CYCLE,
+    NOW,
+    PAST,
+    SUMS,
+    TURNING,
+    VALVE_NOW,
+    WINDOW,
 )
-from percuss.simulate.stop import MAX_MODES, Stop
+from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
+from percuss.simulate.trajectory import Trajectory
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
@@ -43,13 +45,11 @@ if TYPE_CHECKING:
 
     from percuss.simulate.tables import Snapshot
 
-SAID = ("format", "label", "outcome", "description")
-"""What is said in every file beside its numbers."""
-
-_REMEDY = "give a file that 'percuss simulate -o', Trajectory.save or MachineTrajectory.save wrote"
+_REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
 
 
 _AGAIN = "use a copy of it, or simulate again"
+_DESCRIBED = ("system", "machine")  # of which a file has one
 
 
 def opened(path: str | os.PathLike[str]) -> tuple[str, xarray.Dataset]:
@@ -81,14 +81,14 @@ def damaged(name: str, what: str) -> PercussError:
     return PercussError(f"{name}: the file is damaged: {what}", _AGAIN)
 
 
-def digest(dataset: xarray.Dataset, told: str = "system") -> str:
-    """SHA-256 of all numbers, their names, types and shapes, and of what is said about them; `told`: of what moves."""
+def digest(dataset: xarray.Dataset) -> str:
+    """SHA-256 of all numbers, their names, types and shapes, and of what is said about them."""
     found = hashlib.sha256()
     for name in sorted(map(str, dataset.variables)):
         values = np.ascontiguousarray(dataset[name].values)
         found.update(f"{name} {values.dtype.newbyteorder('<').str} {values.shape}\n".encode())
         found.update(values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes())
-    for name in (*SAID[:3], told, *SAID[3:]):
+    for name in ("format", "label", "outcome", *(told for told in _DESCRIBED if told in dataset.attrs), "description"):
         found.update(f"{name} {dataset.attrs[name]}\n".encode())
     return found.hexdigest()
 
@@ -156,7 +156,7 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 """Type and number of the records of a snapshot."""
 
 
-def restored(motion: SimulatedMotion) -> Snapshot:
+def restored(motion: Trajectory) -> Snapshot:
     """The state at the end of a motion, in arrays as the kernels want them.
 
     Raises
@@ -175,7 +175,7 @@ def restored(motion: SimulatedMotion) -> Snapshot:
     return Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in names})
 
 
-def _check(motion: SimulatedMotion) -> None:
+def _check(motion: Trajectory) -> None:
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
     for name in ("z", "now", "count", "cycle", "past", "sums"):
         if name not in snapshot:
@@ -223,53 +223,47 @@ def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> 
         true(least[name] <= whole[name][0] <= most[name], f"{name} of engine_count")
 
 
-# ---- A trajectory as an xarray dataset and as a NetCDF file, from which it goes on bit for bit
+# ---- A trajectory as an xarray dataset and as a NetCDF file
 
-Kind = TypeVar("Kind", bound=SimulatedMotion)
-
-FORMAT = "percuss trajectory 3"
+FORMAT = "percuss trajectory 4"
+_READ = ("percuss trajectory 3", "percuss machine trajectory 1")  # older ones that are still read
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
-_KINDS = {name: kind for name, (kind, _) in RECORDS.items()}
-_UNITS = {
-    "time": "rad",
-    "phase": "rad",
-    "period": "load periods",
-    "impact_velocity": "bar lengths per rad",
-    "rebound_velocity": "bar lengths per rad",
-    "energy_lost": "M L^3 Omega^2",
-    "kinetic_energy": "M L^3 Omega^2",
+_KINDS = {name: kind for name, (kind, _) in RECORDS.items()} | {"valve_now": VALVE_NOW, "valve_past": TURNING}
+_CLOCKED = {"speed": "bar lengths per rad", "energy": "M L^3 Omega^2", "phase": "rad", "period": "load periods"}
+_OWN = {"speed": "bar lengths per unit of time", "energy": "bar lengths^2 per unit of time^2"}
+_OWN |= {"phase": "unit of time", "period": "1"}
+_COLUMNS = {
+    "code": ("int8", "1", f"kind of the event: {', '.join(f'{i} {kind}' for i, kind in enumerate(KINDS))}"),
+    "period": ("int64", "period", "load periods elapsed; 0 without a clock"),
+    "phase": ("float64", "phase", "phase of the load; of a machine the time"),
+    "impact_velocity": ("float64", "speed", "velocity of the striking end before it, or of what a port reads"),
+    "rebound_velocity": ("float64", "speed", "velocity of the striking end after the event"),
+    "energy_lost": ("float64", "energy", "energy that the event takes from the bar, of a machine per unit of mass"),
+    "kinetic_energy": ("float64", "energy", "blow energy: kinetic energy just before an impact"),
+    "resolved": ("int64", "1", "of a chatter: its impacts recorded singly, the main blow first"),
+    "piece": ("int64", "1", "number of the step of a piecewise constant load, or of the state of a valve"),
+    "port": ("int64", "1", "number of the port that demands, -1 for other events"),
 }
-_MEANING = {
-    "code": f"kind of the event: {', '.join(f'{i} {kind}' for i, kind in enumerate(KINDS))}",
-    "period": "load periods elapsed",
-    "phase": "phase of the load",
-    "time": "2 pi period + phase",
-    "impact_velocity": "velocity of the striking end before the event",
-    "rebound_velocity": "velocity of the striking end after the event",
-    "energy_lost": "energy that the event takes from the bar",
-    "kinetic_energy": "blow energy: kinetic energy just before an impact",
-    "resolved": "of a chatter: its impacts recorded singly, the main blow first",
-    "piece": "number of the step of a piecewise constant load",
-}
+"""Of the event table: types, units and meanings."""
 
 
-def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
+def to_dataset(motion: Trajectory) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
     package = xarray_package()
+    units, hammer = _CLOCKED if motion.is_clocked else _OWN, motion.hammer
     variables: dict[str, Any] = {}
-    for field in fields(Events):
-        values = getattr(motion.events, field.name)
-        about = {"long_name": _MEANING[field.name], "units": _UNITS.get(field.name, "1")}
-        variables[field.name] = ("event", values, about)
-    about = {"long_name": _MEANING["time"], "units": "rad"}
+    for name, (_, unit, meaning) in _COLUMNS.items():
+        about = {"long_name": meaning, "units": units.get(unit, unit)}
+        variables[name] = ("event", getattr(motion.events, name), about)
+    about = {"long_name": "2 pi period + phase", "units": units["phase"]}
     variables["time"] = ("event", motion.events.time, about)
     for name, values in (("displacement", motion.displacement), ("velocity", motion.velocity)):
         variables[name] = (("event", "mode"), values, {"long_name": f"modal {name} after the event, B77 6"})
     variables["state"] = (("event", "state_number"), motion.states, {"long_name": "gap, rigid velocity, amplitudes"})
-    start = np.concatenate([[motion.start.gap, motion.start.rigid_rate], motion.start.z.reshape(-1)])
-    variables["start_state"] = ("state_number", start, {"long_name": "state at the start"})
+    variables["start_state"] = ("state_number", motion.start.row, {"long_name": "state at the start"})
     for name, array in motion.snapshot.items():
         variables[f"engine_{name}"] = plain(name, array)
+    described = describe_system(hammer) if isinstance(hammer, System) else describe_machine(hammer)
     dataset: xarray.Dataset = package.Dataset(
         variables,
         coords={"mode": np.arange(motion.modes + 1)},
@@ -279,7 +273,7 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
             "title": str(motion),
             "label": motion.label,
             "outcome": motion.outcome,
-            "system": json.dumps(describe_system(motion.system)),
+            _DESCRIBED[not motion.is_clocked]: json.dumps(described),
             "description": json.dumps(
                 {
                     "modes": motion.modes,
@@ -307,28 +301,23 @@ def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xar
     return dataset
 
 
-def write(motion: SimulatedMotion, path: str | os.PathLike[str]) -> None:
+def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write the file: whole, or not at all."""
     write_dataset(to_dataset(motion), checked_path("path", path))
 
 
-def read(path: str | os.PathLike[str], kind: type[Kind]) -> Kind:
-    """See `Trajectory.load`; `kind`: the class of the motion."""
-    return motion_from(*opened(path), kind)
-
-
-def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
+def motion_from(name: str, dataset: xarray.Dataset) -> Trajectory:
     """The motion in the content of a file of this name."""
-    if dataset.attrs.get("format") != FORMAT:
-        found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
-        if found in _OLDER:
-            written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
-            reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
-            raise PercussError(reason, "simulate the motion again from its start and save it again")
+    found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
+    if found in _OLDER:
+        written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
+        reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
+        raise PercussError(reason, "simulate the motion again from its start and save it again")
+    if found not in (FORMAT, *_READ):
         raise PercussError(f"{name}: {found}", f"this version reads '{FORMAT}'")
     try:
         if dataset.attrs["sha256"] == digest(dataset):
-            motion = _from_dataset(dataset, kind)
+            motion = _from_dataset(dataset if found == FORMAT else _in_this_format(dataset))
             sound(motion)
             return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
@@ -336,23 +325,36 @@ def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     raise damaged(name, "its numbers are not the ones that were written")
 
 
-def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
+def _in_this_format(dataset: xarray.Dataset) -> xarray.Dataset:
+    """What an older version wrote, as this one would: without ports; or of a machine under other names."""
+    none = np.zeros(dataset["code"].size, dtype=np.int64)
+    if "machine" not in dataset.attrs:
+        return dataset.assign(port=("event", none - 1))
+    about, rows = json.loads(dataset.attrs["description"]), dataset["bar_state"].values
+    about |= {"start_phase": about["begin_time"], "start_piece": about["first_state"]}
+    if about["cycle"] is not None:
+        about["cycle"] |= {"impacts": about["cycle"].pop("blows"), "periods": about["cycle"].pop("valve_cycles")}
+    named = dataset.drop_vars("bar_state").rename({"velocity": "impact_velocity", "state": "piece", "time": "phase"})
+    return named.assign(
+        period=("event", none), state=(("event", "state_number"), rows[1:]), start_state=("state_number", rows[0])
+    ).assign_attrs(description=json.dumps(about))
+
+
+def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
     about = json.loads(dataset.attrs["description"])
-    system = system_from(json.loads(dataset.attrs["system"]))
+    clocked = "system" in dataset.attrs
+    hammer = (system_from if clocked else machine_from)(json.loads(dataset.attrs[_DESCRIBED[not clocked]]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
-    start = dataset["start_state"].values
-    names = ("z", "now", "count", "cycle", "past", "sums")
-    engine = {name: records(name, dataset[f"engine_{name}"], _KINDS) for name in names}
-    return kind(
-        system=system,
+    engine = [str(key).removeprefix("engine_") for key in dataset.variables if str(key).startswith("engine_")]
+    states = tuple(name for name, _ in hammer.valve.pairs) if isinstance(hammer, Machine) else ()
+    return Trajectory(
+        hammer=hammer,
         modes=modes,
-        events=Events(**{field.name: dataset[field.name].values for field in fields(Events)}),
-        states=dataset["state"].values.reshape(-1, 2 * modes + 2),
-        start=Anchor(
-            about["start_phase"], about["start_piece"], float(start[0]), float(start[1]), start[2:].reshape(2, modes)
-        ),
+        events=Events(**{name: dataset[name].values for name in _COLUMNS}, states=states),
+        states=dataset["state"].values.reshape(-1, _width(hammer, modes)),
+        start=Anchor(about["start_phase"], about["start_piece"], dataset["start_state"].values),
         resting=about["resting"],
-        snapshot=engine,
+        snapshot={name: records(name, dataset[f"engine_{name}"], _KINDS) for name in engine},
         outcome=dataset.attrs["outcome"],
         label=dataset.attrs["label"],
         cycle=None if about["cycle"] is None else Cycle(**about["cycle"]),
@@ -360,3 +362,125 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         begin_time=about["begin_time"],
         end_time=about["end_time"],
     )
+
+
+def _width(hammer: System | Machine, modes: int) -> int:
+    """Numbers of a state."""
+    return 3 if isinstance(hammer, Machine) and hammer.valve.supply is not None else 2 * modes + 2
+
+
+# ---- What a saved motion must be before anything is made of it
+#
+# A file may be cut short, changed by a bad disk, or made by somebody who means harm. Shapes and types follow from the
+# number of modes; whole numbers that are used as places in an array must be places in it; all others must be finite,
+# and where they count something, no less than 0. Impacts must obey the impact law.
+
+_MOST = 1e100
+"""No number of a motion is greater: its square must not overflow."""
+
+MOST_PERIODS = 2**53
+_ROUNDING = 1e-9
+TURN = 2.0 * math.pi
+
+
+def sound(motion: Trajectory) -> None:
+    """Refuse a motion of which not all can be what a simulation has left.
+
+    Raises
+    ------
+    ValueError
+        Which says what cannot be.
+    """
+    modes = count("modes", motion.modes, least=0, most=MAX_MODES)
+    true(motion.outcome in OUTCOMES, f"outcome {str(motion.outcome)[:40]!r}")
+    true(isinstance(motion.label, str) and len(motion.label) <= 100, "label")
+    true(isinstance(motion.resting, bool), "resting")
+    begin, end = finite("begin_time", motion.begin_time), finite("end_time", motion.end_time)
+    true(begin <= end, "end_time")
+    hammer = motion.hammer
+    pieces = max(len(hammer.load.values), 1) if isinstance(hammer, System) else len(hammer.valve.pairs)
+    within(
+        "start_phase", finite("start_phase", motion.start.phase), *((0.0, TURN) if motion.is_clocked else (begin,) * 2)
+    )
+    count("start_piece", motion.start.piece, least=0, most=pieces - 1)
+    width = _width(hammer, modes)
+    numbers("start_state", motion.start.row, (width,))
+    _events(motion.events, pieces, 0 if isinstance(hammer, System) else len(hammer.valve.ports))
+    numbers("state", motion.states, (len(motion.events), width))
+    _impacts(motion)
+    _cycle(motion.cycle, motion.impacts)
+
+
+def true(good: object, what: str) -> None:
+    """Refuse what does not hold."""
+    if not good:
+        raise ValueError(f"{what} is impossible")
+
+
+def shaped(name: str, values: npt.NDArray[Any], dtype: npt.DTypeLike, shape: tuple[int, ...]) -> None:
+    """Refuse another type or shape."""
+    true(isinstance(values, np.ndarray) and values.dtype == np.dtype(dtype), f"the type of {name}")
+    true(values.shape == shape, f"the shape {values.shape} of {name}")
+
+
+def numbers(name: str, values: npt.NDArray[Any], shape: tuple[int, ...]) -> None:
+    """Refuse what is not an array of finite numbers of this shape."""
+    shaped(name, values, np.float64, shape)
+    true(np.all(np.abs(values) <= _MOST), f"a value of {name}")  # false of NaN too
+
+
+def within(name: str, values: npt.ArrayLike, low: float, high: float) -> None:
+    """Refuse numbers outside of an interval, and NaN."""
+    array = np.asarray(values)
+    true(np.all((array >= low) & (array <= high)), f"a value of {name}")
+
+
+def _events(events: Events, pieces: int, ports: int) -> None:
+    shape = np.shape(events.code)
+    true(len(shape) == 1, "the shape of code")
+    for name, (kind, _, _) in _COLUMNS.items():
+        if kind == "float64":
+            numbers(name, getattr(events, name), shape)
+        else:
+            shaped(name, getattr(events, name), kind, shape)
+    within("code", events.code, 0, len(KINDS) - 1 if events.states else KINDS.index("port") - 1)
+    if events.states:
+        true(not events.period.any(), "a value of period")
+    else:
+        within("period", events.period, -MOST_PERIODS, MOST_PERIODS)
+        within("phase", events.phase, 0.0, TURN)
+    within("resolved", events.resolved, 0, MOST_IMPACTS)
+    within("piece", events.piece, 0, pieces - 1)
+    within("port", events.port, -1, ports - 1)
+    true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
+
+
+def _impacts(motion: Trajectory) -> None:
+    """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
+    contact, events, at = motion.hammer.contact, motion.events, motion.events.code == IMPACT
+    beta = contact.velocity_factor
+    speed, blow, most = events.impact_velocity[at], events.kinetic_energy[at], 1.0 + _ROUNDING
+    true(np.all(speed >= 0.0) and np.all(blow >= 0.0), "the speed of an impact")
+    true(np.all(np.abs(events.rebound_velocity[at] - beta * speed) <= _ROUNDING * speed), "the rebound of an impact")
+    taken = (
+        events.energy_lost[at] - contact.energy_taken(1.0, 0.0) * blow
+    )  # by the strain, where the impact turns it over
+    true(np.all((-np.abs(taken) if contact.keeps_strain else taken) >= -_ROUNDING * blow), "what an impact takes")
+    true(np.all(events.energy_lost >= 0.0) and not np.any(events.kinetic_energy[~at]), "the energy of an event")
+    if not motion.is_clocked:
+        return
+    place, rigid = motion.states[:, 0], motion.states[:, 1]
+    noise = _ROUNDING * np.abs(motion.states).max(initial=0.0)
+    true(not np.any(place[at]) and np.all(place <= noise), "the place of an event")
+    true(np.all(np.abs(rigid[at]) <= most * abs(beta) * np.sqrt(2.0 * blow)), "the mean velocity after an impact")
+
+
+def _cycle(cycle: Cycle | None, impacts: int) -> None:
+    if cycle is None:
+        return
+    count("first", cycle.first, least=0, most=impacts)
+    count("impacts", cycle.impacts, least=0, most=max(impacts, 1))
+    count("periods", cycle.periods, least=0, most=MOST_PERIODS)
+    count("kind", cycle.kind, least=0, most=2)
+    for name in ("period", "energy_lost", "blow_speed"):
+        true(finite(name, getattr(cycle, name)) >= 0.0, name)

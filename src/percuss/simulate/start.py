@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.model import HeldBody, System
+from percuss.model import HeldBody, Load, Machine, System
 from percuss.model.body import Body, UniformBar
-from percuss.model.checks import Array, choice, count, finite, having, instance, numbers, several
+from percuss.model.checks import Array, choice, count, finite, having, instance, numbers, several, text
+from percuss.model.load.valve import Orders
 from percuss.shown import Shown
 from percuss.simulate.spectrum import state_of, units
 from percuss.simulate.stop import MAX_MODES
@@ -223,6 +225,12 @@ class Start:
         A steady motion that gives the state, which is then added to `displacement` and `velocity`.
     profile
         Displacement and velocity along the bar, in place of their modes.
+    valve_state
+        The state of a machine's valve; that with which the valve starts by default.
+    orders
+        The last demand on a valve, and the orders that wait, by the time that is left to each. None by default: there
+        are no orders, the state was the last demand, and ports whose region is occupied demand at once, in their order.
+        Where orders are given the ports have demanded before.
 
     Raises
     ------
@@ -241,6 +249,8 @@ class Start:
     gap: float | None = None
     source: ModalOrbit | None = None
     profile: tuple[Profile, Profile] | None = None
+    valve_state: str | None = None
+    orders: Orders | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", finite("time", self.time))
@@ -257,6 +267,12 @@ class Start:
             raise ParameterError("profile", self.profile, "displacement and velocity along the bar: see Start.field")
         if self.gap is not None:
             object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
+        if self.valve_state is not None:
+            text("valve_state", self.valve_state, "the name of a state")
+        if self.orders is not None:
+            times = [time for time, _ in instance("orders", self.orders, Orders).pending]
+            if any(time < 0.0 for time in times) or times != sorted(times):
+                raise ParameterError("orders", self.orders, "orders that are due from now on, in order")
 
     # -- ways to make one --
 
@@ -328,7 +344,34 @@ class Start:
         """The same state at another phase of the load."""
         return replace(self, time=time)
 
-    def state(self, modes: int, system: System | None = None) -> tuple[Array, Array, float]:
+    def with_valve(self, state: str | None = None, orders: Orders | None = None) -> Start:
+        """The same state of the bar, and one of the valve of a machine; see the parameters.
+
+        Examples
+        --------
+        >>> Start.rigid(-0.3).with_valve("power").valve_state
+        'power'
+        """
+        return replace(self, valve_state=state, orders=orders)
+
+    def valve_of(self, machine: Machine) -> tuple[str, Orders]:
+        """The state of the valve, and the orders, of a machine that has these states.
+
+        Raises
+        ------
+        ParameterError
+            When it has not.
+        """
+        names = [name for name, _ in instance("machine", machine, Machine).valve.pairs]
+        state = machine.valve.start if self.valve_state is None else self.valve_state
+        orders = Orders(state or names[0]) if self.orders is None else self.orders
+        for name in (state, orders.last, *(to for _, to in orders.pending)):
+            if name not in names:
+                raise ParameterError("state", name, f"one of {', '.join(map(repr, names[:6]))}")
+        assert state is not None
+        return state, orders
+
+    def state(self, modes: int, system: System | Machine | None = None) -> tuple[Array, Array, float]:
         """u_n and u_n', n = 0 … `modes`, each of shape (modes+1,), and the gap y = u(1) ≤ 0.
 
         Parameters
@@ -344,7 +387,9 @@ class Start:
             When the start has more modes than `modes`, or the striking end stands beyond the wall.
         """
         size = count("modes", modes, least=0, most=1 << 20) + 1
-        if system is not None:
+        if isinstance(system, Machine):
+            system = still(system)
+        elif system is not None:
             instance("system", system, System)
         u, v = np.zeros(size), np.zeros(size)
         for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
@@ -390,13 +435,26 @@ class Start:
         return u_rows[0], v_rows[0], gap
 
     def __repr__(self) -> str:
+        orders = "" if self.orders is None else f", {self.orders!r}"
+        valve = "" if self.valve_state is None and not orders else f".with_valve({self.valve_state!r}{orders})"
         if self.profile is not None:
-            return f"Start.field(…, time={self.time!r})"
+            return f"Start.field(…, time={self.time!r}){valve}"
         if self.source is not None:
-            return f"Start.orbit({self.source}, …)"
+            return f"Start.orbit({self.source}, …){valve}"
         if len(self.displacement) == 1:
-            return f"Start.rigid(position={self.displacement[0]!r}, velocity={self.velocity[0]!r}, time={self.time!r})"
-        return f"Start.modal({len(self.displacement)} modes, time={self.time!r})"
+            place, velocity = self.displacement[0], self.velocity[0]
+            return f"Start.rigid(position={place!r}, velocity={velocity!r}, time={self.time!r}){valve}"
+        return f"Start.modal({len(self.displacement)} modes, time={self.time!r}){valve}"
+
+
+@lru_cache(maxsize=16)
+def _unloaded(machine: Machine) -> System:
+    return System(machine.body, Load(np.array([0.0]), at=machine.at), machine.contact)
+
+
+def still(hammer: System | Machine) -> System:
+    """The system itself; of a machine its bar under no load, whose modes the amplitudes are."""
+    return hammer if isinstance(hammer, System) else _unloaded(hammer)
 
 
 def _not_beyond(position: float) -> float:
@@ -429,6 +487,9 @@ class Starts(Shown):
         u(1) ≤ 0 of each, shape (starts,): it holds whatever the number of modes.
     time
         Load phase (rad) of each, shape (starts,).
+    states, state
+        Of a machine the names of its valve's states, and the number of each start's, shape (starts,) or one for all.
+        No orders wait, and the ports whose region is occupied demand at once.
 
     Raises
     ------
@@ -440,6 +501,8 @@ class Starts(Shown):
     velocity: Array
     gap: Array
     time: Array
+    states: tuple[str, ...] = ()
+    state: npt.NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         for name, dimensions in (("displacement", 2), ("velocity", 2), ("gap", 1), ("time", 1)):
@@ -459,6 +522,31 @@ class Starts(Shown):
             raise ParameterError("displacement", f"shape {self.displacement.shape}", "at least u_0 of each start")
         if np.any(self.gap > 0.0):
             raise ParameterError("gap", float(self.gap.max()), "0 (on the wall) or less")
+        if self.state is not None or self.states:
+            self._check_states()
+
+    def _check_states(self) -> None:
+        names = tuple(text("states", name) for name in several("states", self.states, "the names of the states"))
+        given, shape = numbers("state", self.state, "numbers of states"), (len(self),)
+        if given.shape not in ((), shape):
+            raise ParameterError("state", f"shape {given.shape}", f"one for each of the {shape[0]} starts, or one")
+        found = np.array(np.broadcast_to(given, shape), dtype=np.int64)
+        if not names or np.any(found != given) or np.any((found < 0) | (found >= len(names))):
+            raise ParameterError("state", self.state, f"whole numbers from 0 to {len(names) - 1}")
+        found.setflags(write=False)
+        object.__setattr__(self, "states", names)
+        object.__setattr__(self, "state", found)
+
+    def with_valve(self, state: npt.ArrayLike, states: Sequence[str]) -> Starts:
+        """The same states of the bars, and those of a machine's valve: their numbers in the order of `states`.
+
+        Examples
+        --------
+        >>> starts = Starts.rigid([-0.2, -0.9]).with_valve([0, 1], ("return", "power"))
+        >>> [start.valve_state for start in starts]
+        ['return', 'power']
+        """
+        return replace(self, state=np.asarray(state), states=several("states", states, "names"))
 
     # -- ways to make them --
 
@@ -535,6 +623,7 @@ class Starts(Shown):
             tuple(self.velocity[i].tolist()),
             float(self.time[i]),
             gap=float(self.gap[i]),
+            valve_state=None if self.state is None else self.states[int(self.state[i])],
         )
 
     def __iter__(self) -> Iterator[Start]:

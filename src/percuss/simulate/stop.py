@@ -15,7 +15,9 @@ MAX_MODES = 4096
 
 MOST_IMPACTS = 10**9
 
-OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled", "unresolved")
+OUTCOMES = (
+    "impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled", "unresolved", "stalls"
+)  # fmt: skip
 """How a simulation ends.
 
 ``impacts``, ``time``: the number or the time asked for is reached. ``rest``: the bar lies on the wall for good.
@@ -23,7 +25,8 @@ OUTCOMES = ("impacts", "time", "rest", "periodic", "departed", "work", "memory",
 needs far more evaluations than normal, e.g. a bar that hovers before the wall; what came before is whole. ``memory``:
 the record has reached 1 GB; `Trajectory.continued` goes on, `simulate_many` keeps less.
 ``cancelled``: the caller said so. ``unresolved``: the bar was released twice in the same state, but rounding has a say
-in how many load periods lie between.
+in how many load periods lie between. ``stalls``: the valve of a machine can never switch again, whatever blows are
+left, which are followed as far as was asked for; see `percuss.simulate.STALLS`.
 """
 
 
@@ -36,7 +39,7 @@ class Stop:
     impacts
         The number of impacts from the start; 2000 when neither impacts nor time is given, 10⁶ with a time alone.
     time
-        Time from the start, in radians of the load's fundamental.
+        Time from the start, in radians of the load's fundamental; of a machine in its unit.
     periodic
         Whether to end when a periodic motion is found (two returns in a row to within `tolerance`).
     tolerance

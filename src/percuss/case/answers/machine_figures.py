@@ -22,7 +22,7 @@ from percuss.steady.self_excited import RigidCycle, pressure_over
 if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.model.checks import Array
-    from percuss.simulate import MachineTrajectory
+    from percuss.simulate import Trajectory
     from percuss.steady import BlankBlow
     from percuss.steady.self_excited import SelfExcited, ValveCycle
 
@@ -314,7 +314,7 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
     return Course(times, end, centre, force, tuple(states), pressure)
 
 
-def course_from_start(motion: MachineTrajectory, blows: int, points: int = 800) -> Course:
+def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> Course:
     """The course of a simulated motion up to so many blows, or to its end; changes of the state stand there twice."""
     struck = motion.blow_times
     end = float(struck[blows - 1]) if 0 < blows <= struck.size else motion.end_time

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.model.checks import Array
-    from percuss.simulate import MachineTrajectory
-    from percuss.simulate.machine.machine_events import MachineEvent
+    from percuss.simulate import Event, Trajectory
 
 
 def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
@@ -108,8 +107,8 @@ def from_this_start(answer: MachineMotion) -> str:
         return f"{text}."
     if not machine.is_si:
         return f"{text}: strongest blow {numerals_number(cycle.blow_speed)}, period {numerals_number(cycle.period)}."
-    rate = cycle.blows / (cycle.period * machine.time_scale)
-    energy = float(motion.blow_energies[-max(cycle.blows, 1) :].max()) * machine.energy_scale
+    rate = cycle.impacts / (cycle.period * machine.time_scale)
+    energy = float(motion.blow_energies[-max(cycle.impacts, 1) :].max()) * machine.energy_scale
     return (
         f"{text}: {quantity(energy, 'J')} at {numerals_number(rate)} Hz ({numerals_number(60.0 * rate)} blows/min), "
         f"{numerals_number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
@@ -146,12 +145,12 @@ def start_frames(found: MachineMotion, blows: int = 12, points: int = 2000) -> F
     return Frames(plain(header), course_arrays(machine, course, struck))
 
 
-def _shown(motion: MachineTrajectory, shown: Sequence[MachineEvent]) -> str:
+def _shown(motion: Trajectory, shown: Sequence[Event]) -> str:
     words = counted(sum(event.kind == "impact" for event in shown), "blow")
     return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
 
 
-def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[MachineEvent]) -> dict[str, Any]:
+def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[Event]) -> dict[str, Any]:
     """The part of the answer for a cycle that a picture reads, of a motion from its start."""
     motion, machine = found.motion, found.machine
     begin = motion.begin_time
@@ -160,9 +159,9 @@ def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[Mac
         "machine": machine_numbers(machine),
         "period": number(float(course.times[-1])),
         "stroke": number(max(-float(course.striking_end.min()), 0.0)),
-        "first_state": machine.valve.pairs[motion.first_state][0],
+        "first_state": machine.valve.pairs[motion.start.piece][0],
         "blows": [
-            {"time": number(e.time - begin), "speed": number(e.velocity), "energy": number(e.kinetic_energy)}
+            {"time": number(e.time - begin), "speed": number(e.impact_velocity), "energy": number(e.kinetic_energy)}
             for e in each["impact"]
         ],
         "ports": [{"port": e.port, "time": number(e.time - begin)} for e in each["port"]],

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import MachineTrajectory, Progress, Summary
+    from percuss.simulate import Cycle, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
@@ -134,7 +134,7 @@ class MachineMotion(ToldMotion):
 
     name: str
     title: str
-    motion: MachineTrajectory
+    motion: Trajectory
     notes: tuple[str, ...] = ()
 
     @property
@@ -149,7 +149,7 @@ class MachineMotion(ToldMotion):
             "title": self.title,
             "notes": list(self.notes),
             **picked(motion, "outcome label modes begin_time end_time"),
-            "cycle": None if cycle is None else plain(asdict(cycle)),
+            "cycle": None if cycle is None else _cycle(cycle),
             "pressure": _pressure(motion),
             "held_down": held_down_dict(motion.events.held_down),
             "events": _machine_events(motion, last),
@@ -176,31 +176,36 @@ def machine_motion(case: Case, progress: Callable[[Progress], object] | None = N
     >>> machine_motion(case).motion.label
     'runs 1/1'
     """
-    from percuss.simulate import run_machine  # loads the compiler
+    from percuss.simulate import run  # loads the compiler
 
     checked_case(case)
     callback("progress", progress)
     machine, simulation = case.machine(), case.simulation()
     start = case.start(simulation.modes)
-    motion = run_machine(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
+    motion = run(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
     return MachineMotion(case.file, case.title, motion, case.notes)
 
 
-def _pressure(motion: MachineTrajectory) -> dict[str, Any] | None:
-    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
-    from percuss.simulate.machine.fed_running import FedTrajectory
+def _cycle(cycle: Cycle) -> dict[str, Any]:
+    """With the words of machines."""
+    told = plain(asdict(cycle))
+    names = {"impacts": "blows", "periods": "valve_cycles"}
+    return {names.get(name, name): value for name, value in told.items()}
 
-    if not isinstance(motion, FedTrajectory):
+
+def _pressure(motion: Trajectory) -> dict[str, Any] | None:
+    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
+    if motion.machine.valve.supply is None:
         return None
     unit = motion.machine.pressure or 1.0
     return {
-        "at_start": number(float(motion.states[0, 2]) * unit),
+        "at_start": number(float(motion.start.row[2]) * unit),
         "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
         "at_end": number(float(motion.pressure(motion.end_time)[0]) * unit),
     }
 
 
-def _machine_events(motion: MachineTrajectory, last: int | None) -> list[dict[str, Any]]:
+def _machine_events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
     events, machine = motion.events, motion.machine
     first = 0 if last is None else max(len(events) - last, 0)
     seconds = machine.time_scale if machine.is_si else None
@@ -208,7 +213,7 @@ def _machine_events(motion: MachineTrajectory, last: int | None) -> list[dict[st
         {
             **picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved"),
             "time_s": None if seconds is None else number(event.time * seconds),
-            "speed": number(event.velocity),
+            "speed": number(event.impact_velocity),
             "to": event.state,
         }
         for event in list(events)[first:]
@@ -337,10 +342,8 @@ def resumed_answer(
     ParameterError
         When the motion in the file already goes as far.
     """
-    from percuss.simulate.saved_motion import saved_motion  # loads the compiler
-
     callback("progress", progress)
-    motion = saved_motion(path)
+    motion = Trajectory.load(path)
     if impacts is None and time is None:
         stop = None
     else:
@@ -356,14 +359,14 @@ def resumed_answer(
         tolerance = motion.stop.tolerance
         stop = replace(Stop(impacts=impacts, time=time), periodic=False, tolerance=tolerance)
     name, title = os.fspath(path), Path(path).stem
-    if isinstance(motion, Trajectory):
+    if motion.is_clocked:
         return SimulationAnswer(name, title, motion.continued(stop, progress))
     return MachineMotion(name, title, motion.continued(stop, progress))
 
 
-def _plain(motion: Trajectory | MachineTrajectory, text: str) -> float:
+def _plain(motion: Trajectory, text: str) -> float:
     """A time without its unit."""
-    moved = motion.system if isinstance(motion, Trajectory) else motion.machine
+    moved = motion.hammer
     if not moved.is_si:
         raise ParameterError("time", text, "a plain number: the file has no scales")
     return si(text, "time", "time") / moved.time_scale

@@ -22,8 +22,7 @@ from percuss.model.checks import Array, mapping, non_negative, numbers
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.drawn_starts import AnyStarts
-    from percuss.simulate import Stop
+    from percuss.simulate import Starts, Stop
 
 
 # ---- What an image of basins carries out: the starts of a plane, each followed by itself
@@ -51,7 +50,7 @@ class BasinsJob(StartsJob):
     def _lines(self) -> tuple[Array, Array]:
         return np.array(self.x[1]), np.array(self.y[1])
 
-    def starts(self, first: int, last: int) -> AnyStarts:
+    def starts(self, first: int, last: int) -> Starts:
         """The starts `first` … `last` − 1."""
         over, up = self._lines
         rows = np.arange(first, last)

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,17 +22,13 @@ from percuss.model.checks import Array, count
 from percuss.recordings.netcdf_file import netcdf_content
 
 if TYPE_CHECKING:
-    from percuss.simulate import MachineStarts, Starts
-
-    AnyStarts = Starts | MachineStarts
+    from percuss.simulate import Starts
 
 
 # ---- Starts as columns
 
 UNIT_OF_TIME = "machine's unit of time"
 """Of a hammer that no clock drives."""
-
-Own = TypeVar("Own", bound="Starts | MachineStarts")
 
 
 def start_columns(displacements: int, velocities: int, clock: bool = True) -> dict[str, Column]:
@@ -54,19 +50,18 @@ def start_columns(displacements: int, velocities: int, clock: bool = True) -> di
     }
 
 
-def start_values(starts: AnyStarts) -> Columns:
+def start_values(starts: Starts) -> Columns:
     """The starts as columns."""
-    bars = bars_of(starts)
-    found: Columns = {"position": bars.gap.copy()}
-    found |= {"time": bars.time.copy()} if starts is bars else {"state": starts.state.copy()}  # type: ignore[union-attr]
-    if bars.displacement.shape[1] == bars.velocity.shape[1] == 1:
-        return {**found, "velocity": bars.velocity[:, 0].copy()}
-    return {**found, "start_displacement": bars.displacement.copy(), "start_velocity": bars.velocity.copy()}
+    found: Columns = {"position": starts.gap.copy()}
+    found |= {"time": starts.time.copy()} if starts.state is None else {"state": starts.state.copy()}
+    if starts.displacement.shape[1] == starts.velocity.shape[1] == 1:
+        return {**found, "velocity": starts.velocity[:, 0].copy()}
+    return {**found, "start_displacement": starts.displacement.copy(), "start_velocity": starts.velocity.copy()}
 
 
-def starts_from(columns: Columns, states: tuple[str, ...]) -> AnyStarts:
+def starts_from(columns: Columns, states: tuple[str, ...]) -> Starts:
     """The starts that columns hold, of a machine whose valve has these states, or under a clock without any."""
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     gap = columns["position"]
     time = np.zeros(gap.shape) if states else columns["time"]
@@ -74,14 +69,7 @@ def starts_from(columns: Columns, states: tuple[str, ...]) -> AnyStarts:
         bars = Starts.rigid(gap, columns["velocity"], time)
     else:
         bars = Starts(columns["start_displacement"], columns["start_velocity"], gap, time)
-    return MachineStarts(bars, columns["state"], states) if states else bars
-
-
-def bars_of(starts: AnyStarts) -> Starts:
-    """The bars at the starts."""
-    from percuss.simulate import MachineStarts
-
-    return starts.bars if isinstance(starts, MachineStarts) else starts
+    return bars.with_valve(columns["state"], states) if states else bars
 
 
 def states_of(what: System | Machine) -> tuple[str, ...]:
@@ -89,24 +77,18 @@ def states_of(what: System | Machine) -> tuple[str, ...]:
     return tuple(name for name, _ in what.valve.pairs) if isinstance(what, Machine) else ()
 
 
-def some(starts: Own, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Own:
+def some(starts: Starts, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Starts:
     """Some of the starts."""
-    from percuss.simulate import MachineStarts, Starts
-
-    bars = bars_of(starts)
-    part = Starts(bars.displacement[rows], bars.velocity[rows], bars.gap[rows], bars.time[rows])
-    if isinstance(starts, MachineStarts):
-        return cast("Own", MachineStarts(part, starts.state[rows], starts.states))
-    return cast("Own", part)
+    state = None if starts.state is None else starts.state[rows]
+    bars = (starts.displacement[rows], starts.velocity[rows], starts.gap[rows], starts.time[rows])
+    return type(starts)(*bars, starts.states, state)
 
 
-def fingerprint(starts: AnyStarts) -> str:
+def fingerprint(starts: Starts) -> str:
     """SHA-256 of starts."""
-    from percuss.simulate import MachineStarts
-
-    found, bars = hashlib.sha256(), bars_of(starts)
-    states = (starts.state.astype(float),) if isinstance(starts, MachineStarts) else ()
-    for values in (bars.displacement, bars.velocity, bars.gap, bars.time, *states):
+    found = hashlib.sha256()
+    states = () if starts.state is None else (starts.state.astype(float),)
+    for values in (starts.displacement, starts.velocity, starts.gap, starts.time, *states):
         found.update(str(values.shape).encode() + np.ascontiguousarray(values, dtype="<f8").tobytes())
     return found.hexdigest()
 
@@ -162,7 +144,7 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
 
     Returns
     -------
-    Starts or MachineStarts
+    Starts
         Of a system, or of a machine.
 
     Raises
@@ -179,7 +161,7 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
     >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
     (1000, True, True)
     """
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     if distribution not in DISTRIBUTIONS:
         raise ParameterError("distribution", distribution, f"one of {', '.join(DISTRIBUTIONS)}, or a file")
@@ -200,7 +182,7 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
     unit = {"wall": 1.0, "field": 1.0 / FIELD_SPEED, "gentle": GENTLE_SHARE / GENTLE_SPEED}[distribution]
     state = np.minimum(turn / _TURN * len(names), len(names) - 1).astype(np.int64)
     place = 2.0 * farthest_port(what) / FIELD_DEPTH * position
-    return MachineStarts(Starts.rigid(place, speed * unit * velocity), state, names)
+    return Starts.rigid(place, speed * unit * velocity).with_valve(state, names)
 
 
 def farthest_port(machine: Machine) -> float:
@@ -242,7 +224,7 @@ def _block(distribution: str, block: int, seed: int) -> Array:
     return found
 
 
-def drawn(rows: Own, number: int, seed: int = 0, first: int = 0) -> Own:
+def drawn(rows: Starts, number: int, seed: int = 0, first: int = 0) -> Starts:
     """`number` starts of given rows, by chance with replacement; which they are does not depend on how many."""
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
@@ -262,7 +244,7 @@ MODE = re.compile(r"[uv]_([1-9]\d{0,3})")
 """The name of an amplitude of a start."""
 
 
-def own(what: System | Machine, source: Any, seed: int = 0) -> AnyStarts:
+def own(what: System | Machine, source: Any, seed: int = 0) -> Starts:
     """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
 
     A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
@@ -279,23 +261,22 @@ def own(what: System | Machine, source: Any, seed: int = 0) -> AnyStarts:
         For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
         that gives no starts.
     """
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     names = states_of(what)
-    if callable(source) and not isinstance(source, Starts | MachineStarts):
+    if callable(source) and not isinstance(source, Starts):
         source = source(seed)
-        if not isinstance(source, (Starts, MachineStarts) if names else Starts):
-            accepted = "a Starts or a MachineStarts" if names else "a Starts"
-            raise ParameterError("what the distribution gives", source, accepted)
+        if not isinstance(source, Starts):
+            raise ParameterError("what the distribution gives", source, "a Starts")
     if not isinstance(what, Machine):
         if isinstance(source, Starts):
             return source
         return table_starts(what.body, what.load.at, *table_of(source))
     usual = names.index(what.valve.start or names[0])
-    if isinstance(source, Starts):
-        return MachineStarts(source, np.array(usual), names)
     one_of = f"one of {', '.join(map(repr, names[:6]))}"
-    if isinstance(source, MachineStarts):
+    if isinstance(source, Starts):
+        if source.state is None:
+            return source.with_valve(usual, names)
         if source.states != names:
             raise ParameterError("distribution", f"starts with states {', '.join(source.states)}", one_of)
         return source
@@ -311,7 +292,7 @@ def own(what: System | Machine, source: Any, seed: int = 0) -> AnyStarts:
     wrong = np.flatnonzero(~np.isin(state, np.arange(len(names))))
     if wrong.size:
         raise ParameterError(file, f"state in row {wrong[0] + 1}", f"{one_of}, or its number from 0")
-    return MachineStarts(bars, state.astype(np.int64), names)
+    return bars.with_valve(state.astype(np.int64), names)
 
 
 def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, Array]]:

@@ -18,7 +18,6 @@ import numpy.typing as npt
 from percuss.errors import MissingExtraError, ParameterError
 from percuss.explore.attractors.drawn_starts import (
     DISTRIBUTIONS,
-    bars_of,
     done,
     drawn,
     fingerprint,
@@ -38,8 +37,7 @@ from percuss.shown import Shown
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.attractors.drawn_starts import AnyStarts
-    from percuss.simulate import Stop
+    from percuss.simulate import Starts, Stop
 
 
 # ---- What an experiment carries out: each start followed by itself, the same in any process
@@ -76,7 +74,7 @@ class StartsJob(ABC):
         """Number of starts."""
 
     @abstractmethod
-    def starts(self, first: int, last: int) -> AnyStarts:
+    def starts(self, first: int, last: int) -> Starts:
         """The starts `first` … `last` − 1, made where they are needed."""
 
     @property
@@ -139,12 +137,12 @@ class ExperimentJob(StartsJob):
     number: int
     distribution: str
     seed: int
-    rows: AnyStarts | None = None
+    rows: Starts | None = None
 
-    def starts(self, first: int, last: int) -> AnyStarts:
+    def starts(self, first: int, last: int) -> Starts:
         """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
-            found: AnyStarts = named(self.system, self.distribution, last - first, self.seed, first)
+            found: Starts = named(self.system, self.distribution, last - first, self.seed, first)
             return found
         if self.number > len(self.rows):
             return drawn(self.rows, last - first, self.seed, first)
@@ -158,7 +156,7 @@ class ExperimentJob(StartsJob):
     @property
     def amplitudes(self) -> tuple[int, int]:
         """How many modal displacements and velocities a start has."""
-        bars = None if self.rows is None else bars_of(self.rows)
+        bars = self.rows
         return (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
 
     @property
@@ -171,7 +169,7 @@ class ExperimentJob(StartsJob):
 def experiment_job(
     system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
+    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -179,7 +177,7 @@ def experiment_job(
     threads: int | None = 1,
 ) -> ExperimentJob:
     """What `experiment` carries out."""
-    from percuss.simulate import MachineStarts, Starts
+    from percuss.simulate import Starts
 
     _, kept, stop = checked_question(system, modes, stop)
     seed = count("seed", seed, least=0)
@@ -188,11 +186,10 @@ def experiment_job(
         named(system, distribution, 1, seed)  # refuses what cannot be drawn now, not in a worker
         return ExperimentJob(system, kept, stop, threads, number or DEFAULT_STARTS, distribution, seed)
     rows = own(system, distribution, seed)
-    bars = bars_of(rows)
-    if bars.displacement[:, kept + 1 :].any() or bars.velocity[:, kept + 1 :].any():
-        most = max(bars.displacement.shape[1], bars.velocity.shape[1]) - 1
+    if rows.displacement[:, kept + 1 :].any() or rows.velocity[:, kept + 1 :].any():
+        most = max(rows.displacement.shape[1], rows.velocity.shape[1]) - 1
         raise ParameterError("distribution", f"amplitudes of {most} modes", f"at most {kept}", "use more modes")
-    if isinstance(distribution, Starts | MachineStarts):
+    if isinstance(distribution, Starts):
         name = "starts"
     elif callable(distribution):
         name = str(getattr(distribution, "__qualname__", type(distribution).__name__))
@@ -259,7 +256,7 @@ class Share(Shown):
 
     @property
     def label(self) -> str:
-        """The label of the motion, as `Trajectory.label` or `MachineTrajectory.label` gives it."""
+        """The label of the motion, as `Trajectory.label` gives it."""
         return self.attractor.label
 
     @property
@@ -429,7 +426,7 @@ class Experiment(StartsFollowed):
         return int(self.columns["code"].size)
 
     @property
-    def starts(self) -> AnyStarts:
+    def starts(self) -> Starts:
         """All starts."""
         return starts_from(self.columns, self.hammer.states)
 
@@ -440,7 +437,7 @@ class Experiment(StartsFollowed):
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
-        """What motion each start ends in, as `Trajectory.label` or `MachineTrajectory.label`; shape (starts,)."""
+        """What motion each start ends in, as `Trajectory.label`; shape (starts,)."""
         return self.hammer.labels(self.columns)
 
     @cached_property
@@ -485,7 +482,7 @@ class Experiment(StartsFollowed):
 def experiment(
     system: System | Machine,
     starts: int | None = None,
-    distribution: str | os.PathLike[str] | AnyStarts | Callable[[int], AnyStarts] = "wall",
+    distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
     modes: int = 0,
@@ -506,7 +503,7 @@ def experiment(
         How many; 100 000 by default, or as many as one's own distribution has rows.
     distribution
         ``wall``, ``field`` or ``gentle`` (see `percuss.explore.attractors.drawn_starts.named`), a file of starts,
-        `Starts` or `MachineStarts`, or a function that makes them from the seed. More starts than there are rows are
+        `Starts`, or a function that makes them from the seed. More starts than there are rows are
         drawn from them by chance.
     seed
         0 or greater.

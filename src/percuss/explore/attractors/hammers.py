@@ -31,8 +31,7 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.explore.attractors.drawn_starts import AnyStarts
-    from percuss.simulate import Ensemble, MachineStarts, Starts, Stop
+    from percuss.simulate import Ensemble, Starts, Stop
 
 # ---- Which motions are the same
 
@@ -49,7 +48,7 @@ class Attractor(Shown):
     number
         0 for the most frequent.
     label
-        As `Trajectory.label` or `MachineTrajectory.label` has it.
+        As `Trajectory.label` has it.
     members, first
         How many of the motions settle on it, and the first of them.
     mark
@@ -112,7 +111,7 @@ class Hammer(ABC):
         """A quantity of starts by its name, and its value as a number; ParameterError for another name or value."""
 
     @abstractmethod
-    def on_a_grid(self, grid: dict[str, Array]) -> AnyStarts:
+    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
         """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
 
     @abstractmethod
@@ -155,7 +154,7 @@ class Hammer(ABC):
 
     @classmethod
     def labels(cls, columns: Columns) -> npt.NDArray[np.str_]:
-        """What motion each is at its end, as `Trajectory.label` or `MachineTrajectory.label`."""
+        """What motion each is at its end, as `Trajectory.label`."""
         rows = np.stack([columns[name].astype(np.int64) for name in cls.named_by], axis=-1)
         kinds, which = np.unique(rows, axis=0, return_inverse=True)
         return np.array([cls.label(*kind) for kind in kinds.tolist()], dtype=str)[which.reshape(-1)]
@@ -453,7 +452,7 @@ def invariants_of(
 # ---- A machine that switches its own valve
 
 MACHINE_COLUMNS: dict[str, Column] = {
-    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.MACHINE_OUTCOMES"),
+    "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.OUTCOMES"),
     "stall": Column("int8", meaning="where it stalls, its number in percuss.simulate.STALLS; -1: it does not"),
     "impacts": Column("int64", meaning="impacts from the start"),
     "end_time": Column(unit=UNIT_OF_TIME, meaning="time from the start to the last event"),
@@ -490,9 +489,9 @@ class SwitchingHammer(Hammer):
 
     @property
     def words(self) -> Mapping[str, Sequence[str]]:
-        from percuss.simulate import MACHINE_OUTCOMES, STALLS
+        from percuss.simulate import OUTCOMES, STALLS
 
-        return {"code": MACHINE_OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
+        return {"code": OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
 
     @property
     def about(self) -> dict[str, Any]:
@@ -518,38 +517,34 @@ class SwitchingHammer(Hammer):
         known = "position, velocity, state, u_1, u_2, …, v_1, v_2, …"
         raise ParameterError(where, name, f"one of {known}", "no clock drives the machine" if name == "time" else "")
 
-    def on_a_grid(self, grid: dict[str, Array]) -> MachineStarts:
-        from percuss.simulate import MachineStarts
-
+    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
         bars = {name: values for name, values in grid.items() if name != "state"}
         usual = self.states.index(self.what.valve.start or self.states[0])
         state = grid.get("state", np.array(float(usual))).astype(np.int64)
-        return MachineStarts(end_starts(self.what.body, self.what.at, bars), state, self.states)
+        return end_starts(self.what.body, self.what.at, bars).with_valve(state, self.states)
 
     def followed(
-        self, starts: MachineStarts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        from percuss.simulate import MACHINE_OUTCOMES, simulate_machines
+        from percuss.simulate import simulate_many
 
-        def simulated(block: MachineStarts) -> Columns:
-            many = simulate_machines(
+        own = {"blows": "cycle_impacts", "valve_cycles": "cycle_periods", "energy_lost": "energy_lost_per_period"}
+
+        def simulated(block: Starts) -> Columns:
+            many = simulate_many(
                 self.what, block, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped()
             )
-            made = {
-                "code": np.array([MACHINE_OUTCOMES.index(word) for word in many.outcome.tolist()]),
-                "cycle_kind": many.kind,
-            }
-            return {name: made[name] if name in made else getattr(many, name) for name in MACHINE_COLUMNS}
+            return {name: getattr(many, own.get(name, name)) for name in MACHINE_COLUMNS}
 
         return _of_blocks(MACHINE_COLUMNS, starts, _BLOCK // 2, stopped, simulated)
 
     @classmethod
     def label(cls, *named_by: int) -> str:
-        from percuss.simulate import STALLS, MachineCycle
-        from percuss.simulate.machine.machine_events import machine_label
+        from percuss.simulate import STALLS, Cycle
+        from percuss.simulate.events import machine_label
 
         stall, blows, turns, kind, wanders = named_by
-        cycle = MachineCycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
+        cycle = Cycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
         return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
 
     @classmethod
@@ -561,23 +556,23 @@ class SwitchingHammer(Hammer):
         return values
 
     def figures(
-        self, columns: Columns, which: npt.NDArray[np.intp], starts: MachineStarts, modes: int, stop: Stop
+        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
     ) -> list[tuple[str, dict[str, Any]]]:
-        from percuss.simulate import run_machine
+        from percuss.simulate import run
 
         found = []
         for row in which.tolist():
             speeds, energies = [], []
             if columns["blows"][row] > 0 and columns["stall"][row] < 0:
-                motion = run_machine(self.what, starts[row], modes=modes, stop=stop)
-                if (cycle := motion.cycle) is not None and cycle.blows:
+                motion = run(self.what, starts[row], modes=modes, stop=stop)
+                if (cycle := motion.cycle) is not None and cycle.impacts:
                     struck, last = motion.events.of("impact"), float(motion.events.time[-1])
                     inside = np.flatnonzero(struck.time > last - cycle.period * (1.0 - 1e-9))
-                    strongest = np.sort(np.argsort(-struck.velocity[inside], kind="stable")[: cycle.blows])
+                    strongest = np.sort(np.argsort(-struck.impact_velocity[inside], kind="stable")[: cycle.impacts])
                     main = inside[strongest]  # what bounces is weaker than the blow that it follows
                     if main.size:
-                        main = np.roll(main, -int(np.argmax(struck.velocity[main])))
-                        speeds, energies = struck.velocity[main].tolist(), struck.kinetic_energy[main].tolist()
+                        main = np.roll(main, -int(np.argmax(struck.impact_velocity[main])))
+                        speeds, energies = struck.impact_velocity[main].tolist(), struck.kinetic_energy[main].tolist()
             period, lost = float(columns["period"][row]), float(columns["energy_lost"][row])
             known = not math.isnan(period)
             figures = {

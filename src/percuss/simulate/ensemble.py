@@ -1,0 +1,581 @@
+"""Many motions on all cores, each by itself; the results, one row each, with their labels and shares."""
+
+from __future__ import annotations
+
+import os
+import threading
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.model import HeldBody, Machine, System
+from percuss.model.checks import Array, callback, count, instance, several
+from percuss.model.system import rests
+from percuss.shown import Shown, watched
+from percuss.simulate.engine import ENDS, followed
+from percuss.simulate.events import IMPACT, STALLS, Cycle, label_of, machine_label
+from percuss.simulate.kernels.motion import follow
+from percuss.simulate.kernels.motion_records import (
+    AT_REST,
+    BY_WORK,
+    MEMBER,
+    PAST,
+    TURN,
+    WINDOW,
+    Desk,
+    Motion,
+    Rules,
+    Table,
+)
+from percuss.simulate.kernels.statistics import conclude
+from percuss.simulate.running import run
+from percuss.simulate.spectrum import shifted, state_of
+from percuss.simulate.start import Start, Starts
+from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
+from percuss.simulate.tables import (
+    NO_LOG,
+    Snapshot,
+    begin,
+    begins,
+    begun,
+    clocks,
+    desk_for,
+    prepared,
+    table_of,
+    to_change,
+)
+from percuss.simulate.valve import Switching, mechanism, outcome_of
+
+if TYPE_CHECKING:
+    import xarray
+
+    from percuss.simulate.trajectory import Trajectory
+
+_MOST_TOLD = 5
+
+
+@dataclass(frozen=True)
+class EnsembleProgress:
+    """How far an ensemble has come: members done, of how many."""
+
+    done: int
+    members: int
+
+    @property
+    def fraction(self) -> float:
+        """0 to 1."""
+        return self.done / self.members
+
+
+@dataclass(frozen=True)
+class Ensemble(Shown):
+    """The results of many motions; one row each, in the order in which they were given. All dimensionless.
+
+    Of machines p is the number of blows in a period and n that of valve cycles, and `energy_lost_per_period` is that of
+    the periodic motion; means that a clock's period is in are NaN.
+
+    Attributes
+    ----------
+    modes
+        N, the elastic modes of all.
+    code
+        How each ended: its number in `OUTCOMES`; see `outcome`.
+    impacts
+        From the start.
+    end_time
+        Load time (rad) of the last event.
+    first, cycle_impacts, cycle_periods, cycle_kind
+        The periodic motion of each: the impact (from 0) it begins at, p impacts, n load periods, and without rest (0),
+        with rest (1) or with chatter (2); −1, 0, 0, 0 when none was found, and −1, 0, 0 and its kind when the number of
+        its load periods hangs on rounding.
+    wanders
+        Whether the last impacts come near none of the ones before; see `Trajectory.label`.
+    blow_rate, main_blow_rate, interval_mean, interval_std, main_interval_mean, main_interval_std
+        As in `Summary`; over one cycle when a periodic motion was found, else after `discarded` impacts; NaN with
+        fewer than two.
+    impact_velocity, blow_energy
+        Means over the main blows among the same impacts.
+    energy_lost_per_period
+        Taken by impacts, chatter and rest in the same time, per load period.
+    last_time, last_phase, last_velocity
+        Load time, phase and striking speed of the last impacts, shape (members, asked for), ascending, with NaN in
+        front where there were fewer; None unless asked for.
+    stall
+        Of machines: where each stalls, by its number in `percuss.simulate.STALLS`; −1 for those that do not.
+    period, blow_speed
+        Of machines: of the periodic motion of each, as of `Cycle`; NaN when none was found.
+    trajectories
+        The whole motions; empty unless asked for.
+    """
+
+    modes: int
+    code: npt.NDArray[np.int8]
+    impacts: npt.NDArray[np.int64]
+    end_time: Array
+    first: npt.NDArray[np.int64]
+    cycle_impacts: npt.NDArray[np.int64]
+    cycle_periods: npt.NDArray[np.int64]
+    cycle_kind: npt.NDArray[np.int8]
+    wanders: npt.NDArray[np.bool_]
+    blow_rate: Array
+    main_blow_rate: Array
+    interval_mean: Array
+    interval_std: Array
+    main_interval_mean: Array
+    main_interval_std: Array
+    impact_velocity: Array
+    blow_energy: Array
+    energy_lost_per_period: Array
+    last_time: Array | None = None
+    last_phase: Array | None = None
+    last_velocity: Array | None = None
+    stall: npt.NDArray[np.int64] | None = None
+    period: Array | None = None
+    blow_speed: Array | None = None
+    trajectories: tuple[Trajectory, ...] = field(default=(), repr=False)
+
+    def __str__(self) -> str:
+        shares = list(self.shares.items())
+        told = ", ".join(f"{name} {share:.3g}" for name, share in shares[:_MOST_TOLD])
+        more = f", and {len(shares) - _MOST_TOLD} more labels" if len(shares) > _MOST_TOLD else ""
+        return f"Ensemble: {len(self)} motions with {self.modes} modes; shares {told}{more}"
+
+    def __len__(self) -> int:
+        return int(self.code.size)
+
+    @property
+    def outcome(self) -> npt.NDArray[np.str_]:
+        """How each ended, in words; shape (members,)."""
+        return np.array(OUTCOMES)[self.code]
+
+    @cached_property
+    def label(self) -> npt.NDArray[np.str_]:
+        """What motion each is at its end, as `Trajectory.label`; shape (members,)."""
+        columns: list[Any] = [
+            self.code,
+            self.cycle_impacts,
+            self.cycle_periods,
+            self.cycle_kind,
+            self.wanders.astype(np.int64),
+        ]
+        keys: npt.NDArray[Any] = np.stack(columns if self.stall is None else [*columns, self.stall], axis=1)
+        kinds, which = np.unique(keys, axis=0, return_inverse=True)
+        name = _clocked_label if self.stall is None else _machine_label
+        return np.array([name(*key) for key in kinds.tolist()], dtype=str)[which.reshape(-1)]
+
+    @property
+    def runs(self) -> npt.NDArray[np.bool_]:
+        """Which members strike again and again in a periodic motion; shape (members,)."""
+        return np.asarray(self.cycle_impacts > 0)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The share of the members that ends in each motion, the most frequent first."""
+        found = Counter(self.label.tolist())
+        return {name: number / len(self) for name, number in found.most_common()}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All columns, over the dimensions ``member`` and ``last``."""
+        from percuss.simulate.motion_files import ensemble_dataset
+
+        columns = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays = {name: values for name, values in columns.items() if isinstance(values, np.ndarray)}
+        return ensemble_dataset(self.modes, {"label": self.label, "outcome": self.outcome, **arrays})
+
+
+def _clocked_label(code: int, p: int, n: int, kind: int, wanders: int) -> str:
+    return label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
+
+
+def _machine_label(code: int, p: int, n: int, kind: int, wanders: int, stall: int) -> str:
+    cycle = Cycle(0, p, n, kind) if n else None
+    return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
+
+
+# ---- Many motions on all cores: each member by itself, regardless of the number of threads and their order
+
+Keep = int | Literal["statistics", "everything"]
+
+_BUDGET = 1 << 30  # modes times evaluations of one member, besides those for its impacts
+_SYSTEMS = "a System or a Machine, or a list of one of them"
+_CHUNK = 64  # machines
+_CANCELLED = OUTCOMES.index("cancelled")
+
+
+def simulate_many(
+    systems: System | Machine | Sequence[System] | Sequence[Machine],
+    starts: Start | Starts | Sequence[Start],
+    *,
+    modes: int = 32,
+    stop: Stop | None = None,
+    keep: Keep = "statistics",
+    discard: int | None = None,
+    threads: int | None = None,
+    work: int | None = None,
+    progress: Callable[[EnsembleProgress], object] | None = None,
+) -> Ensemble:
+    """Follow many motions, on all cores.
+
+    Every member is computed by itself: the results are the same, bit for bit, for any number of threads and in any
+    order. What goes wrong in a member is its outcome, never an exception; Ctrl-C ends all within a moment.
+
+    Parameters
+    ----------
+    systems, starts
+        One of them for all members, or as many as members; systems, or machines without a supply.
+    modes
+        N, the elastic modes kept; 0 is the rigid bar.
+    stop
+        When a member ends; see `Stop`.
+    keep
+        What is kept of each member: ``"statistics"``; a number n, the last n impacts besides; or ``"everything"``. Of
+        machines statistics, and nothing of which the next two are said.
+    discard
+        Impacts that the statistics leave out when no periodic motion is found: half of the stop rule's by default.
+    threads
+        How many; by default as many as cores.
+    work
+        Evaluations of its motion after which a member ends as ``work``, whatever the computer; by default more than any
+        motion needs but that of a bar that hovers before the wall. Does not go with ``keep="everything"``.
+    progress
+        Called now and then with an `EnsembleProgress`; when it returns something true the members not yet done end as
+        ``cancelled``.
+
+    Raises
+    ------
+    ParameterError
+        For numbers of systems and starts that do not go together.
+    ResonanceError
+        When a harmonic of a load meets an undamped elastic mode.
+
+    Examples
+    --------
+    >>> from percuss import Load, Start, Starts, Stop, System, simulate_many
+    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    >>> many = simulate_many(system, Starts.random(system, 100, seed=1), modes=4, stop=Stop(impacts=500))
+    >>> max(many.shares, key=many.shares.get)
+    'chatter/1'
+    >>> from percuss.model import Kept, Machine, Port, UniformBar, Valve
+    >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
+    >>> machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2))
+    >>> simulate_many(machine, [Start.rigid(-0.2), Start.rigid(-0.9)], modes=0).shares
+    {'runs 1/1': 1.0}
+    """
+    callback("progress", progress)
+    stop = Stop() if stop is None else instance("stop", stop, Stop)
+    hammers = (systems,) if isinstance(systems, System | Machine) else several("systems", systems, _SYSTEMS)
+    job: _Job
+    if hammers and isinstance(hammers[0], Machine):
+        if (keep, discard, work) != ("statistics", None, None):
+            raise ParameterError("keep", keep, 'for machines "statistics", without discard and work')
+        job = _Machines(hammers, starts, modes, stop)
+    else:
+        job = _Systems(hammers, starts, modes, stop, keep, discard, work)
+    workers = cores() if threads is None else count("threads", threads, least=1, most=1024)
+    with watched(progress) as watch:
+        job.work_off(workers, watch)
+    return job.result()
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+class _Job(ABC):
+    """The members of one call, and the work that is left."""
+
+    def __init__(
+        self, hammers: Sequence[Any], starts: Any, modes: int, stop: Stop, kind: type[System] | type[Machine]
+    ) -> None:
+        for hammer in hammers:
+            instance("systems", hammer, kind)
+        self.hammers, self.stop, modes = hammers, stop, count("modes", modes, least=0, most=MAX_MODES)
+        self.modes = min((h.body.chosen(modes) for h in hammers if isinstance(h.body, HeldBody)), default=modes)
+        self.starts = self._given(starts)
+        self.members = max(len(hammers), len(self.starts))
+        if {len(hammers), len(self.starts)} - {1, self.members} or not hammers or not len(self.starts):
+            given = f"{len(hammers)} systems and {len(self.starts)} starts"
+            raise ParameterError("starts", given, "as many starts as systems, or one of either")
+        self.stopped = np.zeros(1, dtype=np.int64)
+
+    def _given(self, starts: Any) -> Starts | list[Start]:
+        """The starts, as they are followed."""
+        single = [starts] if isinstance(starts, Start) else starts
+        if isinstance(single, Starts):
+            return single
+        if not isinstance(single, Sequence) or not all(isinstance(start, Start) for start in single):
+            raise ParameterError("starts", starts, "a Start, Starts, or a list of Start")
+        return list(single)
+
+    @abstractmethod
+    def chunks(self, workers: int) -> list[tuple[int, int]]:
+        """First and last member of every portion of work."""
+
+    @abstractmethod
+    def portion(self, first: int, last: int) -> None:
+        """Some members."""
+
+    @abstractmethod
+    def result(self) -> Ensemble:
+        """The columns."""
+
+    def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
+        """All portions on the threads; results go into the arrays, so that no order can show."""
+        chunks = self.chunks(workers)
+        done, following = 0, iter(chunks)
+        with ThreadPoolExecutor(max_workers=min(workers, len(chunks)), thread_name_prefix="percuss") as pool:
+            running: dict[Future[None], int] = {}
+            try:
+                while True:
+                    while len(running) < 4 * workers and (chunk := next(following, None)) is not None:
+                        running[pool.submit(self.portion, *chunk)] = chunk[1] - chunk[0]
+                    if not running:
+                        break
+                    finished, _ = wait(running, return_when=FIRST_COMPLETED)
+                    for future in finished:
+                        done += running.pop(future)
+                        future.result()
+                    if progress is not None and progress(EnsembleProgress(done, self.members)):
+                        self.stopped[0] = 1
+                        following = iter(())
+            except BaseException:
+                self.stopped[0] = 1
+                for future in running:
+                    future.cancel()
+                raise
+
+
+class _Systems(_Job):
+    """Motions of systems under a clock."""
+
+    def __init__(
+        self, systems: Any, starts: Any, modes: int, stop: Stop, keep: Keep, discard: int | None, work: int | None
+    ) -> None:
+        super().__init__(systems, starts, modes, stop, System)
+        self.whole = keep == "everything"
+        self.last = 0 if isinstance(keep, str) else count("keep", keep, least=0, most=10**7)
+        if isinstance(keep, str) and keep not in ("statistics", "everything"):
+            raise ParameterError("keep", keep, 'a number of impacts, "statistics" or "everything"')
+        self.skip = stop.most_impacts // 2 if discard is None else count("discard", discard, least=0, most=MOST_IMPACTS)
+        if work is not None and self.whole:
+            raise ParameterError("work", work, "None: whole motions end by their stop rule")
+        ample = _BUDGET // (self.modes + 30) + 1000 * min(stop.most_impacts, 10**7)
+        self.budget = ample if work is None else count("work", work, least=1, most=10**12)
+        given = self.starts
+        self.columns = given if isinstance(given, Starts) else Starts.of(given, self.modes, self.hammers)
+        self.members = max(self.members, len(self.columns))
+        self._rows()
+        self.found = np.zeros(self.members, MEMBER)
+        for name in MEMBER.names or ():
+            self.found[name] = np.nan if MEMBER[name].kind == "f" else 0
+        self.found["ended"], self.found["first"] = -1, -1
+        self.tail = np.full((self.members, self.last), np.nan, PAST)
+        self.motions: list[Trajectory | None] = [None] * (self.members if self.whole else 0)
+        self.local = threading.local()
+        self.shared = table_of(self.hammers[0], self.modes) if len(self.hammers) == 1 else None
+
+    def _rows(self) -> None:
+        """The starts as the kernels take them, one row for each member."""
+        s, n = self.columns, self.members
+        rows = np.arange(n) if len(s) == n else np.zeros(n, dtype=np.int64)
+        self.displacement, self.velocity = (
+            np.ascontiguousarray(a if len(a) == n else a[rows]) for a in (s.displacement, s.velocity)
+        )
+        self.gaps, self.times = np.ascontiguousarray(s.gap[rows]), s.time[rows]
+        if self.stop.time is None:
+            self.ends = np.column_stack([np.full(n, np.inf), np.zeros(n)])
+        else:
+            self.ends = np.column_stack([*clocks(self.times + self.stop.time)])
+
+    def chunks(self, workers: int) -> list[tuple[int, int]]:
+        """See `_Job`."""
+        if self.whole:
+            return [(i, i + 1) for i in range(self.members)]
+        most = 64 if len(self.hammers) > 1 else 4096
+        size = int(np.clip(self.members // (16 * workers), 1, most))
+        return [(i, min(i + size, self.members)) for i in range(0, self.members, size)]
+
+    def portion(self, first: int, last: int) -> None:
+        """Members of one system together, of several one by one."""
+        single = len(self.hammers) == 1
+        for i in (first,) if single and not self.whole else range(first, last):
+            if self.stopped[0]:
+                return
+            system = self.hammers[0 if single else i]
+            if self.whole:
+                self._one(system, i)
+            else:
+                self._members(system, i, last if single else i + 1)
+
+    def _members(self, system: System, first: int, last: int) -> None:
+        """Members of one system."""
+        table = self.shared if self.shared is not None else table_of(system, self.modes)
+        window = slice(first, last)
+        periods, phases, pieces = begun(system.load, self.times[window])
+        u, v = self.displacement[window], self.velocity[window]
+        if isinstance(system.body, HeldBody):
+            u, v = state_of(system.body, system.load.at, self.modes, u, v, self.gaps[window])
+            u = shifted(system, self.modes, u)
+        starts = begins(u, v, self.gaps[window], phases, periods, pieces)
+        rules = Rules(
+            np.inf, 0.0, self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget
+        )
+        motion, twin, desk = self._desk(table)
+        follow(
+            to_change(table), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
+            self.stopped, self.found[window], self.tail[window],
+        )  # fmt: skip
+        if isinstance(system.body, HeldBody) and rests(system, self.modes):
+            for i in np.flatnonzero(self.found["ended"][window] == AT_REST):
+                self._over_rests(system, first + int(i))
+
+    def _over_rests(self, system: System, i: int) -> None:
+        """A structure that came to rest, from its start on: whether it leaves the wall again is not for the kernels."""
+        if self.stopped[0]:
+            return
+        start, (spectrum, table) = self.columns[i if len(self.columns) > 1 else 0], prepared(system, self.modes)
+        made = followed(
+            spectrum, table, begin(spectrum, table, start), self.stop, start.time,
+            lambda _: bool(self.stopped[0]), self.skip,
+        )  # fmt: skip
+        conclude(made.snapshot.motion, _code(made.outcome), self.found[i])
+        struck = made.events[made.events.code == IMPACT]
+        kept = min(self.last, len(struck))
+        if kept:
+            row = self.tail[i, self.last - kept :]
+            row["phase"], row["speed"], row["period"] = (
+                values[-kept:] for values in (struck.phase, struck.impact_velocity, struck.period)
+            )
+
+    def _desk(self, table: Table) -> tuple[Motion, Motion, Desk]:
+        """What a thread works in: made once for each."""
+        k = table.harmonics.gap_re.size
+        if getattr(self.local, "harmonics", None) != k:
+            self.local.harmonics = k
+            self.local.states = [Snapshot.empty(self.modes, self._window()) for _ in range(2)]
+            motion, twin = (state.motion for state in self.local.states)
+            self.local.desk = (motion, twin, desk_for(table))
+        desk: tuple[Motion, Motion, Desk] = self.local.desk
+        return desk
+
+    def _window(self) -> int:
+        """Last impacts that are kept."""
+        return max(WINDOW, 1 << max(self.last - 1, 0).bit_length())
+
+    def _one(self, system: System, i: int) -> None:
+        """A whole motion."""
+        start = self.columns[i if len(self.columns) > 1 else 0]
+        motion = run(system, start, modes=self.modes, stop=self.stop, progress=lambda _: bool(self.stopped[0]))
+        self.motions[i] = motion
+        state = Snapshot(**{name: np.array(values) for name, values in motion.snapshot.items()})
+        conclude(state.motion, _code(motion.outcome), self.found[i])
+
+    # -- the result --
+
+    def result(self) -> Ensemble:
+        """The columns."""
+        found = self.found
+        codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
+        kept = self.last > 0
+        return Ensemble(
+            modes=self.modes,
+            code=codes[found["ended"]],  # −1, not begun, is the last one
+            impacts=found["strikes"].copy(),
+            end_time=found["end_time"].copy(),
+            first=found["first"].copy(),
+            cycle_impacts=found["cycle_impacts"].copy(),
+            cycle_periods=found["cycle_periods"].copy(),
+            cycle_kind=found["cycle_kind"].astype(np.int8),
+            wanders=found["wanders"].astype(bool) & self._has_period(),
+            blow_rate=found["blow_rate"].copy(),
+            main_blow_rate=found["main_blow_rate"].copy(),
+            interval_mean=found["interval_mean"].copy(),
+            interval_std=found["interval_std"].copy(),
+            main_interval_mean=found["main_interval_mean"].copy(),
+            main_interval_std=found["main_interval_std"].copy(),
+            impact_velocity=found["impact_velocity"].copy(),
+            blow_energy=found["blow_energy"].copy(),
+            energy_lost_per_period=found["energy_lost_per_period"].copy(),
+            last_time=self.tail["period"] * TURN + self.tail["phase"] if kept else None,
+            last_phase=self.tail["phase"].copy() if kept else None,
+            last_velocity=self.tail["speed"].copy() if kept else None,
+            trajectories=tuple(motion for motion in self.motions if motion is not None),
+        )
+
+    def _has_period(self) -> npt.NDArray[np.bool_]:
+        periodic = np.array([not system.load.is_constant for system in self.hammers])
+        return np.broadcast_to(periodic, (self.members,))
+
+
+class _Machines(_Job):
+    """Motions of machines that switch their own valves."""
+
+    _OF_CYCLE: ClassVar[dict[str, str]] = {
+        "first": "first", "impacts": "cycle_impacts", "periods": "cycle_periods", "kind": "cycle_kind",
+        "period": "period", "energy_lost": "energy_lost_per_period", "blow_speed": "blow_speed",
+    }  # fmt: skip
+
+    def __init__(self, machines: Any, starts: Any, modes: int, stop: Stop) -> None:
+        super().__init__(machines, starts, modes, stop, Machine)
+        for machine in self.hammers:
+            if machine.valve.supply is not None:
+                raise ParameterError("systems", str(machine), "machines without a supply", "follow one with run")
+        whole, n = np.zeros((5, self.members), dtype=np.int64), self.members
+        self.found: dict[str, Any] = {
+            "code": np.full(n, _CANCELLED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),
+            "first": whole[1] - 1, "cycle_impacts": whole[2], "cycle_periods": whole[3],
+            "cycle_kind": np.zeros(n, dtype=np.int8), "wanders": np.zeros(n, dtype=bool), "stall": whole[4] - 1,
+            **{name: np.full(n, np.nan) for name in ("period", "blow_speed", "energy_lost_per_period")},
+        }  # fmt: skip
+
+    def chunks(self, workers: int) -> list[tuple[int, int]]:
+        """See `_Job`."""
+        return [(i, min(i + _CHUNK, self.members)) for i in range(0, self.members, _CHUNK)]
+
+    def portion(self, first: int, last: int) -> None:
+        """See `_Job`."""
+        for i in range(first, last):
+            if self.stopped[0]:
+                return
+            numbers = mechanism(self.hammers[i if len(self.hammers) > 1 else 0], self.modes)
+            self._member(Switching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
+
+    def _member(self, moved: Switching, i: int) -> None:
+        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
+        valve, found, cycle = moved.plant.controls.now, self.found, moved.cycle
+        place = "in the chamber" if valve["stalled"] else ended
+        found["code"][i] = OUTCOMES.index(outcome_of(ended, place in STALLS))
+        found["impacts"][i] = moved.plant.motion.count["impacts"]
+        found["end_time"][i] = valve["time"] * moved.mechanism.unit
+        found["stall"][i] = STALLS.index(place) if place in STALLS else -1
+        found["wanders"][i] = wanders
+        if cycle is not None:
+            for name, column in self._OF_CYCLE.items():
+                found[column][i] = getattr(cycle, name)
+
+    def result(self) -> Ensemble:
+        """The columns."""
+        means = ("blow_rate", "main_blow_rate", "interval_mean", "interval_std", "main_interval_mean")
+        no: dict[str, Any] = {
+            name: np.full(self.members, np.nan)
+            for name in (*means, "main_interval_std", "impact_velocity", "blow_energy")
+        }
+        return Ensemble(modes=self.modes, **no, **self.found)
+
+
+def _code(outcome: str) -> int:
+    """The kernels' number of an outcome; −1 for what they do not know."""
+    known = {name: code for code, name in ENDS.items()} | {"work": BY_WORK, "memory": BY_WORK}
+    return known.get(outcome, -1)

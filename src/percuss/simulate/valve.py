@@ -1,0 +1,590 @@
+"""A machine that switches its own valve: its numbers, its flights, and the loop around its kernels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import PercussError
+from percuss.model import Machine
+from percuss.model.checks import Array
+from percuss.model.machine import MachineModes
+from percuss.simulate.engine import STRIDE, Progress, gathered
+from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
+from percuss.simulate.flights import Anchor, Modes, free_motion, sway
+from percuss.simulate.kernels.motion_records import (
+    AT_REST,
+    BY_IMPACTS,
+    BY_TIME,
+    BY_WORK,
+    COUNT,
+    CROWDED,
+    DEPARTED,
+    GRAZED,
+    IN_CHAMBER,
+    NOW,
+    ON_PORT,
+    PAST,
+    PERIODIC,
+    RESTING,
+    STATE_NUMBERS,
+    SUMS,
+    TURNING,
+    VALVE_EVENT,
+    VALVE_NOW,
+    Controls,
+    Gear,
+    Harmonics,
+    Plant,
+    Rules,
+    Table,
+    ValveLog,
+)
+from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
+from percuss.simulate.motion_files import true, within
+from percuss.simulate.spectrum import DampedModes
+from percuss.simulate.start import Start
+from percuss.simulate.stop import Stop
+from percuss.simulate.tables import Snapshot, bar_of, desk_for, tabled_modes, to_change
+
+if TYPE_CHECKING:
+    from percuss.simulate.trajectory import Trajectory
+
+# ---- The numbers of a machine as the kernels want them, in a unit of time of its own
+
+_NODE = 1e-12
+_SOFTEST = 1e-100  # frequency of a chamber that is none
+
+
+@dataclass(frozen=True)
+class Elastic(DampedModes):
+    """The elastic modes of a machine as q_i, what m_i moves the striking end by; each array of shape (N,).
+
+    Parameters
+    ----------
+    omega, damping
+        ω_i and d_i.
+    end, driven
+        As of `MachineModes`.
+    """
+
+    omega: Array
+    damping: Array
+    end: Array
+    driven: Array
+
+    @cached_property
+    def statics(self) -> Array:
+        """q_i under a constant unit force."""
+        return np.asarray(self.end * self.driven / self.omega**2)
+
+    @property
+    def unit(self) -> Array:
+        """q_i of q_i = 1."""
+        return np.ones(self.omega.size)
+
+    @cached_property
+    def inertia(self) -> Array:
+        """What q_i'²/2 is multiplied by to be a kinetic energy."""
+        return np.asarray(1.0 / self.end**2)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A machine cut at mode N, in the units of the kernels; made by `mechanism`.
+
+    Their unit of time is a power of two, so that only exponents differ: `Valve.time_unit`.
+
+    Parameters
+    ----------
+    machine, modes
+        What moves, and N.
+    """
+
+    machine: Machine
+    modes: int
+
+    @property
+    def unit(self) -> float:
+        """The unit of time, in that of the machine."""
+        return self.machine.valve.time_unit
+
+    @cached_property
+    def end(self) -> Array:
+        """What m_i = 1 moves the striking end by, shape (N+1,); next to nothing, not 0, where a mode has a node."""
+        end = self._own.end
+        return np.where(np.abs(end) < _NODE, _NODE, end)
+
+    @cached_property
+    def forces(self) -> Array:
+        """Forces of the states, with that of the chamber; in the unit of the machine."""
+        valve = self.machine.valve
+        return np.array([valve.force(name) for name, _ in valve.pairs])
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the valve's states, in order."""
+        return [name for name, _ in self.machine.valve.pairs]
+
+    @property
+    def _own(self) -> MachineModes:
+        return self.machine.modes(self.modes)
+
+    @property
+    def spring(self) -> float:
+        """ω_0 on the gas of the chamber; 0 without one."""
+        found = float(self._own.omega[0])
+        return found if found * self.unit > _SOFTEST else 0.0
+
+    def elastic(self, unit: float = 1.0) -> Elastic:
+        """The elastic modes, in a unit of time."""
+        own = self._own
+        return Elastic(own.omega[1:] * unit, own.damping[1:] * unit, self.end[1:], own.driven[1:])
+
+    @cached_property
+    def slow(self) -> Elastic:
+        """The elastic modes in the machine's unit of time."""
+        return self.elastic()
+
+    @cached_property
+    def tables(self) -> tuple[Table, Table]:
+        """The kernels' tables of the machine, and of its rigid motion alone; their `bar`s are to be copied."""
+        return self._table(self.elastic(self.unit)), self._table(Elastic(*np.empty((4, 0))))
+
+    def _table(self, elastic: Elastic) -> Table:
+        machine, unit = self.machine, self.unit
+        bar = bar_of(machine.body, elastic)
+        bar["damping"] *= unit
+        bar["wave"], bar["contact"] = bar["wave"] / unit, bar["contact"] / unit
+        bar["spring"], bar["whole"] = self.spring * unit, 1.0 / self.end[0] ** 2
+        bar["restitution"] = -machine.contact.velocity_factor
+        bar["strain"] = machine.contact.strain_factor
+        bar["force"] = float(np.abs(self.forces).max()) * unit**2
+        bar["pushing"] = np.inf
+        none = np.empty(0)
+        return Table(
+            bar,
+            tabled_modes(elastic, bar),
+            Harmonics(*(none.copy() for _ in range(6))),
+            np.empty((0, 2, elastic.omega.size)),
+            none,
+            none,
+            none,
+        )
+
+    @cached_property
+    def gear(self) -> Gear:
+        """The kernels' table of the valve."""
+        machine, unit, ports = self.machine, self.unit, self.machine.valve.ports
+        own, names = self._own, self.names
+        rows = [
+            own.centre if port.reads == "centre" else own.at(machine.body, np.array([port.reads]))[0] for port in ports
+        ]
+        ratio = np.array(rows, dtype=float).reshape(len(ports), self.modes + 1) / self.end
+        sides = {"back": -1.0, "front": 1.0, None: 0.0}
+        return Gear(
+            forces=self.forces * unit**2,
+            to=np.array([names.index(port.to) for port in ports], dtype=np.int64),
+            edge=np.array([port.behind or 0.0 for port in ports]),
+            side=np.array([sides[port.side] for port in ports]),
+            delay=np.array([port.delay / unit for port in ports]),
+            ratio=ratio,
+            rigid=np.array([not row[1:].any() for row in ratio], dtype=np.int64),
+            gain=float(self.end[0] * own.driven[0]),
+            **self._reaches(ratio * self.end),
+        )
+
+    def _reaches(self, weights: Array) -> dict[str, Array]:
+        """Of what the ports read: its place under a unit force, and how far a unit of energy drives it from there."""
+        own, unit = self.machine.modes(self.modes), self.unit
+        if self.spring == 0.0:
+            return {"still": np.zeros(len(weights)), "sway": np.full(len(weights), np.inf)}
+        soft = weights / (own.omega * unit) ** 2
+        far = np.sqrt((weights**2 / (own.omega * unit) ** 2).sum(axis=1))
+        return {"still": soft @ own.driven, "sway": far * (1.0 + 1e-12)}
+
+    # -- the state in two forms: B77's u_n, and the kernels' amplitudes of the free motion --
+
+    @cached_property
+    def own_units(self) -> Array:
+        """What B77's u_n = 1 is in the body's coordinates of modal mass 1, shape (N+1,)."""
+        from percuss.simulate.spectrum import units
+
+        own = self.machine.body.modes(self.modes, self.machine.at)
+        return np.concatenate([[1.0], units(own) / own.end])
+
+    def ends(self, displacement: Array) -> Array:
+        """q_i of B77's u_n; both of shape (N+1,)."""
+        return np.asarray(self.end * (self._own.mixing.T @ (self.own_units * displacement)))
+
+    def bars(self, ends: Array) -> Array:
+        """B77's u_n of q_i; both of shape (N+1, …)."""
+        return np.asarray(((self._own.mixing @ (ends.T / self.end).T).T / self.own_units).T)
+
+    def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """See `Flights`; `rows` are states that the kernels have left."""
+        q, rate = self._placed(rows, piece)
+        return self.bars(q.T).T, self.bars(rate.T).T
+
+    def _placed(self, rows: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """q_i and q_i' in the machine's unit of time; each of shape (states, N+1)."""
+        n, e, unit = self.modes, self.slow, self.unit
+        z0, z1 = rows[:, 2 : 2 + n], rows[:, 2 + n :]
+        q = z0 + self.forces[piece][:, None] * e.statics
+        rate = np.where(e.creeps, z1 / unit, -e.lam * z1 - 0.5 * e.damping * z0)
+        first = rows[:, 0] - q.sum(axis=1)
+        return np.column_stack([first, q]), np.column_stack([rows[:, 1] / unit, rate])
+
+    def after(self, anchor: Anchor, tau: Array) -> Modes:
+        """See `Flights`."""
+        (place,), (speed,) = self._placed(anchor.row[None], np.array([anchor.piece]))
+        elastic, force, w, d = self.slow, float(self.forces[anchor.piece]), self.spring, self.machine.drag
+        pull = self.gear.gain * force - w * w * place[0]
+        h, integral = sway(d, w, tau)
+        left, answer, answer_rate = free_motion(elastic, tau)
+        rest = force * elastic.statics[:, None]
+        z, v = place[1:, None] - rest, speed[1:, None]
+        q = rest + z * left + v * answer
+        rate = v * answer_rate - z * (elastic.omega[:, None] ** 2 * answer)
+        q0 = place[0] + speed[0] * h + pull * integral
+        rate0 = speed[0] * (1.0 - d * h - w * w * integral) + pull * h
+        return Modes(self.bars(np.vstack([q0, q])), self.bars(np.vstack([rate0, rate])))
+
+    def force(self, motion: Trajectory, t: Array) -> Array:
+        """See `Flights`."""
+        chamber = self.machine.valve.chamber
+        return np.asarray(self.forces[motion.state(t)] - chamber.stiffness * self._driven(motion.modal(t).displacement))
+
+    def _driven(self, modes: Array) -> Array:
+        """What the driven place moves, of the motions of the modes."""
+        return np.asarray((self.own_units * self._own_at_load) @ modes)
+
+    @cached_property
+    def _own_at_load(self) -> Array:
+        return np.asarray(self._own.mixing @ self._own.driven)
+
+    def put_in(self, motion: Trajectory, t: Array, velocity: Array) -> Array:
+        """See `Flights`."""
+        return np.asarray(self.forces[motion.state(t)] * self._driven(velocity))
+
+    def stored(self, motion: Trajectory, t: Array, displacement: Array) -> Array | float:
+        """See `Flights`."""
+        stiffness = self.machine.valve.chamber.stiffness
+        return 0.5 * stiffness * self._driven(displacement) ** 2 if stiffness else 0.0
+
+    def lost(self, velocity: Array) -> Array:
+        """See `Flights`."""
+        return np.asarray(self._own.damping @ (self._own.mixing.T @ (self.own_units * velocity.T).T) ** 2)
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """See `Flights`."""
+        return max(float(self._own.omega.max()), 1e-300), float(self._own.damping.max())
+
+    def breaks(self, begin: float, end: float) -> Array:
+        """See `Flights`."""
+        return np.empty(0)
+
+
+@lru_cache(maxsize=16)
+def mechanism(machine: Machine, modes: int) -> Mechanism:
+    """The numbers of a machine, kept for the next motion of it."""
+    if machine.valve.supply is not None:
+        from percuss.simulate.supply import Supplied
+
+        return Supplied(machine, 0)
+    return Mechanism(machine, modes)
+
+
+# ---- The memory that the kernels work in: one motion of a machine, and the calls that carry it on
+
+_QUEUE = 256  # orders that wait for which there is room at first
+_WINDOW = 64  # last changes of the valve that are kept
+NO_VALVE_LOG = ValveLog(np.empty(0, VALVE_EVENT), np.empty((0, 0)))
+"""For motions of which nothing is recorded."""
+
+
+def plant_of(mechanism: Mechanism, start: Start | None = None) -> Plant:
+    """A machine, and room for a motion of it, with the orders that wait at a start: nothing of it is shared."""
+    table, alone = map(to_change, mechanism.tables)
+    gear = mechanism.gear
+    ports, n = gear.to.size, mechanism.modes
+    waiting = 0 if start is None or start.orders is None else len(start.orders.pending)
+    queue = _QUEUE
+    while queue < waiting + ports:
+        queue *= 2
+    controls = Controls(
+        np.zeros(1, VALVE_NOW)[0],
+        np.zeros(gear.forces.size),
+        np.zeros(ports),
+        np.zeros(queue),
+        np.zeros(queue, dtype=np.int64),
+        np.zeros(ports),
+        np.zeros(ports, dtype=np.int64),
+        np.zeros(ports, dtype=np.int64),
+        np.zeros((2, n)),
+        np.zeros(queue),
+        np.zeros(_WINDOW, TURNING),
+    )
+    motion, eye, spot = (Snapshot.empty(size, 1).motion for size in (n, n, 0))
+    return Plant(table, alone, gear, motion, eye, spot, desk_for(table), desk_for(alone), controls)
+
+
+def roomier(plant: Plant) -> Plant:
+    """The same plant with room for twice as many orders that wait; all else is shared."""
+    controls = plant.controls
+
+    def grown(row: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return np.concatenate([row, np.zeros_like(row)])
+
+    return plant._replace(
+        controls=controls._replace(
+            due=grown(controls.due), order=grown(controls.order), memo_due=grown(controls.memo_due)
+        )
+    )
+
+
+# ---- The whole state of a machine's motion between two events, as arrays that are kept, and put back to go on
+
+KINDS = {"now": NOW, "count": COUNT, "past": PAST, "sums": SUMS, "valve_now": VALVE_NOW, "valve_past": TURNING}
+"""The types of those arrays that hold records."""
+
+_OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
+_OF_VALVE = ("now", "usual", "usual_cross", "due", "order", "cross", "kind", "just", "memo", "memo_due", "past")
+
+Kept = dict[str, npt.NDArray[Any]]
+
+
+def kept(plant: Plant) -> Kept:
+    """All that the next event depends on, by name; copies."""
+    found = {name: np.array(getattr(plant.motion, name), ndmin=1) for name in _OF_MOTION}
+    return found | {f"valve_{name}": np.array(getattr(plant.controls, name), ndmin=1) for name in _OF_VALVE}
+
+
+def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
+    """A machine whose motion stands where a snapshot was taken.
+
+    Raises
+    ------
+    PercussError
+        When a simulation cannot have left it: it comes from a file that was changed, or made up.
+    """
+    plant = plant_of(mechanism)
+    while plant.controls.due.size < np.size(snapshot.get("valve_due", ())):
+        plant = roomier(plant)
+    try:
+        for name, room in kept(plant).items():
+            given = snapshot.get(name)
+            true(given is not None, f"that there is no engine_{name}")
+            assert given is not None
+            true(given.dtype == room.dtype and given.shape == room.shape, f"the type or shape of engine_{name}")
+            whose = plant.controls if name.startswith("valve_") else plant.motion
+            _fill(getattr(whose, name.removeprefix("valve_")), given)
+        _check(plant, len(mechanism.names))
+    except ValueError as error:
+        told = f"the state to continue from is damaged: {error}"
+        raise PercussError(told, "use a copy of its file, or simulate again") from None
+    return plant
+
+
+def _fill(into: Any, values: npt.NDArray[Any]) -> None:
+    """The same memory with other numbers: the views of it stay."""
+    if isinstance(into, np.void):
+        for field in values.dtype.names or ():
+            into[field] = values[0][field]
+    else:
+        into[...] = values
+
+
+def _check(plant: Plant, states: int) -> None:
+    """Whole numbers that the kernels use as places in arrays are places in them."""
+    valve, controls, count = plant.controls.now, plant.controls, plant.motion.count
+    for name in ("state", "last", "memo_state", "memo_last"):
+        within(name, valve[name], 0, states - 1)
+    for name in ("waiting", "memo_waiting"):
+        within(name, valve[name], 0, controls.due.size)
+    within("order", controls.order, 0, states - 1)
+    within("mode", count["mode"], 0, GRAZED)
+    true(count["events"] == 0, "a number of events")
+    within("changes", valve["changes"], 0, 2**62)
+    true(bool(np.isfinite(plant.motion.z).all()) and np.isfinite(plant.motion.now["gap"]), "a number of the state")
+
+
+# ---- The loop around the kernels of a machine
+
+_MANY_STRIDES = 4096  # … of a motion that is not recorded
+_MOST_NUMBERS, _MOST_ROWS = 1 << 23, 1 << 15  # of the states of a stretch
+_EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
+_MOST_IDLE = 17  # strides without an event end a simulation
+ENDS = {
+    BY_IMPACTS: "impacts",
+    BY_TIME: "time",
+    PERIODIC: "periodic",
+    AT_REST: "on the tool",
+    IN_CHAMBER: "in the chamber",
+    ON_PORT: "on a port",
+    DEPARTED: "leaves",
+}
+"""What the kernels' ends are called; of a stall, where."""
+
+
+@dataclass
+class Switching:
+    """A motion of a machine on its way: the kernels' memory, and what they have recorded so far."""
+
+    mechanism: Mechanism
+    plant: Plant
+    log: ValveLog = NO_VALVE_LOG
+
+    @property
+    def modes(self) -> int:
+        """N."""
+        return self.mechanism.modes
+
+    @classmethod
+    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[Switching, Anchor, bool]:
+        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded.
+
+        Raises
+        ------
+        ParameterError
+            For a state that the valve does not have, a start beyond the wall, or one with more modes.
+        """
+        machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
+        state, orders = start.valve_of(machine)
+        u, v, gap = start.state(mechanism.modes, machine)
+        moved = cls(mechanism, plant_of(mechanism, start))
+        if stop is not None:
+            moved.log = moved._room(stop)
+        plant = moved.plant
+        controls, valve = plant.controls, plant.controls.now
+        valve["state"], valve["last"], valve["waiting"] = (
+            names.index(state),
+            names.index(orders.last),
+            len(orders.pending),
+        )
+        for i, (time, to) in enumerate(orders.pending):
+            controls.due[i], controls.order[i] = time / unit, names.index(to)
+        resting = gap == 0.0 and not v.any() and not u.any()
+        displacement, rate = mechanism.ends(u), mechanism.ends(v) * unit
+        begin_valve(plant, displacement, rate, resting, gap == 0.0, start.orders is None, moved.log)
+        now = plant.motion.now
+        row = np.concatenate([[now["gap"], now["rigid_rate"]], plant.motion.z.reshape(-1)])
+        return moved, Anchor(start.time, int(valve["state"]), row), bool(plant.motion.count["mode"] == RESTING)
+
+    @classmethod
+    def restored(cls, motion: Trajectory, stop: Stop) -> Switching:
+        """A motion that goes on."""
+        moved = cls(motion.mechanism, put_back(motion.snapshot, motion.mechanism))
+        moved.log = moved._room(stop)
+        return moved
+
+    def _room(self, stop: Stop) -> ValveLog:
+        """Room for the record of a whole motion, or a stretch: memory that nothing is written into costs nothing."""
+        width, ports = 2 * self.modes + STATE_NUMBERS, self.mechanism.gear.to.size
+        rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
+        return ValveLog(np.empty(rows, VALVE_EVENT), np.empty((rows, width)))
+
+    def followed(
+        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
+    ) -> dict[str, Any]:
+        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
+        count, unit, stride = self.plant.motion.count, self.mechanism.unit, STRIDE // (self.modes + 30)
+        valve = self.plant.controls.now
+
+        def step() -> tuple[str, bool]:
+            budget = (int(count["work"]) // stride + 1) * stride
+            code = self._on(stop, budget)
+            given_up = code == BY_WORK and int(count["work"]) < budget
+            return "work" if given_up else ENDS.get(code, ""), code == BY_WORK
+
+        def gone() -> tuple[int, float]:
+            return int(count["impacts"]), float(valve["time"]) * unit
+
+        log, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
+        events = self._events(log, begin_time)
+        stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
+        known, over = float(valve["time"]) * unit, ended in STALLS
+        if over and self.mechanism.spring > 0.0:
+            known += 2.0 * math.pi / self.mechanism.spring  # it goes on for ever
+        if stop.time is not None and (ended == "time" or over):
+            known = stop.time
+        last, cycle = float(events.time[-1]) if len(events) else begin_time, self.cycle
+        return {
+            "events": events,
+            "states": states.copy() if 4 * states.size < self.log.states.size else states,
+            "snapshot": kept(self.plant),
+            "outcome": outcome_of(ended, stalled),
+            "label": machine_label("in the chamber" if stalled else ended, cycle, bool(wanders(self.plant.controls))),
+            "cycle": cycle,
+            "end_time": max(begin_time + known, last),
+        }
+
+    def carried_on(self, stop: Stop, stopped: Callable[[], bool]) -> tuple[str, bool]:
+        """A motion that is not recorded, to its end: how it ended, and whether its last changes wander."""
+        count, stride, ended = self.plant.motion.count, STRIDE // (self.modes + 30), ""
+        for tries in range(1, _MANY_STRIDES + 1):
+            ended = ENDS.get(self._on(stop, tries * stride), "")
+            if ended or int(count["work"]) < tries * stride or stopped():
+                ended = ended or ("cancelled" if stopped() else "work")
+                break
+        return ended or "work", bool(wanders(self.plant.controls))
+
+    def _on(self, stop: Stop, budget: int) -> int:
+        """A stretch, with room for all orders that come to wait: how it ended."""
+        time = np.inf if stop.time is None else stop.time / self.mechanism.unit
+        rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        code = follow_valve(self.plant, rules, self.log)
+        while code == CROWDED:
+            self.plant = roomier(self.plant)
+            code = follow_valve(self.plant, rules, self.log)
+        return int(code)
+
+    @property
+    def cycle(self) -> Cycle | None:
+        """The cycle that was found, in the machine's unit of time."""
+        valve, unit = self.plant.controls.now, self.mechanism.unit
+        if valve["confirmed"] < 2:
+            return None
+        return Cycle(
+            first=int(valve["found_at"]),
+            impacts=int(valve["cycle_blows"]),
+            periods=int(valve["cycle_turns"]),
+            kind=int(valve["cycle_kind"]),
+            period=float(valve["period"]) * unit,
+            energy_lost=float(valve["cycle_taken"]) / unit**2,
+            blow_speed=float(valve["cycle_speed"]) / unit,
+        )
+
+    def _events(self, log: npt.NDArray[Any], begin_time: float) -> Events:
+        unit, ports = self.mechanism.unit, log["kind"] == PORT
+        return Events(
+            code=log["kind"].astype(np.int8),
+            period=np.zeros(log.size, dtype=np.int64),
+            phase=begin_time + log["time"] * unit,
+            impact_velocity=log["before"] / unit,
+            rebound_velocity=log["after"] / unit,
+            energy_lost=log["lost"] / unit**2,
+            kinetic_energy=log["kinetic"] / unit**2,
+            resolved=np.where(ports, 0, log["detail"]),
+            piece=log["state"].copy(),
+            port=np.where(ports, log["detail"], -1),
+            states=tuple(self.mechanism.names),
+        )
+
+
+def outcome_of(ended: str, stalled: bool) -> str:
+    """The outcome of a motion: a stall that is proved stays one, however far its last blows are followed."""
+    return "stalls" if ended in STALLS or (stalled and ended in ("impacts", "time", "work")) else ended
+
+
+def _released_in_vain(events: Events) -> bool:
+    """Whether the valve heard nothing since the last release but one: what begins at rest then repeats itself."""
+    releases = np.flatnonzero(events.code == RELEASE)
+    return releases.size > 1 and not np.isin(events.code[releases[-2] :], (PORT, VALVE)).any()
