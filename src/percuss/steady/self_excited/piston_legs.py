@@ -120,22 +120,10 @@ class Rebound:
     pressure: float | None = None
 
     @property
-    def label(self) -> tuple[object, ...]:
-        """What cannot change continuously."""
-        return self.state, self.orders.last, tuple(to for _, to in self.orders.pending)
-
-    @property
     def numbers(self) -> Array:
         """What can: the speed, when the pending orders are due, and the pressure of a supply."""
         pressure = [] if self.pressure is None else [self.pressure]
         return np.array([self.speed, *(due for due, _ in self.orders.pending), *pressure])
-
-    def with_numbers(self, numbers: Array) -> Rebound:
-        """The same with other numbers."""
-        speed, *dues = (float(value) for value in numbers)
-        pressure = None if self.pressure is None else dues.pop()
-        pending = tuple((due, to) for due, (_, to) in zip(dues, self.orders.pending, strict=True))
-        return Rebound(speed, self.state, replace(self.orders, pending=pending), pressure)
 
 
 @dataclass(frozen=True)
