@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from percuss.model import Chamber, Contact, Port, Valve
+from percuss.steady.self_excited.piston_flight import distances
 from percuss.steady.self_excited.piston_legs import Piston, leg_after
 from percuss.steady.self_excited.rigid_cycle import settled
 
@@ -79,7 +80,7 @@ def recorded_machine(
         for segment in leg.segments:
             begin = start + segment.time
             on = (time >= begin) & (time <= begin + segment.duration)
-            behind[on] = [segment.flight.at(t - begin)[0] for t in time[on]]
+            behind[on] = distances(segment.flight, time[on] - begin)
             level = valve.force(segment.state)
             force[on] = level + gas.stiffness * behind[on]
             if before is not None and level != before:

@@ -18,8 +18,8 @@ from percuss.model.checks import Array
 
 _NEAR = 0.1  # below this the differences in phi2 would lose digits and the series takes over
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
-_TINY = 0.01  # … and are short where they are no greater than this
-_TERMS, _FEW_TERMS = 18, 8
+_SHORT, _TINY = 0.1, 0.01  # … and are shorter where they are no greater than these
+_TERMS, _FEW, _FEWER = 16, 11, 8
 
 
 # ---- Of one oscillator, κ = ω² and d down to 0: after a unit velocity, under a unit force and under a unit ramp
@@ -49,17 +49,16 @@ def series(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, 
         doublings += 1
     t = t * 0.5**doublings
     z, b = stiffness * t * t, drag * t
-    terms = _TERMS if max(stiffness * longest * longest, drag * longest) > _TINY else _FEW_TERMS
-    terms = 1 if stiffness == 0.0 and drag == 0.0 else terms
+    far = max(stiffness * longest * longest, drag * longest)
+    terms = _TERMS if far > _SHORT else _FEW if far > _TINY else _FEWER if far > 0.0 else 1
     before, now = 0.0 * t, 1.0 + 0.0 * t  # coefficients of the series of s(t)/t, one after the other
-    ds, s, q, w = now, now, 0.5 * now, now / 6.0
+    q, w = 0.5 * now, now / 6.0
     for n in range(1, terms):
         before, now = now, -(b * n * now + z * before) / (n * (n + 1))
-        ds = ds + (n + 1) * now
-        s = s + now
         q = q + now / (n + 2)
         w = w + now / ((n + 2) * (n + 3))
-    s, q, w = s * t, q * t * t, w * t * t * t
+    s = 1.0 - b * q - z * w
+    ds, s, q, w = 1.0 - b * s - z * q, s * t, q * t * t, w * t * t * t
     for _ in range(doublings):
         w, t = 2.0 * w + q * s + (t - stiffness * w) * q, 2.0 * t
         ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q

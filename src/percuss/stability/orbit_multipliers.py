@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.mechanics.cycle import Event, guarded, linearised
 from percuss.mechanics.flow import phi1, propagator
 from percuss.model.checks import Array, ComplexArray, choice, finite, instance
 from percuss.model.load import Side
@@ -27,7 +28,7 @@ from percuss.steady import PeriodicOrbit
 from percuss.steady.periodic.impact_chain import ManyNumbers
 
 if TYPE_CHECKING:
-    from percuss.steady import ModalState
+    pass
 
 MOST_MODES = 512
 """An eigensolve with more modes takes minutes."""
@@ -120,18 +121,10 @@ def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
         raise ParameterError("modes", orbit.modes, f"an orbit with at most {MOST_MODES} modes")
     if not np.all(orbit.speeds != 0.0):
         raise ParameterError("orbit", str(orbit), "impacts with a speed", "see `linearised`, which stays finite there")
-    size = orbit.modes + (1 if orbit.system.body.is_free else 0)
-    whole = np.eye(2 * size)
-    u, v = whole[0::2].copy(), whole[1::2].copy()
-    impacts = _impacts(orbit, side)
-    for i, flight in enumerate(orbit.flight_times.tolist()):
-        kick, kick_rate, speed, gamma = impacts[(i + 1) % orbit.impacts]
-        u, v = _flown(orbit, flight, u, v)
-        shift = gamma @ u / speed
-        u = orbit.system.contact.strain_factor * u - np.outer(kick, shift)
-        v = orbit.system.contact.velocity_factor * v - np.outer(kick_rate, shift)
-    whole[0::2], whole[1::2] = u, v
-    return whole
+    events, end = _events(orbit, side)
+    size = 2 * end.size
+    whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(end, now, rate))
+    return whole.reshape(size, size)
 
 
 def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -> complex:
@@ -173,33 +166,27 @@ def _checked(orbit: PeriodicOrbit, side: Side) -> None:
     choice("side", side, "left", "right")
 
 
-def _impacts(orbit: PeriodicOrbit, side: Side) -> list[tuple[Array, Array, float, Array]]:
-    """Of each impact the vector s, in displacements and velocities, the speed, and γ; arrays of shape (N + 1,)."""
-    system, contact = orbit.system, orbit.system.contact
-    alpha, beta = contact.strain_factor, contact.velocity_factor
-    first, known = int(not system.body.is_free), system.body.modes(orbit.modes, system.load.at)
-    gamma = np.append(1.0, known.gamma)[first:]
+def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[Event], Array]:
+    """The flights and impacts of an orbit, and what each coordinate moves the striking end by."""
+    system, first = orbit.system, int(not orbit.system.body.is_free)
+    known, d = system.body.modes(orbit.modes, system.load.at), system.d
+    damping, square = np.append(d, known.damping)[first:], np.append(0.0, known.omega**2)[first:]
+    turn = np.array([system.contact.strain_factor, system.contact.velocity_factor])
     forces = system.load.value(orbit.times, side)
 
-    def one(state: ModalState, rigid: float, force: float, speed: float) -> tuple[Array, Array, float, Array]:
-        pull = (alpha - beta) * np.append(0.0, state.omega**2 * state.displacement)
-        kick, kick_rate = (alpha - beta) * np.append(rigid, state.velocity), pull - contact.impulse * force
-        return kick[first:], kick_rate[first:], speed, gamma
+    def rate(state: Array, force: float) -> Array:
+        return np.stack([state[:, 1], force - damping * state[:, 1] - square * state[:, 0]], axis=1)
 
-    rows = zip(orbit.states, orbit.rigid_velocities, forces, orbit.speeds, strict=True)
-    return [one(state, float(rigid), float(force), float(speed)) for state, rigid, force, speed in rows]
-
-
-def _flown(orbit: PeriodicOrbit, flight: float, u: Array, v: Array) -> tuple[Array, Array]:
-    """The columns of a matrix after a flight; displacements and velocities, each of shape (N + 1, 2N + 2)."""
-    system = orbit.system
-    known, d = system.body.modes(orbit.modes, system.load.at), system.d
-    step = propagator(known.omega, known.damping, flight)
-    a, b = np.append(1.0, step.a)[:, None], np.append(flight * float(phi1(d * flight)), step.b)[:, None]
-    c, e = np.append(0.0, step.c)[:, None], np.append(np.exp(-d * flight), step.e)[:, None]
-    if not system.body.is_free:
-        a, b, c, e = a[1:], b[1:], c[1:], e[1:]
-    return a * u + b * v, c * u + e * v
+    events = []
+    for i, flight in enumerate(orbit.flight_times.tolist()):
+        to, step = (i + 1) % orbit.impacts, propagator(known.omega, known.damping, flight)
+        whole = 1.0, flight * float(phi1(d * flight)), 0.0, float(np.exp(-d * flight))
+        flow = np.stack([np.append(one, own)[first:] for one, own in zip(whole, step[:4], strict=True)], axis=-1)
+        place, velocity = orbit.states[to].displacement, orbit.states[to].velocity
+        state = np.stack([np.append(0.0, place), np.append(orbit.rigid_velocities[to], velocity)], axis=1)[first:]
+        force = float(forces[to])
+        events.append(Event(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
+    return events, np.append(1.0, known.gamma)[first:]
 
 
 # ---- How many multipliers are outside the unit circle, from the p equations for the impact times: no matrix of all

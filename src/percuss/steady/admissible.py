@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Flown(Untruncated, Protocol):
-    """A flight from impact to impact: `Motion` has one of them, and `Flight` of `steady.periodic` is one."""
+    """A flight from impact to impact: an `Orbit` has one of them, and `Flight` of `steady.periodic` is one."""
 
     @property
     def phase(self) -> float:

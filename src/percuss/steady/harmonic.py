@@ -77,7 +77,7 @@ class Waves(NamedTuple):
 
 
 class Balanced(Protocol):
-    """What the energy balance needs of a motion; `percuss.steady.orbit.Motion` has it."""
+    """What the energy balance needs of a motion; `percuss.steady.orbit.Orbit` has it."""
 
     @property
     def system(self) -> System: ...

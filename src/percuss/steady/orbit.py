@@ -22,12 +22,33 @@ from percuss.steady.oscillator import ModalState, free_sum, modal_state
 from percuss.steady.phases import forced_response
 from percuss.steady.truncation import Truncation, truncation
 
-# ---- The motion of a bar that strikes once in m load periods: its speeds and its fields at any place and time
+_MOST_IMPACTS = 10**7
 
 
 @dataclass(frozen=True)
-class Motion(Shown):
-    """What an `Orbit` is before anything is asked of it: the sums over the modes; see there for the parameters."""
+class Orbit(Shown):
+    """A steady motion with one impact every `periods` load periods; made by `steady_states`.
+
+    Times are in radians of the load's fundamental **after the impact**, from 0 to `period`; positions are
+    fractions of the length. All quantities are dimensionless (theory §1); `si_report` gives them in SI.
+
+    Parameters
+    ----------
+    system
+        What vibrates.
+    periods
+        m, the load periods per impact.
+    phase
+        φ, the phase of the load at the impact, in [0, 2π).
+    fold
+        Whether the phase is a double root of B77 (14): two steady motions meet here.
+    requested_modes
+        None: the continuous bar; the forced part is summed over all modes and the transient part over as many as
+        `tolerance` asks for. A number N: the bar of modes 0 … N, forced part included, exactly as a simulation with N
+        modes moves.
+    tolerance
+        Wanted error of the striking end's position, relative to the stroke.
+    """
 
     system: System
     periods: int
@@ -266,171 +287,7 @@ class Motion(Shown):
         forced = self.forced_elastic(np.array([1.0]), np.array([self.phase])).displacement[0, 0]
         return -float(forced + (self._end_rows @ self.state.z)[0])
 
-
-@lru_cache(maxsize=32)
-def _looks(d: float, periods: int) -> tuple[Array, Array, Array]:
-    """Times over an impact period, and what a unit mean load and a unit start velocity have moved by then."""
-    t = np.linspace(0.0, 2.0 * math.pi * periods, 64 * periods + 1)
-    looks = t, np.asarray(t**2 * phi2(d * t)), np.asarray(t * phi1(d * t))
-    for values in looks:
-        values.setflags(write=False)
-    return looks
-
-
-# ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page
-
-
-class Reason(Enum):
-    """What decides whether a hammer can sustain a steady motion; its value is the word that files and tables have.
-
-    The first six are verdicts on the stability of a motion, the next two say why a motion is not physical, the last
-    one why there is none.
-
-    Attributes
-    ----------
-    words
-        The same in a few words; of the motions that are not physical, what the striking end does.
-
-    Examples
-    --------
-    >>> Reason("flip") is Reason.FLIP, Reason.FLIP.words
-    (True, 'the rigid motion grows and turns over with every impact (period doubling)')
-    """
-
-    words: str
-
-    def __new__(cls, word: str, words: str) -> Self:
-        made = object.__new__(cls)
-        made._value_, made.words = word, words
-        return made
-
-    STABLE = "stable", "small disturbances die out"
-    FOLD = "fold", "two motions meet here, or the motion lies beyond the place where they met"
-    FLIP = "flip", "the rigid motion grows and turns over with every impact (period doubling)"
-    SPIRAL = "spiral", "the rigid motion grows while its phase turns"
-    ELASTIC = "elastic", "an elastic mode grows, where B77's reduced criterion says stable"
-    NEUTRAL = "neutral", "the largest multiplier has the modulus 1, as far as rounding tells"
-    NO_BLOW = "no blow", "does not strike forward"
-    THROUGH_WALL = "through the wall", "passes through the wall"
-    NO_MOTION = "no motion", "the level is above what the load can reach"
-
-
-VERDICTS = tuple(Reason)[:6]
-"""The reasons that are verdicts, in the order of the numbers by which maps and archives keep them."""
-
-
-# ---- Warnings about a strong drag, and about elastic modes near resonance with the load or with the impacts
-
-_STRONG_DRAG = 0.2  # part of the mean push from which on the drag at the striking speed is warned of
-_AMPLIFIED = 10.0  # a mode that moves this many times its static (or typical) share is near resonance
-_NOTICEABLE = 1e-3  # share of the stroke below which nobody needs to know
-_UNAVOIDABLE = 1e-4  # share of the stroke that nobody is warned of where an impact changes the strain
-_MOST = 5
-
-
-def drag_warnings(motion: Motion) -> tuple[str, ...]:
-    """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
-    if motion.system.d == 0.0:
-        return ()
-    share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
-    if share <= _STRONG_DRAG:
-        return ()
-    return (
-        f"at the striking speed the damping drags the whole bar with {100.0 * share:.3g} % of the mean push; unless "
-        "the machine really has such a drag, take less damping",
-    )
-
-
-def resonance_warnings(motion: Motion, stroke: float, proven: bool) -> tuple[str, ...]:
-    """Sentences about modes that ring strongly, the strongest first, and about a tolerance that was not reached."""
-    found = _load_resonances(motion, stroke) + _impact_resonances(motion, stroke)
-    found.sort(key=lambda pair: -pair[0])
-    texts = []
-    if not proven:
-        texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
-    # what the release of strain sets ringing falls off so slowly that no number of modes reaches a fine tolerance
-    least = 0.0 if motion.system.contact.keeps_strain else _UNAVOIDABLE
-    if motion.requested_modes is None and motion.error_bound > max(motion.tolerance, least):
-        texts.append(
-            f"{motion.modes} modes leave a position error of up to {motion.error_bound:.1e} of the stroke "
-            f"({motion.tolerance:.0e} was asked for)"
-        )
-    return (*texts, *(text for _, text in found[:_MOST]))
-
-
-def _load_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
-    load, body = motion.system.load, motion.system.body
-    k = load.harmonics
-    if not k.size:
-        return []
-    nearest = body.nearest(k)
-    modes = body.modes(int(nearest.max()), load.at)
-    omega, damping, coupling = (x[nearest - 1] for x in (modes.omega, modes.damping, np.abs(modes.gamma)))
-    gain = omega**2 / np.abs(omega**2 - k**2 + 1j * k * damping)
-    share = coupling * gain * np.abs(load.coefficients[k]) / omega**2 / stroke
-    return [
-        (
-            float(share[i]),
-            f"load harmonic k = {k[i]} lies {100 * (k[i] / omega[i] - 1):+.2g} % from elastic mode n = "
-            f"{int(nearest[i])}: the mode's motion is amplified {gain[i]:.3g} times, "
-            f"to {100 * share[i]:.2g} % of the stroke",
-        )
-        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
-    ]
-
-
-def _impact_resonances(motion: Motion, stroke: float) -> list[tuple[float, str]]:
-    state, system = motion.state, motion.system
-    modes = system.body.modes(state.omega.size, system.load.at)
-    share = np.abs(modes.gamma) * state.amplitude / stroke
-    typical = system.contact.impulse * np.abs(state.forced_velocity) / state.omega
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
-    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * modes.damping**2, 0.0)) * motion.periods
-    found = [
-        (
-            float(share[i]),
-            f"elastic mode n = {i + 1} rings near {int(np.rint(rate[i]))} times the blow rate: "
-            f"amplified {gain[i]:.3g} times, to {100 * share[i]:.2g} % of the stroke",
-        )
-        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
-    ]
-    stuck = np.flatnonzero(state.divisor == 0.0)
-    if stuck.size and not system.contact.is_lossless:
-        text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is undetermined"
-        found.append((np.inf, text))
-    return found
-
-
-# ---- One steady motion with one impact every m load periods, as a value: is it possible, what does it carry?
-
-_MOST_IMPACTS = 10**7
-
-
-@dataclass(frozen=True)
-class Orbit(Motion):
-    """A steady motion with one impact every `periods` load periods; made by `steady_states`.
-
-    Times are in radians of the load's fundamental **after the impact**, from 0 to `period`; positions are
-    fractions of the length. All quantities are dimensionless (theory §1); `si_report` gives them in SI.
-
-    Parameters
-    ----------
-    system
-        What vibrates.
-    periods
-        m, the load periods per impact.
-    phase
-        φ, the phase of the load at the impact, in [0, 2π).
-    fold
-        Whether the phase is a double root of B77 (14): two steady motions meet here.
-    requested_modes
-        None: the continuous bar; the forced part is summed over all modes and the transient part over as many as
-        `tolerance` asks for. A number N: the bar of modes 0 … N, forced part included, exactly as a simulation with N
-        modes moves.
-    tolerance
-        Wanted error of the striking end's position, relative to the stroke.
-    """
+    # -- what is asked of it --
 
     @cached_property
     def energy(self) -> Energy:
@@ -523,3 +380,138 @@ class Orbit(Motion):
             f"Orbit z=1/{self.periods}: phase {self.phase:.6f} rad, striking speed {self.impact_velocity:.6g}, "
             f"{where}, {self.modes} mode{'s' if self.modes != 1 else ''} (error {self.error_bound:.1e} of the stroke)"
         )
+
+
+@lru_cache(maxsize=32)
+def _looks(d: float, periods: int) -> tuple[Array, Array, Array]:
+    """Times over an impact period, and what a unit mean load and a unit start velocity have moved by then."""
+    t = np.linspace(0.0, 2.0 * math.pi * periods, 64 * periods + 1)
+    looks = t, np.asarray(t**2 * phi2(d * t)), np.asarray(t * phi1(d * t))
+    for values in looks:
+        values.setflags(write=False)
+    return looks
+
+
+# ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page
+
+
+class Reason(Enum):
+    """What decides whether a hammer can sustain a steady motion; its value is the word that files and tables have.
+
+    The first six are verdicts on the stability of a motion, the next two say why a motion is not physical, the last
+    one why there is none.
+
+    Attributes
+    ----------
+    words
+        The same in a few words; of the motions that are not physical, what the striking end does.
+
+    Examples
+    --------
+    >>> Reason("flip") is Reason.FLIP, Reason.FLIP.words
+    (True, 'the rigid motion grows and turns over with every impact (period doubling)')
+    """
+
+    words: str
+
+    def __new__(cls, word: str, words: str) -> Self:
+        made = object.__new__(cls)
+        made._value_, made.words = word, words
+        return made
+
+    STABLE = "stable", "small disturbances die out"
+    FOLD = "fold", "two motions meet here, or the motion lies beyond the place where they met"
+    FLIP = "flip", "the rigid motion grows and turns over with every impact (period doubling)"
+    SPIRAL = "spiral", "the rigid motion grows while its phase turns"
+    ELASTIC = "elastic", "an elastic mode grows, where B77's reduced criterion says stable"
+    NEUTRAL = "neutral", "the largest multiplier has the modulus 1, as far as rounding tells"
+    NO_BLOW = "no blow", "does not strike forward"
+    THROUGH_WALL = "through the wall", "passes through the wall"
+    NO_MOTION = "no motion", "the level is above what the load can reach"
+
+
+VERDICTS = tuple(Reason)[:6]
+"""The reasons that are verdicts, in the order of the numbers by which maps and archives keep them."""
+
+
+# ---- Warnings about a strong drag, and about elastic modes near resonance with the load or with the impacts
+
+_STRONG_DRAG = 0.2  # part of the mean push from which on the drag at the striking speed is warned of
+_AMPLIFIED = 10.0  # a mode that moves this many times its static (or typical) share is near resonance
+_NOTICEABLE = 1e-3  # share of the stroke below which nobody needs to know
+_UNAVOIDABLE = 1e-4  # share of the stroke that nobody is warned of where an impact changes the strain
+_MOST = 5
+
+
+def drag_warnings(motion: Orbit) -> tuple[str, ...]:
+    """A sentence where the drag at the striking speed is more than 20 % of the mean push."""
+    if motion.system.d == 0.0:
+        return ()
+    share = motion.system.d * motion.rigid_velocity / motion.system.load.mean
+    if share <= _STRONG_DRAG:
+        return ()
+    return (
+        f"at the striking speed the damping drags the whole bar with {100.0 * share:.3g} % of the mean push; unless "
+        "the machine really has such a drag, take less damping",
+    )
+
+
+def resonance_warnings(motion: Orbit, stroke: float, proven: bool) -> tuple[str, ...]:
+    """Sentences about modes that ring strongly, the strongest first, and about a tolerance that was not reached."""
+    found = _load_resonances(motion, stroke) + _impact_resonances(motion, stroke)
+    found.sort(key=lambda pair: -pair[0])
+    texts = []
+    if not proven:
+        texts.append("whether the bar touches the wall between the impacts could not be proved within the work allowed")
+    # what the release of strain sets ringing falls off so slowly that no number of modes reaches a fine tolerance
+    least = 0.0 if motion.system.contact.keeps_strain else _UNAVOIDABLE
+    if motion.requested_modes is None and motion.error_bound > max(motion.tolerance, least):
+        texts.append(
+            f"{motion.modes} modes leave a position error of up to {motion.error_bound:.1e} of the stroke "
+            f"({motion.tolerance:.0e} was asked for)"
+        )
+    return (*texts, *(text for _, text in found[:_MOST]))
+
+
+def _load_resonances(motion: Orbit, stroke: float) -> list[tuple[float, str]]:
+    load, body = motion.system.load, motion.system.body
+    k = load.harmonics
+    if not k.size:
+        return []
+    nearest = body.nearest(k)
+    modes = body.modes(int(nearest.max()), load.at)
+    omega, damping, coupling = (x[nearest - 1] for x in (modes.omega, modes.damping, np.abs(modes.gamma)))
+    gain = omega**2 / np.abs(omega**2 - k**2 + 1j * k * damping)
+    share = coupling * gain * np.abs(load.coefficients[k]) / omega**2 / stroke
+    return [
+        (
+            float(share[i]),
+            f"load harmonic k = {k[i]} lies {100 * (k[i] / omega[i] - 1):+.2g} % from elastic mode n = "
+            f"{int(nearest[i])}: the mode's motion is amplified {gain[i]:.3g} times, "
+            f"to {100 * share[i]:.2g} % of the stroke",
+        )
+        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
+    ]
+
+
+def _impact_resonances(motion: Orbit, stroke: float) -> list[tuple[float, str]]:
+    state, system = motion.state, motion.system
+    modes = system.body.modes(state.omega.size, system.load.at)
+    share = np.abs(modes.gamma) * state.amplitude / stroke
+    typical = system.contact.impulse * np.abs(state.forced_velocity) / state.omega
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(typical > 0.0, state.amplitude / typical, 0.0)
+    rate = np.sqrt(np.maximum(state.omega**2 - 0.25 * modes.damping**2, 0.0)) * motion.periods
+    found = [
+        (
+            float(share[i]),
+            f"elastic mode n = {i + 1} rings near {int(np.rint(rate[i]))} times the blow rate: "
+            f"amplified {gain[i]:.3g} times, to {100 * share[i]:.2g} % of the stroke",
+        )
+        for i in np.flatnonzero((gain > _AMPLIFIED) & (share > _NOTICEABLE))
+    ]
+    stuck = np.flatnonzero(state.divisor == 0.0)
+    if stuck.size and not system.contact.is_lossless:
+        text = f"elastic mode n = {stuck[0] + 1} is in exact resonance with the impacts: its amplitude is undetermined"
+        found.append((np.inf, text))
+    return found

@@ -117,7 +117,7 @@ _FEW, _SOME = 1e-3, 1e-7  # shares of the stroke that a first and a second look 
 
 
 class Untruncated(Protocol):
-    """What it takes of a motion to choose the number of its modes; `percuss.steady.orbit.Motion` has it."""
+    """What it takes of a motion to choose the number of its modes; `percuss.steady.orbit.Orbit` has it."""
 
     @property
     def system(self) -> System: ...

@@ -136,14 +136,34 @@ class Flight:
         return float(np.ptp(self.response.rigid_displacement(self.phase + t) + self._drift(t)[0]))
 
 
-# ---- The motion through p impacts at given times: its states, its speeds and its linearisation
-
 TURN = 2.0 * math.pi
 
 
+# ---- One periodic motion with p impacts in n load periods, as a value: is it possible, where does the bar go?
+
+
 @dataclass(frozen=True)
-class ImpactMotion(Shown):
-    """What a `PeriodicOrbit` is before it is asked whether it is possible; see there for the parameters."""
+class PeriodicOrbit(Shown):
+    """A periodic motion z=p/n with p impacts in n load periods; made by `orbits` and `orbit_near`.
+
+    An orbit is told by the times of its impacts; all else follows. Times are in radians of the load's fundamental, all
+    quantities are dimensionless. The bar has the modes 0 … N, forced part included, exactly as a simulation with N
+    modes moves: `Start.orbit` starts one just after the first impact.
+
+    Parameters
+    ----------
+    system
+        What moves.
+    periods
+        n.
+    times
+        t_1 < … < t_p < t_1 + 2πn, unwrapped; the first impact is that with the least phase of the load.
+    modes
+        N.
+    rebound
+        Mean velocity of the bar just after the first impact, where it does not follow from the times: R = 1, no drag
+        and an even number of impacts. Else None.
+    """
 
     system: System
     periods: int
@@ -322,152 +342,7 @@ class ImpactMotion(Shown):
         blocks = self._passage.blocks
         return np.asarray((xi - blocks.a) * (xi - blocks.e) - blocks.b * blocks.c)
 
-
-# ---- The flights of an orbit at many samples: the greatest maximum of the gap function, and a quick proof with bounds
-
-PER_WAVE = 8.0
-MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
-
-
-class SampledFlights(NamedTuple):
-    """What samples of the flights tell.
-
-    Parameters
-    ----------
-    height
-        The greatest local maximum of the gap function inside the flights; minus infinity where there is none.
-    time, flight
-        When, after the impact from which that flight starts, and the number of the flight.
-    proven
-        Whether they prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the
-        wall between them. That they do not means nothing: the bar may be near the wall somewhere.
-    """
-
-    height: float
-    time: float
-    flight: int
-    proven: bool
-
-
-@lru_cache(maxsize=64)
-def sampled_flights(motion: ImpactMotion) -> SampledFlights:
-    """Look at the flights eight times in each period of the fastest mode, by compiled functions; the last are kept."""
-    numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
-    rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
-    place = np.array([*motion.times, rebound])
-    orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
-    height, time, flight, proven = found.tolist()
-    return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
-
-
-def samples_are_many(motion: ImpactMotion) -> bool:
-    """Whether the samples of a cycle would take longer than a proof flight by flight: at very large s."""
-    if motion.modes == 0:
-        return False
-    fastest = float(motion.system.body.modes(motion.modes, motion.system.load.at).omega[-1])
-    return PER_WAVE * fastest * motion.period / (2.0 * math.pi) * motion.modes > MOST
-
-
-# ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load
-
-SAME = 1e-7
-"""Impact times that are as near as this are the same, in radians of the load."""
-
-_ROUNDING = 1e-12
-
-
-def load_turn(load: Load) -> float:
-    """After how long the load repeats: 2π, or an even part of it, as where only its harmonics 2, 4, … are present."""
-    if not load.is_piecewise:
-        return TURN / math.gcd(*load.harmonics.tolist()) if load.harmonics.size else TURN
-    breaks, values = np.asarray(load.breaks), np.asarray(load.values)
-    for shift in range(1, breaks.size):  # by so many steps
-        if breaks.size % shift:
-            continue
-        moved = np.mod(np.roll(breaks, -shift) - breaks, TURN)
-        if np.ptp(moved) <= _ROUNDING and np.all(np.roll(values, -shift) == values):
-            return float(moved[0])
-    return TURN
-
-
-def differences(times: Array, others: Array, period: float, turn: float) -> Array:
-    """t_i − t'_{i+c} for every shift c of the first impact, moved by whole periods of the load to be least.
-
-    Parameters
-    ----------
-    times
-        Shape (…, p).
-    others
-        Times of K orbits, shape (K, p).
-    period, turn
-        T, and after how long the load repeats.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (…, K, p, p): orbits, shifts, impacts.
-    """
-    p = others.shape[-1]
-    endless = np.concatenate([others, others + period], axis=-1)
-    shifted = np.stack([endless[:, c : c + p] for c in range(p)], axis=1)
-    off = times[..., None, None, :] - shifted
-    return np.asarray(off - turn * np.rint(off.mean(axis=-1, keepdims=True) / turn))
-
-
-def repeats(times: Array, period: float, turn: float) -> int:
-    """How often a shorter orbit is repeated in the cycle: 1 for none; `times` of shape (p,)."""
-    p = times.size
-    turns = round(period / turn)
-    for often in range(math.gcd(p, turns), 1, -1):
-        if p % often or turns % often:
-            continue
-        step = p // often
-        endless = np.concatenate([times, times + period])
-        if np.abs(endless[step : step + p] - times - period / often).max() <= SAME:
-            return often
-    return 1
-
-
-def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
-    """The times from the impact with the least phase on, which is in the first period of the load; and its number.
-
-    Of impacts with phases that are the same but for rounding, that before the shortest flight.
-    """
-    flights = np.append(times[1:], times[0] + period) - times
-    phases = np.mod(times, turn)
-    phases = np.where(turn - phases <= SAME, phases - turn, phases)
-    least = np.flatnonzero(phases <= phases.min() + SAME)
-    first = int(least[np.argmin(flights[least])])
-    moved = np.concatenate([times[first:], times[:first] + period])
-    start = float(np.mod(moved[0], turn))
-    return start + np.append(0.0, np.cumsum(np.diff(moved))), first
-
-
-# ---- One periodic motion with p impacts in n load periods, as a value: is it possible, where does the bar go?
-
-
-@dataclass(frozen=True)
-class PeriodicOrbit(ImpactMotion):
-    """A periodic motion z=p/n with p impacts in n load periods; made by `orbits` and `orbit_near`.
-
-    An orbit is told by the times of its impacts; all else follows. Times are in radians of the load's fundamental, all
-    quantities are dimensionless. The bar has the modes 0 … N, forced part included, exactly as a simulation with N
-    modes moves: `Start.orbit` starts one just after the first impact.
-
-    Parameters
-    ----------
-    system
-        What moves.
-    periods
-        n.
-    times
-        t_1 < … < t_p < t_1 + 2πn, unwrapped; the first impact is that with the least phase of the load.
-    modes
-        N.
-    rebound
-        Mean velocity of the bar just after the first impact, where it does not follow from the times: R = 1, no drag
-        and an even number of impacts. Else None.
-    """
+    # -- as an orbit --
 
     @property
     def from_first(self) -> PeriodicOrbit:
@@ -558,6 +433,126 @@ class PeriodicOrbit(ImpactMotion):
         more = ", …" if self.impacts > 4 else ""
         where = "admissible" if self.admissible else f"not admissible ({self.obstacle.value if self.obstacle else ''})"
         return f"PeriodicOrbit {self.label}: phases {phases}{more} rad, {where}, {self.modes} modes"
+
+
+# ---- The flights of an orbit at many samples: the greatest maximum of the gap function, and a quick proof with bounds
+
+PER_WAVE = 8.0
+MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
+
+
+class SampledFlights(NamedTuple):
+    """What samples of the flights tell.
+
+    Parameters
+    ----------
+    height
+        The greatest local maximum of the gap function inside the flights; minus infinity where there is none.
+    time, flight
+        When, after the impact from which that flight starts, and the number of the flight.
+    proven
+        Whether they prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the
+        wall between them. That they do not means nothing: the bar may be near the wall somewhere.
+    """
+
+    height: float
+    time: float
+    flight: int
+    proven: bool
+
+
+@lru_cache(maxsize=64)
+def sampled_flights(motion: PeriodicOrbit) -> SampledFlights:
+    """Look at the flights eight times in each period of the fastest mode, by compiled functions; the last are kept."""
+    numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
+    rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
+    place = np.array([*motion.times, rebound])
+    orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
+    height, time, flight, proven = found.tolist()
+    return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+
+
+def samples_are_many(motion: PeriodicOrbit) -> bool:
+    """Whether the samples of a cycle would take longer than a proof flight by flight: at very large s."""
+    if motion.modes == 0:
+        return False
+    fastest = float(motion.system.body.modes(motion.modes, motion.system.load.at).omega[-1])
+    return PER_WAVE * fastest * motion.period / (2.0 * math.pi) * motion.modes > MOST
+
+
+# ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load
+
+SAME = 1e-7
+"""Impact times that are as near as this are the same, in radians of the load."""
+
+_ROUNDING = 1e-12
+
+
+def load_turn(load: Load) -> float:
+    """After how long the load repeats: 2π, or an even part of it, as where only its harmonics 2, 4, … are present."""
+    if not load.is_piecewise:
+        return TURN / math.gcd(*load.harmonics.tolist()) if load.harmonics.size else TURN
+    breaks, values = np.asarray(load.breaks), np.asarray(load.values)
+    for shift in range(1, breaks.size):  # by so many steps
+        if breaks.size % shift:
+            continue
+        moved = np.mod(np.roll(breaks, -shift) - breaks, TURN)
+        if np.ptp(moved) <= _ROUNDING and np.all(np.roll(values, -shift) == values):
+            return float(moved[0])
+    return TURN
+
+
+def differences(times: Array, others: Array, period: float, turn: float) -> Array:
+    """t_i − t'_{i+c} for every shift c of the first impact, moved by whole periods of the load to be least.
+
+    Parameters
+    ----------
+    times
+        Shape (…, p).
+    others
+        Times of K orbits, shape (K, p).
+    period, turn
+        T, and after how long the load repeats.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (…, K, p, p): orbits, shifts, impacts.
+    """
+    p = others.shape[-1]
+    endless = np.concatenate([others, others + period], axis=-1)
+    shifted = np.stack([endless[:, c : c + p] for c in range(p)], axis=1)
+    off = times[..., None, None, :] - shifted
+    return np.asarray(off - turn * np.rint(off.mean(axis=-1, keepdims=True) / turn))
+
+
+def repeats(times: Array, period: float, turn: float) -> int:
+    """How often a shorter orbit is repeated in the cycle: 1 for none; `times` of shape (p,)."""
+    p = times.size
+    turns = round(period / turn)
+    for often in range(math.gcd(p, turns), 1, -1):
+        if p % often or turns % often:
+            continue
+        step = p // often
+        endless = np.concatenate([times, times + period])
+        if np.abs(endless[step : step + p] - times - period / often).max() <= SAME:
+            return often
+    return 1
+
+
+def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
+    """The times from the impact with the least phase on, which is in the first period of the load; and its number.
+
+    Of impacts with phases that are the same but for rounding, that before the shortest flight.
+    """
+    flights = np.append(times[1:], times[0] + period) - times
+    phases = np.mod(times, turn)
+    phases = np.where(turn - phases <= SAME, phases - turn, phases)
+    least = np.flatnonzero(phases <= phases.min() + SAME)
+    first = int(least[np.argmin(flights[least])])
+    moved = np.concatenate([times[first:], times[:first] + period])
+    start = float(np.mod(moved[0], turn))
+    return start + np.append(0.0, np.cumsum(np.diff(moved))), first
 
 
 # ---- How an orbit moves with a parameter: the column of the parameter beside the matrix of the times

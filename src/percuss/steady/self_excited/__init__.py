@@ -2,7 +2,7 @@
 
 from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
 from percuss.steady.self_excited.elastic_chain import Rhythm
-from percuss.steady.self_excited.elastic_cycle import Blow, ElasticCycle
+from percuss.steady.self_excited.elastic_cycle import ElasticCycle
 from percuss.steady.self_excited.margins import (
     Sensitivity,
     SlowPressure,
@@ -13,7 +13,7 @@ from percuss.steady.self_excited.margins import (
     valve_margins,
 )
 from percuss.steady.self_excited.piston_legs import Leg, Rebound, Segment, Switch, Uncovering
-from percuss.steady.self_excited.rigid_cycle import ModeShare, RigidCycle, Ringing, ValveCycle
+from percuss.steady.self_excited.rigid_cycle import Blow, ModeShare, RigidCycle, Ringing, ValveCycle
 from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
 
 __all__ = [

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.mechanics.cycle import Event, linearised
 from percuss.mechanics.flow import propagated, rates, response_of
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array, count, finite, instance, numbers, several, text
@@ -406,6 +407,16 @@ class Chain:
         ds, s, q = response_of(self.modes, np.diff(times))
         return list(zip(ds.T, s.T, q.T, strict=True))
 
+    def events(self, states: Array, ways: list[tuple[Array, Array, Array]]) -> list[Event]:
+        """Flights and events of a motion whose states just before the events are given."""
+        square, found, kept = self.modes.omega**2, [], np.ones(2)
+        for i, (state, (ds, s, q)) in enumerate(zip(states, ways, strict=True)):
+            flow = np.stack([1.0 - square * q, s, -square * s, ds], axis=-1).reshape(-1, 2, 2)
+            turn = self.turn if self.steps[i].kind == "blow" else kept
+            after = rates(self.modes, turn * state, self.forces[(i + 1) % len(self.forces)])
+            found.append(Event(flow, rates(self.modes, state, self.forces[i]), after, turn))
+        return found
+
     def turns(self, number: int) -> bool:
         """Whether an event is a blow before the last one."""
         return self.steps[number].kind == "blow" and number < len(self.steps) - 1
@@ -414,7 +425,6 @@ class Chain:
         """The motion that closes in all but the position of the first coordinate, and strikes at the end."""
         size, m = self.modes.omega.size, self.unknowns
         times = np.concatenate([[0.0], self.times(unknowns)])
-        by = np.vstack([np.zeros(m), self.by])
         ways = self.ways(times)
         now, fixed = np.array(np.broadcast_to(np.eye(2), (size, 2, 2))), np.zeros((size, 2))
         maps, offsets = [], []
@@ -427,14 +437,8 @@ class Chain:
         solve = _closing(self.modes.end, self.turn, now)
         start = solve(fixed[:, :, None])[:, :, 0]
         states = np.array([_applied(one, start) + rest for one, rest in zip(maps, offsets, strict=True)])
-        moved, moves = np.zeros((size, 2, m)), []
-        for i, force in enumerate(self.forces):
-            moved = propagated(self.modes, moved, 0.0, ways[i])
-            moved = moved + rates(self.modes, states[i], force)[:, :, None] * (by[i + 1] - by[i])
-            moves.append(moved)
-            if self.turns(i):
-                moved = self.turn[:, None] * moved
-        change = solve(moved)
+        _, moves = linearised(self.events(states, ways), np.zeros((size, 2, m)), lambda i, *_: self.by[i])
+        change = solve(moves[-1])
         watched = [i for i, step in enumerate(self.steps[:-1]) if step.kind != "due"]
         error = [float(self.rows[i] @ states[i][:, 0]) - self.levels[i] for i in watched]
         slope = [self.rows[i] @ (np.einsum("nj,njk->nk", maps[i][:, 0], change) + moves[i][:, 0]) for i in watched]

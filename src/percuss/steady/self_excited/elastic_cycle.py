@@ -9,11 +9,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from percuss.mechanics.flow import propagated, rates, response_of
+from percuss.mechanics.cycle import guarded, linearised
+from percuss.mechanics.flow import rates, response_of
 from percuss.model import Machine, MachineModes
-from percuss.model.checks import Array, ComplexArray
+from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
-from percuss.shown import Shown
 from percuss.steady.self_excited.elastic_chain import (
     Chain,
     Closed,
@@ -29,28 +29,10 @@ from percuss.steady.self_excited.elastic_chain import (
     steps_of,
 )
 from percuss.steady.self_excited.piston_legs import Switch, Uncovering
-from percuss.steady.self_excited.rigid_cycle import Parted, Place, RigidCycle, Ringing, ValveCycle, parted
+from percuss.steady.self_excited.rigid_cycle import Blow, Parted, Place, RigidCycle, Ringing, ValveCycle, parted
 
 _LOOKS = 24  # at each flight
 _BEYOND = 1e-9  # of the way to the farthest place
-
-
-@dataclass(frozen=True)
-class Blow(Shown):
-    """A blow of an elastic machine.
-
-    Attributes
-    ----------
-    time, speed
-        When, and the speed of the striking end just before.
-    kinetic, strain
-        Energies just before, per unit of mass; that of the chamber, which follows the driven end, is part of `strain`.
-    """
-
-    time: float
-    speed: float
-    kinetic: float
-    strain: float
 
 
 @dataclass(frozen=True)
@@ -63,17 +45,8 @@ class ElasticCycle(ValveCycle):
         The machine, and N.
     flights
         The stretches between events, in order of time.
-    struck
-        The blows.
-    changed, passed
-        Changes of the valve's state, with place and velocity of the driven end; passages of ports that demand.
-    slope
-        Derivative of the map from cycle to cycle: of displacement and velocity of every coordinate, one coordinate
-        after the other, and of the times of the pending orders.
     rhythm
         When it strikes and passes ports, and the valve at time 0.
-    lies
-        Whether the striking end lies on the wall for some time.
     given_up
         Energy that the bar has where it lies down.
     """
@@ -81,44 +54,8 @@ class ElasticCycle(ValveCycle):
     machine: Machine
     modes: int
     flights: tuple[ModalFlight, ...]
-    struck: tuple[Blow, ...]
-    changed: tuple[Switch, ...]
-    passed: tuple[Uncovering, ...]
-    slope: Array
     rhythm: Rhythm
-    lies: bool = False
     given_up: float = 0.0
-
-    @property
-    def blow_times(self) -> Array:
-        """When the blows fall, the last one at the period."""
-        return np.array([blow.time for blow in self.struck])
-
-    @property
-    def blow_speeds(self) -> Array:
-        """Speed of the striking end just before each blow."""
-        return np.array([blow.speed for blow in self.struck])
-
-    @property
-    def blow_energies(self) -> Array:
-        """Kinetic energy just before each blow, that of the ringing with it."""
-        return np.array([blow.kinetic for blow in self.struck])
-
-    @property
-    def switches(self) -> tuple[Switch, ...]:
-        """Every change of the valve's state, in order of time."""
-        return self.changed
-
-    @property
-    def uncoverings(self) -> tuple[Uncovering, ...]:
-        """Where ports demand a new state, in order of time; blows that do are not among them."""
-        return self.passed
-
-    @cached_property
-    def multipliers(self) -> ComplexArray:
-        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
 
     @property
     def rhythm_multiplier(self) -> complex | None:
@@ -133,11 +70,6 @@ class ElasticCycle(ValveCycle):
     @cached_property
     def _parted(self) -> Parted:
         return parted(self.slope, self.modes)
-
-    @property
-    def rests(self) -> bool:
-        """Whether the striking end lies on the wall for some time."""
-        return self.lies
 
     @cached_property
     def stroke(self) -> float:
@@ -158,12 +90,6 @@ class ElasticCycle(ValveCycle):
             seen.append(modes.end @ u + (modes.end * v) @ ss + (modes.end * pull) @ qq)
         return max(float(y.max()) for y in seen) <= -_BEYOND * min(float(y.min()) for y in seen)
 
-    @property
-    def level_difference(self) -> float:
-        """The greatest force of the valve minus the least."""
-        forces = [force for _, force in self.machine.valve.pairs]
-        return max(forces) - min(forces)
-
     @cached_property
     def work(self) -> float:
         """Energy that the valve puts in in a cycle: its force over the way of the driven end in flight.
@@ -173,11 +99,6 @@ class ElasticCycle(ValveCycle):
         """
         driven = self.flights[0].modes.driven
         return math.fsum(one.force * float((one.end - one.begin)[:, 0] @ driven) for one in self.flights)
-
-    @property
-    def taken(self) -> float:
-        """Energy that the blows of a cycle take."""
-        return math.fsum(self.machine.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
 
     @property
     def taken_by_rest(self) -> float:
@@ -435,41 +356,32 @@ class Following:
         return rhythm_of(self.machine.valve, self.begin, self.events, blows)
 
 
-# ---- The multipliers of a cycle of an elastic machine: its linearised map from blow to blow, event by event
+# ---- The multipliers of a cycle of an elastic machine: its linearised map from blow to blow
 #
-# Each column is a disturbance: of the state at the event, which comes earlier or later by it, of the time of that
-# event, and of the times at which the pending orders are due. At a port and at a blow the time follows from the place
-# that is met, at an order it is that of the event that demanded it. On the blow as a section the shift in time is no
-# disturbance.
+# At a port and at a blow the time of the event follows from the place that is met, at an order it is that of the event
+# that demanded it. On the blow as a section the shift in time is no disturbance.
 
 
 def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
     """The map of (displacements and velocities, times of the pending orders) after the blow, one cycle on."""
-    modes, times = chain.modes, np.concatenate([[0.0], chain.times(unknowns)])
-    ways = chain.ways(times)
+    ways = chain.ways(np.concatenate([[0.0], chain.times(unknowns)]))
     wrapped = [i for i, step in enumerate(chain.steps) if step.wrapped]
-    size = modes.omega.size
-    columns = 2 * size + len(wrapped)
-    now, when = np.zeros((size, 2, columns)), np.zeros(columns)
-    now.reshape(2 * size, columns)[:, : 2 * size] = np.eye(2 * size)
-    dues = {i: np.eye(columns)[2 * size + j] for j, i in enumerate(wrapped)}
-    shifts = {-1: when}
-    number = 0
-    for i, step in enumerate(chain.steps):
-        moved = propagated(modes, now, 0.0, ways[i])
-        rate = rates(modes, motion.states[i], chain.forces[i])
+    size = 2 * chain.modes.omega.size
+    unit: Array = np.eye(size + len(wrapped))
+    dues: dict[int, Array] = dict(zip(wrapped, unit[size:], strict=True))
+    shifts: dict[int, Array] = {-1: 0.0 * unit[0]}
+
+    def later(i: int, now: Array, rate: Array) -> Array:
+        step = chain.steps[i]
         if step.kind == "due":
-            shift = dues[i] if step.wrapped else shifts[step.source]
-        else:
-            row = chain.rows[i]
-            shift = when - row @ moved[:, 0] / (row @ rate[:, 0])
-            shifts[number] = shift
-            number += 1
-        now, when = moved + rate[:, :, None] * (shift - when), shift
-        if step.kind == "blow":
-            now = chain.turn[:, None] * now
-    after = [shifts[chain.steps[i].source] - when for i in wrapped]
-    return np.vstack([now.reshape(2 * size, columns), *after])
+            return dues[i] if step.wrapped else shifts[step.source]
+        return shifts.setdefault(len(shifts) - 1, guarded(chain.rows[i], now, rate))
+
+    begin = unit[:size].reshape(-1, 2, len(unit))
+    _, seen = linearised(chain.events(motion.states, ways), begin, later)
+    last = shifts[len(shifts) - 2]
+    after = [shifts[chain.steps[i].source] - last for i in wrapped]
+    return np.vstack([(chain.turn[:, None] * seen[-1]).reshape(size, -1), *after])
 
 
 # ---- The cycle of an elastic machine near a rhythm: Newton's method on the times of its events, then the proof
@@ -591,7 +503,8 @@ def _cycle(
     now = Rhythm(times, ports, rhythm.state, rhythm.orders)
     now = replace(now, orders=orders_after(machine.valve, now))
     slope = cycle_map(chain, unknowns, motion)
-    return ElasticCycle(machine, modes.size, flights, tuple(struck), tuple(changed), tuple(passed), slope, now)
+    made = tuple(struck), tuple(changed), tuple(passed), slope, False
+    return ElasticCycle(machine.valve, machine.contact, *made, machine, modes.size, flights, now)
 
 
 # ---- The cycle of an elastic machine that rests on the wall: what follows a release, until the next one
@@ -630,9 +543,10 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
         replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
     )
     forgotten = np.zeros((2 * modes.omega.size, 2 * modes.omega.size))
-    made = tuple(struck), tuple(changed), tuple(passed), forgotten, motion.rhythm(len(struck)), True
+    made = tuple(struck), tuple(changed), tuple(passed), forgotten, True
     given_up = math.fsum(motion.losses[first.losses : last.losses])
-    return ElasticCycle(machine, modes.size, flights, *made, given_up)
+    rhythm = motion.rhythm(len(struck))
+    return ElasticCycle(machine.valve, machine.contact, *made, machine, modes.size, flights, rhythm, given_up)
 
 
 # ---- The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to

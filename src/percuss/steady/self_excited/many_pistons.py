@@ -12,8 +12,8 @@ import numpy.typing as npt
 from percuss.kernel_cache import ensure_cache
 from percuss.model import Machine
 from percuss.model.checks import Array
+from percuss.steady.self_excited import piston_kernels as pk
 from percuss.steady.self_excited.piston_legs import Piston
-from percuss.steady.self_excited.rigid_cycle import under_pressure
 from percuss.steady.self_excited.self_switching import Obstacle, piston_of, why_unstable
 
 _OBSTACLES = (
@@ -93,20 +93,9 @@ def rigid_cycles(
 
 def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
     """Forces, ports, laws and first states as the kernels have them."""
-    names = [{name: float(k) for k, (name, _) in enumerate(piston.valve.pairs)} for piston in pistons]
-    forces = [[piston.valve.force(name) for name in own] for piston, own in zip(pistons, names, strict=True)]
-    ports = [
-        [
-            (port.behind or 0.0, {"back": 1.0, "front": -1.0, None: 0.0}[port.side], own[port.to], port.delay)
-            for port in piston.valve.ports
-        ]
-        for piston, own in zip(pistons, names, strict=True)
-    ]
-    pistons = [piston if piston.valve.supply is None else under_pressure(piston, 1.0) for piston in pistons]
-    flights = [piston.flight(piston.valve.orders.last, 0.0, 0.0) for piston in pistons]
-    laws = [(flight.stiffness, flight.drag, piston.factor) for flight, piston in zip(flights, pistons, strict=True)]
-    first = [own[piston.valve.orders.last] for piston, own in zip(pistons, names, strict=True)]
-    return np.array(forces), np.ascontiguousarray(np.array(ports).transpose(0, 2, 1)), np.array(laws), np.array(first)
+    forces, ports, laws = (np.array([piston.numbers[i] for piston in pistons]) for i in range(3))
+    first = [[name for name, _ in piston.valve.pairs].index(piston.valve.orders.last) for piston in pistons]
+    return forces, ports, laws, np.array(first, dtype=float)
 
 
 def _judged(
@@ -117,8 +106,6 @@ def _judged(
     begun: npt.NDArray[np.bool_],
     limits: Array,
 ) -> RigidCycles:
-    from percuss.steady.self_excited import piston_kernels as kn
-
     factor = np.array([machine.contact.velocity_factor for machine in machines])
     lossless = np.array(
         [machine.contact.is_lossless and machine.body.damping.is_zero for machine in machines], dtype=bool
@@ -126,7 +113,7 @@ def _judged(
     does, told, begun = np.where(lossless, -1, does), np.where(lossless, np.nan, told), begun & ~lossless
     answered = does < len(_OBSTACLES)
     obstacles = [_OBSTACLES[code] if known else None for code, known in zip(does, answered, strict=True)]
-    period, speed, stroke, rise = told[kn.DURATION], told[kn.SPEED], told[kn.FARTHEST], told[kn.RISE]
+    period, speed, stroke, rise = told[pk.DURATION], told[pk.SPEED], told[pk.FARTHEST], told[pk.RISE]
     multipliers = np.full((does.size, derivatives.shape[1]), np.nan, dtype=complex)
     there = np.flatnonzero(does == 0)
     multipliers[there] = np.linalg.eigvals(derivatives[there])
@@ -142,5 +129,5 @@ def _judged(
     taken = (1.0 - factor**2) * energy
     duty = np.where(rise < 0.0, 0.0, (period - rise) / period)
     return RigidCycles(
-        tuple(obstacles), answered, period, speed, energy, stroke, told[kn.WORK], taken, duty, multiplier, begun
+        tuple(obstacles), answered, period, speed, energy, stroke, told[pk.WORK], taken, duty, multiplier, begun
     )

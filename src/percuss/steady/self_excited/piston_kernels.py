@@ -76,6 +76,39 @@ class Supplied(Protocol):
 Supply = Supplied | None
 
 
+class Tables(NamedTuple):
+    """A piston, and what to work in.
+
+    Parameters
+    ----------
+    forces, ports, law
+        Of the piston: the force of each state at the wall; the rows of its ports; stiffness, drag and velocity factor.
+    rows, slopes, matrices, tells, step
+        To work in.
+    """
+
+    forces: Rows
+    ports: Rows
+    law: Rows
+    rows: Rows
+    slopes: Rows
+    matrices: Rows
+    tells: Rows
+    step: Rows
+
+
+class Way(NamedTuple):
+    """A piston on its way: its forces, ports and law; its row, its derivatives by `columns` numbers, what it tells."""
+
+    forces: Rows
+    ports: Rows
+    law: Rows
+    now: Rows
+    slopes: Rows
+    columns: int
+    told: Rows
+
+
 def copied(source: Rows, target: Rows) -> None:
     """Number for number, as numba would make an array of its own to copy a slice."""
     for i in range(len(target)):
@@ -99,8 +132,9 @@ def flight_of(forces: Rows, law: Rows, now: Rows, supply: Supply) -> Flight:
     return Flight(-forces[int(now[STATE])], law[STIFFNESS], law[DRAG], now[X], now[V], 0.0)
 
 
-def carry_out(forces: Rows, now: Rows, slopes: Rows, columns: int, told: Rows, supply: Supply, log: Log) -> None:
+def carry_out(way: Way, supply: Supply, log: Log) -> None:
     """Change the state by the orders that are due."""
+    forces, now, slopes, told = way.forces, way.now, way.slopes, way.told
     while now[COUNT] > 0.0 and now[DUE] <= now[TIME]:
         to = now[TO]
         work = (forces[int(to)] - forces[int(now[STATE])]) * now[X]
@@ -116,14 +150,13 @@ def carry_out(forces: Rows, now: Rows, slopes: Rows, columns: int, told: Rows, s
         now[COUNT] -= 1.0
         for i in range(int(now[COUNT])):
             now[DUE + 2 * i], now[TO + 2 * i] = now[DUE + 2 * i + 2], now[TO + 2 * i + 2]
-            for k in range(columns):
+            for k in range(way.columns):
                 slopes[BY_ORDER + i][k] = slopes[BY_ORDER + i + 1][k]
 
 
-def demand(
-    forces: Rows, ports: Rows, j: int, now: Rows, slopes: Rows, columns: int, told: Rows, supply: Supply, log: Log
-) -> bool:
+def demand(way: Way, j: int, supply: Supply, log: Log) -> bool:
     """A port demands its state; False when too many orders are pending."""
+    ports, now, slopes, told = way.ports, way.now, way.slopes, way.told
     to = ports[DEMANDED][j]
     if to == now[LAST]:
         return True
@@ -131,7 +164,7 @@ def demand(
     for i in range(before):
         if now[DUE + 2 * i] < due:
             now[DUE + 2 * kept], now[TO + 2 * kept] = now[DUE + 2 * i], now[TO + 2 * i]
-            for k in range(columns):
+            for k in range(way.columns):
                 slopes[BY_ORDER + kept][k] = slopes[BY_ORDER + i][k]
             kept += 1
     if kept < before:
@@ -139,101 +172,80 @@ def demand(
     if DUE + 2 * kept == len(now):
         return False
     now[DUE + 2 * kept], now[TO + 2 * kept], now[LAST], now[COUNT] = due, to, to, kept + 1.0
-    for k in range(columns):
+    for k in range(way.columns):
         slopes[BY_ORDER + kept][k] = slopes[BY_TIME][k]
     if ports[WAY][j] != 0.0:
         told[UNCOVERED] = 1.0
         if log is not None:
             log.append((UNCOVERING, now[TIME], j, now[V]))
-    carry_out(forces, now, slopes, columns, told, supply, log)
+    carry_out(way, supply, log)
     return True
 
 
-def is_asked(ports: Rows, j: int, now: Rows, outwards: bool, started: bool) -> bool:
+def is_asked(way: Way, j: int, outwards: bool, started: bool) -> bool:
     """Whether a port demands at the begin of a leg: by the blow, or, where the piston is started, as it is occupied."""
-    way, edge = ports[WAY][j], ports[EDGE][j]
-    if not started or way == 0.0:
-        return not started and way == 0.0
+    ports, now = way.ports, way.now
+    side, edge = ports[WAY][j], ports[EDGE][j]
+    if not started or side == 0.0:
+        return not started and side == 0.0
     inside = now[X] > edge or (now[X] == edge and outwards)
-    return bool(inside == (way > 0.0))
+    return bool(inside == (side > 0.0))
 
 
-def rest(
-    forces: Rows, law: Rows, now: Rows, slopes: Rows, columns: int, lifted: float, supply: Supply, log: Log
-) -> None:
+def rest(way: Way, lifted: float, supply: Supply, log: Log) -> None:
     """Lie on the wall until the next order is due or a growing pressure lifts it, and forget what was before."""
+    law, now, slopes = way.law, way.now, way.slopes
     until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
     duration = min(until, lifted)
     if log is not None:
-        log.append(
-            (
-                SEGMENT,
-                now[TIME],
-                duration,
-                Flight(0.0, 0.0, law[DRAG], 0.0, now[V]),
-                now[STATE],
-                0.0,
-                0.0,
-                now[PRESSURE],
-            )
-        )
+        still = Flight(0.0, 0.0, law[DRAG], 0.0, now[V])
+        log.append((SEGMENT, now[TIME], duration, still, now[STATE], 0.0, 0.0, now[PRESSURE]))
     now[TIME] = now[DUE] if until <= lifted else now[TIME] + duration
     if supply is not None:
         growth = supply.flow / supply.compliance
         now[PRESSURE] += growth * duration
-        for k in range(columns):
+        for k in range(way.columns):
             if until <= lifted:
                 slopes[BY_PRESSURE][k] += growth * (slopes[BY_ORDER][k] - slopes[BY_TIME][k])
             else:
                 slopes[BY_TIME][k] -= slopes[BY_PRESSURE][k] / growth
                 slopes[BY_PRESSURE][k] = 0.0
         if until > lifted:  # the pressure at which nothing pushes to the wall any more, or just above it by rounding
-            while flight_of(forces, law, now, supply).push < 0.0:
+            while flight_of(way.forces, way.law, now, supply).push < 0.0:
                 now[PRESSURE] = math.nextafter(now[PRESSURE], math.inf)
-    for k in range(columns):
+    for k in range(way.columns):
         if until <= lifted:
             slopes[BY_TIME][k] = slopes[BY_ORDER][k]
         slopes[BY_X][k], slopes[BY_V][k] = 0.0, 0.0
 
 
-def fly(
-    flight: Flight,
-    law: Rows,
-    now: Rows,
-    slopes: Rows,
-    columns: int,
-    told: Rows,
-    duration: float,
-    place: float,
-    way: int,
-    supply: Supply,
-    log: Log,
-) -> None:
+def fly(way: Way, flight: Flight, duration: float, place: float, to: int, supply: Supply, log: Log) -> None:
     """To the place, or, with the direction 0, to when the next order is due."""
-    stiffness, drag, gas = flight.stiffness, flight.drag, law[STIFFNESS]
+    now, slopes, told = way.now, way.slopes, way.told
+    stiffness, drag, gas = flight.stiffness, flight.drag, way.law[STIFFNESS]
     ds, s, q, w = response(duration, stiffness, drag)
     force, began = flight.push - stiffness * flight.x, now[TIME]
     x = flight.x + flight.v * s + force * q + flight.ramp * w
     v = flight.v * ds + force * s + flight.ramp * q
-    if way == 0:
+    if to == 0:
         now[TIME] = now[DUE]
     else:
         now[TIME] += duration
         x = place
         if drag == 0.0 and supply is None:
-            v = speed_at(flight, place, way)
+            v = speed_at(flight, place, to)
     acceleration = flight.push + flight.ramp * duration - stiffness * x - drag * v
     if supply is not None:
         drawing, c = supply.drawing[int(now[STATE])], supply.compliance
         if log is not None:
             began = now[TIME] - duration
-    for k in range(columns):
+    for k in range(way.columns):
         old, by_v = slopes[BY_X][k], slopes[BY_V][k]
         by_x, by_v = (1.0 - gas * q) * old + s * by_v, -gas * s * old + ds * by_v
         if supply is not None:
             by_x -= drawing * q * slopes[BY_PRESSURE][k]
             by_v -= drawing * s * slopes[BY_PRESSURE][k]
-        longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if way == 0 else -by_x / v if v != 0.0 else 0.0
+        longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if to == 0 else -by_x / v if v != 0.0 else 0.0
         if supply is not None:
             slopes[BY_PRESSURE][k] += (by_x - old) * drawing / c + (supply.flow + drawing * v) / c * longer
         slopes[BY_X][k], slopes[BY_V][k] = by_x + v * longer, by_v + acceleration * longer
@@ -246,24 +258,13 @@ def fly(
     told[FARTHEST] = max(told[FARTHEST], x, flight.x)
 
 
-def leg(
-    forces: Rows,
-    ports: Rows,
-    law: Rows,
-    begin: Rows,
-    started: bool,
-    now: Rows,
-    slopes: Rows,
-    slope: Rows,
-    told: Rows,
-    supply: Supply,
-    log: Log,
-) -> int:
+def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, supply: Supply = None, log: Log = None) -> int:
     """From a rebound to the next one, or from a start; returns how it ends.
 
-    Writes the rebound, the derivatives of its numbers by those of the first, and what the leg tells.
+    Writes the rebound, what the leg tells and, at `ONE`, the derivatives of its numbers by those of the first.
     """
-    columns = size_of(begin, supply)
+    ports, slopes, columns = work.ports, work.slopes, size_of(begin, supply)
+    way = Way(work.forces, ports, work.law, now, slopes, columns, told)
     copied(begin, now)
     for i in range(TOLD):
         told[i] = 0.0
@@ -276,58 +277,59 @@ def leg(
         slopes[BY_ORDER + i][1 + i] = 1.0
     if supply is not None:
         slopes[BY_PRESSURE][columns - 1] = 1.0
-    flight = flight_of(forces, law, now, supply)
+    flight = flight_of(way.forces, way.law, now, supply)
     outwards = now[V] > 0.0 or (now[V] == 0.0 and flight.push - flight.stiffness * now[X] > 0.0)
     for j in range(len(ports[WAY])):
-        asked = is_asked(ports, j, now, outwards, started)
-        if asked and not demand(forces, ports, j, now, slopes, columns, told, supply, log):
+        asked = is_asked(way, j, outwards, started)
+        if asked and not demand(way, j, supply, log):
             return TOO_MANY
     for _ in range(MOST_EVENTS):
-        carry_out(forces, now, slopes, columns, told, supply, log)
+        carry_out(way, supply, log)
         until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
-        flight, lifted, pressure = flight_of(forces, law, now, supply), math.inf, now[PRESSURE]
+        flight, lifted, pressure = flight_of(way.forces, way.law, now, supply), math.inf, now[PRESSURE]
         if now[X] == 0.0 and 0.0 <= now[V] <= STILL and flight.push <= 0.0:
             if supply is not None:  # a growing pressure may lift it
                 lifted = -flight.push / flight.ramp if flight.ramp > 0.0 else math.inf
             if until == math.inf and lifted == math.inf:
                 return ON_THE_WALL
             if lifted > 0.0:
-                rest(forces, law, now, slopes, columns, lifted, supply, log)
+                rest(way, lifted, supply, log)
                 continue
         soon = until * (1.0 + TOGETHER)
-        time, place, way = 0.0, 0.0, 0
+        time, place, to = 0.0, 0.0, 0
         if supply is not None:
             find = ramped_crossing if flight.ramp != 0.0 else first_crossing
-            time, place, way = find(flight, ports, soon)
+            time, place, to = find(flight, ports, soon)
         else:
-            time, place, way = first_crossing(flight, ports, soon)
-        duration = until if way == 0 else time
+            time, place, to = first_crossing(flight, ports, soon)
+        duration = until if to == 0 else time
         if duration == math.inf:
             if log is not None:
                 log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], last_place(flight), 0.0, now[PRESSURE]))
             return NOTHING
         if supply is None:
             told[FARTHEST] = max(told[FARTHEST], farthest(flight, duration))
-        fly(flight, law, now, slopes, columns, told, duration, place, way, supply, log)
+        fly(way, flight, duration, place, to, supply, log)
         if supply is not None:
             state = int(now[STATE])
             if supply.lowest(flight, duration, pressure, state) < 0.0:
                 return NO_PRESSURE
-        if way < 0 and place == 0.0:
-            struck(law[FACTOR], now, slopes, columns, slope, told, supply)
+        if to < 0 and place == 0.0:
+            struck(way, work.matrices[ONE], supply)
             return BLOW
         for j in range(len(ports[WAY])):
-            passed = way != 0 and ports[WAY][j] == way and ports[EDGE][j] == place
-            if passed and not demand(forces, ports, j, now, slopes, columns, told, supply, log):
+            passed = to != 0 and ports[WAY][j] == to and ports[EDGE][j] == place
+            if passed and not demand(way, j, supply, log):
                 return TOO_MANY
     return NO_BLOW
 
 
-def struck(factor: float, now: Rows, slopes: Rows, columns: int, slope: Rows, told: Rows, supply: Supply) -> None:
+def struck(way: Way, slope: Rows, supply: Supply) -> None:
     """The rebound of a blow, and its derivatives."""
+    now, slopes, told, factor = way.now, way.slopes, way.told, way.law[FACTOR]
     count = int(now[COUNT])
     told[DURATION], told[SPEED] = now[TIME], -now[V]
-    for k in range(columns):
+    for k in range(way.columns):
         slope[0][k] = factor * slopes[BY_V][k]
         for i in range(count):
             slope[1 + i][k] = slopes[BY_ORDER + i][k] - slopes[BY_TIME][k]
@@ -358,33 +360,6 @@ HALVINGS = 6
 TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 
 
-class Tables(NamedTuple):
-    """A piston, and what to work in.
-
-    Parameters
-    ----------
-    forces, ports, law
-        Of the piston: the force of each state at the wall; the rows of its ports; stiffness, drag and velocity factor.
-    rows, slopes, matrices, tells, step
-        To work in.
-    """
-
-    forces: Rows
-    ports: Rows
-    law: Rows
-    rows: Rows
-    slopes: Rows
-    matrices: Rows
-    tells: Rows
-    step: Rows
-
-
-def next_leg(now: Rows, started: bool, following: Rows, told: Rows, work: Tables, supply: Supply) -> int:
-    """As `leg`, its derivatives at `ONE`."""
-    slope = work.matrices[ONE]
-    return leg(work.forces, work.ports, work.law, now, started, following, work.slopes, slope, told, supply, None)
-
-
 def legs_of_cycle(begin: Rows, blows: int, work: Tables, supply: Supply) -> bool:
     """The flights of so many blows, when they lead to a rebound of the same kind: at `END`, and what they tell."""
     whole, single, now, following = work.tells[WHOLE], work.tells[SINGLE], work.rows[NOW], work.rows[END]
@@ -397,7 +372,7 @@ def legs_of_cycle(begin: Rows, blows: int, work: Tables, supply: Supply) -> bool
         for k in range(columns):
             done[i][k] = 1.0 if i == k else 0.0
     for _ in range(blows):
-        if next_leg(now, False, following, single, work, supply) != BLOW:
+        if leg(work, now, False, following, single, supply) != BLOW:
             return False
         size, before = size_of(following, supply), size_of(now, supply)
         for i in range(size):
@@ -582,7 +557,7 @@ def followed(most: int, work: Tables, supply: Supply) -> tuple[int, int]:
     now, greatest, ending, number = work.rows[NOW], 0.0, BLOW, 0
     while number < most and ending == BLOW:
         row = work.rows[FIRST + number]
-        ending = next_leg(now, False, row, work.tells[FIRST + number], work, supply)
+        ending = leg(work, now, False, row, work.tells[FIRST + number], supply)
         copied(row, now)
         number += 1
         greatest = settle(work.forces, work.law, now, greatest, supply)
@@ -684,7 +659,7 @@ def starts(first: float, attracts: bool, work: Tables) -> bool:
         now[i] = 0.0
     now[STATE], now[LAST] = first, first
     for number in range(STARTED_BLOWS):
-        if next_leg(now, number == 0, following, work.tells[SINGLE], work, None) != BLOW:
+        if leg(work, now, number == 0, following, work.tells[SINGLE]) != BLOW:
             return False
         if attracts and arrived(following, work.rows[NEXT], work.tells[WHOLE][DURATION]):
             return True

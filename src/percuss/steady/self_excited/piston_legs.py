@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
@@ -59,14 +59,18 @@ class Piston:
         return factor if abs(factor) >= _REBOUND else 0.0
 
     @cached_property
-    def numbers(self) -> tuple[list[float], list[list[float]], list[float], Drawing | None]:
-        """Forces of the states, ports, law and supply as `piston_kernels` have them."""
+    def supply(self) -> Drawing | None:
+        """What feeds it, as `piston_kernels` have it."""
+        return None if self.valve.supply is None else Drawing(self)
+
+    @cached_property
+    def numbers(self) -> tuple[list[float], list[list[float]], list[float]]:
+        """Forces of the states, ports and law as `piston_kernels` have them."""
         valve, ways = self.valve, {"back": 1.0, "front": -1.0, None: 0.0}
         number = {name: float(i) for i, (name, _) in enumerate(valve.pairs)}
         ports = [(port.behind or 0.0, ways[port.side], number[port.to], port.delay) for port in valve.ports]
         law = [_felt(valve.chamber.stiffness), _felt(self.drag), self.factor]
-        supply = None if valve.supply is None else Drawing(self)
-        return [valve.force(name) for name in number], [list(row) for row in zip(*ports, strict=True)], law, supply
+        return [valve.force(name) for name in number], [list(row) for row in zip(*ports, strict=True)], law
 
 
 class Drawing:
@@ -116,22 +120,10 @@ class Rebound:
     pressure: float | None = None
 
     @property
-    def label(self) -> tuple[object, ...]:
-        """What cannot change continuously."""
-        return self.state, self.orders.last, tuple(to for _, to in self.orders.pending)
-
-    @property
     def numbers(self) -> Array:
         """What can: the speed, when the pending orders are due, and the pressure of a supply."""
         pressure = [] if self.pressure is None else [self.pressure]
         return np.array([self.speed, *(due for due, _ in self.orders.pending), *pressure])
-
-    def with_numbers(self, numbers: Array) -> Rebound:
-        """The same with other numbers."""
-        speed, *dues = (float(value) for value in numbers)
-        pressure = None if self.pressure is None else dues.pop()
-        pending = tuple((due, to) for due, (_, to) in zip(dues, self.orders.pending, strict=True))
-        return Rebound(speed, self.state, replace(self.orders, pending=pending), pressure)
 
 
 @dataclass(frozen=True)
@@ -284,14 +276,12 @@ def leg_from(piston: Piston, behind: float, velocity: float) -> Leg:
 
 def _leg(piston: Piston, behind: float, begin: Rebound, started: bool) -> Leg:
     look()
-    forces, ports, law, supply = piston.numbers
     room, ending = MOST + len(begin.orders.pending), kn.TOO_MANY
     while ending == kn.TOO_MANY:
-        row, now, told = row_of(piston, begin, room), [0.0] * (kn.DUE + 2 * room), [0.0] * kn.TOLD
-        log: list[tuple[Any, ...]] = []
+        work, log = workspace(piston, 1, room), list[tuple[Any, ...]]()
+        row, now, told = row_of(piston, begin, room), work.rows[kn.NOW], work.tells[kn.SINGLE]
         row[kn.X] = behind
-        slopes, slope = table(kn.BY_ORDER + room, 2 + room), table(2 + room, 2 + room)
-        ending = kn.leg(forces, ports, law, row, started, now, slopes, slope, told, supply, log)
+        ending = kn.leg(work, row, started, now, told, piston.supply, log)
         room *= 2
     names = [name for name, _ in piston.valve.pairs]
     segments = tuple(
@@ -303,8 +293,8 @@ def _leg(piston: Piston, behind: float, begin: Rebound, started: bool) -> Leg:
     dropped, happened = told[kn.DROPPED] > 0.0, (segments, switches, passed)
     if ending != kn.BLOW:
         return Leg(_ENDINGS[ending], now[kn.TIME], math.nan, None, np.empty((0, 0)), *happened, dropped)
-    size = kn.size_of(now, supply)
-    derivatives = np.array([line[: kn.size_of(row, supply)] for line in slope[:size]])
+    size, before = kn.size_of(now, piston.supply), kn.size_of(row, piston.supply)
+    derivatives = np.array([line[:before] for line in work.matrices[kn.ONE][:size]])
     rebound = rebound_of(piston, now)
     return Leg("blow", told[kn.DURATION], told[kn.SPEED], rebound, derivatives, *happened, dropped)
 
@@ -313,9 +303,16 @@ MOST = 8
 """Pending orders that there is room for at first."""
 
 
-def table(rows: int, columns: int) -> list[list[float]]:
-    """Zeros for `piston_kernels`."""
-    return [[0.0] * columns for _ in range(rows)]
+def workspace(piston: Piston, rows: int, room: int) -> kn.Tables:
+    """What `piston_kernels` work on, with so many rows of rebounds, each with room for so many pending orders."""
+
+    def table(height: int, width: int) -> list[list[float]]:
+        return [[0.0] * width for _ in range(height)]
+
+    size = 2 + room
+    matrices = [table(size, size + 1) for _ in range(kn.MATRICES)]
+    tells, slopes = table(max(rows, 2), kn.TOLD), table(kn.BY_ORDER + room, size)
+    return kn.Tables(*piston.numbers, table(rows, kn.DUE + 2 * room), slopes, matrices, tells, [0.0] * size)
 
 
 def row_of(piston: Piston, rebound: Rebound, room: int) -> list[float]:

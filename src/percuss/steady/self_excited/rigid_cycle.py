@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.halting import look
+from percuss.model import Contact, Valve
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
@@ -31,7 +32,7 @@ from percuss.steady.self_excited.piston_legs import (
     pressure_integral,
     rebound_of,
     row_of,
-    table,
+    workspace,
 )
 
 # ---- Which multipliers of an elastic machine belong to its rhythm and which to its ringing, and to which mode
@@ -132,39 +133,57 @@ def checked_place(place: object) -> Place:
     return unit_interval("place", place)
 
 
+@dataclass(frozen=True)
+class Blow(Shown):
+    """A blow of a machine.
+
+    Attributes
+    ----------
+    time, speed
+        When, and the speed of the striking end just before.
+    kinetic, strain
+        Energies just before, per unit of mass; that of the chamber, which follows the driven end, is part of `strain`.
+    """
+
+    time: float
+    speed: float
+    kinetic: float
+    strain: float
+
+
+@dataclass(frozen=True)
 class ValveCycle(Shown, ABC):
     """A periodic motion of a machine that switches its own valve; per unit of mass, as loads are.
 
     Time 0 is just after the last blow of the cycle; the longest flight comes first. Speeds of blows are those of the
     striking end just before.
+
+    Parameters
+    ----------
+    valve, contact
+        Of the machine.
+    struck
+        The blows.
+    switches
+        Every change of the valve's state, in order of time, with place and velocity of the driven end.
+    uncoverings
+        Where ports demand a new state, in order of time; blows that do are not among them.
+    slope
+        Derivative of the map from cycle to cycle: of the numbers of the rebound, or of displacement and velocity of
+        every coordinate, one coordinate after the other, and of the times of the pending orders.
+    rests
+        Whether the striking end lies on the wall for some time.
     """
 
+    valve: Valve
+    contact: Contact
+    struck: tuple[Blow, ...]
+    switches: tuple[Switch, ...]
+    uncoverings: tuple[Uncovering, ...]
+    slope: Array
+    rests: bool
+
     # -- what each kind of cycle tells --
-
-    @property
-    @abstractmethod
-    def blow_times(self) -> Array:
-        """When the blows fall, the last one at the period."""
-
-    @property
-    @abstractmethod
-    def blow_speeds(self) -> Array:
-        """Speed just before each blow."""
-
-    @property
-    @abstractmethod
-    def blow_energies(self) -> Array:
-        """Kinetic energy just before each blow, that of the ringing with it."""
-
-    @property
-    @abstractmethod
-    def switches(self) -> tuple[Switch, ...]:
-        """Every change of the valve's state, in order of time."""
-
-    @property
-    @abstractmethod
-    def uncoverings(self) -> tuple[Uncovering, ...]:
-        """Where ports demand a new state, in order of time; blows that do are not among them."""
 
     @property
     @abstractmethod
@@ -176,36 +195,48 @@ class ValveCycle(Shown, ABC):
     def work(self) -> float:
         """What the valve puts into the motion in a cycle; the blows, the damping and the rests take the same."""
 
-    @property
-    @abstractmethod
-    def taken(self) -> float:
-        """Energy that the blows of a cycle take."""
-
-    @property
-    @abstractmethod
-    def taken_by_rest(self) -> float:
-        """Energy lost on lying down: what the last blow left, for a piston at rest on the wall is undeformed."""
-
-    @property
-    @abstractmethod
-    def level_difference(self) -> float:
-        """The greatest force of the valve minus the least."""
-
-    @property
-    @abstractmethod
-    def rests(self) -> bool:
-        """Whether the piston lies on the wall for some time."""
-
-    @property
-    @abstractmethod
-    def multipliers(self) -> ComplexArray:
-        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-
     @abstractmethod
     def _displacement(self, within: Array, place: Place) -> Array:
         """Displacement of a place of the body at times of the cycle; the shape of `within`."""
 
     # -- what follows --
+
+    @property
+    def blow_times(self) -> Array:
+        """When the blows fall, the last one at the period."""
+        return np.array([blow.time for blow in self.struck])
+
+    @property
+    def blow_speeds(self) -> Array:
+        """Speed just before each blow."""
+        return np.array([blow.speed for blow in self.struck])
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each blow, that of the ringing with it."""
+        return np.array([blow.kinetic for blow in self.struck])
+
+    @property
+    def taken(self) -> float:
+        """Energy that the blows of a cycle take."""
+        return math.fsum(self.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
+
+    @property
+    def taken_by_rest(self) -> float:
+        """Energy lost on lying down: what the last blow left, for a piston at rest on the wall is undeformed."""
+        return 0.0
+
+    @property
+    def level_difference(self) -> float:
+        """The greatest force of the valve minus the least."""
+        forces = [force for _, force in self.valve.pairs]
+        return max(forces) - min(forces)
+
+    @cached_property
+    def multipliers(self) -> ComplexArray:
+        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
+        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
+        return found[np.argsort(-np.abs(found), kind="stable")]
 
     @property
     def period(self) -> float:
@@ -313,51 +344,37 @@ class RigidCycle(ValveCycle):
     rebound: Rebound
     piston: Piston
 
-    @property
-    def blow_times(self) -> Array:
-        """When the blows fall, the last one at the period."""
-        return np.cumsum([leg.duration for leg in self.legs])
-
-    @property
-    def blow_speeds(self) -> Array:
-        """Speed just before each blow."""
-        return np.array([leg.blow_speed for leg in self.legs])
-
-    @property
-    def blow_energies(self) -> Array:
-        """Kinetic energy just before each blow."""
-        return np.asarray(0.5 * self.blow_speeds**2)
-
-    @property
-    def level_difference(self) -> float:
-        """The greatest force of the valve minus the least."""
-        forces = [force for _, force in self.piston.valve.pairs]
-        return max(forces) - min(forces)
-
-    @property
-    def switches(self) -> tuple[Switch, ...]:
-        """Every change of the valve's state, in order of time."""
-        return tuple(
-            Switch(start + s.time, s.to, s.behind, s.velocity, s.work)
-            for start, leg in self._timed
-            for s in leg.switches
+    @classmethod
+    def through(cls, piston: Piston, rebound: Rebound, blows: int) -> RigidCycle:
+        """That through a rebound, with its longest flight first."""
+        legs = [leg_after(piston, rebound)]
+        while len(legs) < blows and (following := legs[-1].rebound) is not None:
+            legs.append(leg_after(piston, following))
+        longest = int(np.argmax([leg.duration for leg in legs]))
+        now = (legs[longest - 1].rebound or rebound) if longest else rebound
+        legs = legs[longest:] + legs[:longest]
+        starts = [0.0, *np.cumsum([leg.duration for leg in legs]).tolist()]
+        timed = list(zip(starts, legs, strict=False))
+        speeds = [(end, leg.blow_speed) for end, leg in zip(starts[1:], legs, strict=True)]
+        return cls(
+            piston.valve,
+            piston.contact,
+            tuple(Blow(time, speed, 0.5 * speed**2, 0.0) for time, speed in speeds),
+            tuple(replace(s, time=start + s.time) for start, leg in timed for s in leg.switches),
+            tuple(replace(u, time=start + u.time) for start, leg in timed for u in leg.uncoverings),
+            reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size)),
+            any(s.flight.v == s.velocity == s.behind == 0.0 for leg in legs for s in leg.segments),
+            tuple(legs),
+            now,
+            piston,
         )
 
-    @property
-    def uncoverings(self) -> tuple[Uncovering, ...]:
-        """Where ports demand a new state, in order of time; blows that do are not among them."""
-        return tuple(
-            Uncovering(u.port, start + u.time, u.velocity) for start, leg in self._timed for u in leg.uncoverings
-        )
-
-    @property
+    @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """The flights between events, in order of time."""
-        return tuple(replace(s, time=start + s.time) for start, leg in self._timed for s in leg.segments)
-
-    @property
-    def _timed(self) -> list[tuple[float, Leg]]:
-        return list(zip([0.0, *self.blow_times.tolist()], self.legs, strict=False))
+        starts = [0.0, *self.blow_times.tolist()]
+        timed = zip(starts, self.legs, strict=False)
+        return tuple(replace(s, time=start + s.time) for start, leg in timed for s in leg.segments)
 
     @property
     def stroke(self) -> float:
@@ -367,7 +384,7 @@ class RigidCycle(ValveCycle):
     @property
     def work(self) -> float:
         """What the switches of the valve put into the motion in a cycle; the blows and the drag take the same."""
-        supply = self.piston.valve.supply
+        supply = self.valve.supply
         if supply is None:
             return math.fsum(switch.work for switch in self.switches)
         return supply.flow * math.fsum(pressure_integral(one, self.piston) for one in self.segments)
@@ -375,36 +392,8 @@ class RigidCycle(ValveCycle):
     @property
     def drawn(self) -> float:
         """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
-        supply = self.piston.valve.supply
+        supply = self.valve.supply
         return self.work if supply is None else supply.flow * self.period
-
-    @property
-    def taken(self) -> float:
-        """Energy that the blows of a cycle take."""
-        speeds = [(leg.blow_speed, leg.rebound.speed) for leg in self.legs if leg.rebound is not None]
-        return math.fsum(0.5 * (before**2 - after**2) for before, after in speeds)
-
-    @property
-    def taken_by_rest(self) -> float:
-        """None: a rigid piston rests where a blow has taken all that it had."""
-        return 0.0
-
-    @property
-    def rests(self) -> bool:
-        """Whether the piston lies on the wall for some time."""
-        return any(s.flight.v == s.velocity == s.behind == 0.0 for leg in self.legs for s in leg.segments)
-
-    @property
-    def slope(self) -> Array:
-        """Derivative of the numbers of the rebound after a cycle by those before it."""
-        slope: Array = reduce(lambda done, leg: leg.slope @ done, self.legs, np.eye(self.rebound.numbers.size))
-        return slope
-
-    @cached_property
-    def multipliers(self) -> ComplexArray:
-        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
 
     @property
     def at_constant_pressure(self) -> RigidCycle:
@@ -433,23 +422,19 @@ class _Search:
     @cached_property
     def work(self) -> kn.Tables:
         """What the functions work on."""
-        forces, ports, law, _ = self.piston.numbers
-        rows, size = kn.FIRST + self.most, 2 + self.room
-        matrices = [table(size, size + 1) for _ in range(kn.MATRICES)]
-        slopes, tells = table(kn.BY_ORDER + self.room, size), table(rows, kn.TOLD)
-        return kn.Tables(forces, ports, law, table(rows, kn.DUE + 2 * self.room), slopes, matrices, tells, [0.0] * size)
+        return workspace(self.piston, kn.FIRST + self.most, self.room)
 
     def near(self, rebound: Rebound, blows: int, shrinking: int) -> RigidCycle | None:
         """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
         look()
-        begin, supply = row_of(self.piston, rebound, self.room), self.piston.numbers[-1]
+        begin, supply = row_of(self.piston, rebound, self.room), self.piston.supply
         return self.found(blows if kn.cycle_near(begin, blows, shrinking, self.work, supply) else 0)
 
     def after(self, rebound: Rebound) -> RigidCycle | None:
         """The cycle that one of the blows after a rebound is near."""
         look()
         kn.copied(row_of(self.piston, rebound, self.room), self.work.rows[kn.NOW])
-        supply = self.piston.numbers[-1]
+        supply = self.piston.supply
         number, ending = kn.followed(self.most, self.work, supply)
         return self.found(kn.cycle_at(0, number if ending == kn.BLOW else number - 1, self.work, supply))
 
@@ -457,12 +442,7 @@ class _Search:
         """The cycle of so many blows that was found, with its longest flight first; none of 0."""
         if blows == 0:
             return None
-        rebound = rebound_of(self.piston, self.work.rows[kn.NEXT])
-        legs = tuple(_followed(self.piston, leg_after(self.piston, rebound), blows))
-        longest = int(np.argmax([leg.duration for leg in legs]))
-        begins = [rebound, *(leg.rebound for leg in legs)][longest]
-        assert begins is not None
-        return RigidCycle(legs[longest:] + legs[:longest], begins, self.piston)
+        return RigidCycle.through(self.piston, rebound_of(self.piston, self.work.rows[kn.NEXT]), blows)
 
 
 def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = False) -> RigidCycle | None:
@@ -511,12 +491,12 @@ def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     room, why, part = MOST, kn.UNKNOWN, 1.0
     while why == kn.UNKNOWN and room <= _MOST_ROOM:
         search = _Search(piston, kn.MOST_BLOWS, room)
-        why, blows, part = kn.settled(search.work, piston.numbers[-1])
+        why, blows, part = kn.settled(search.work, piston.supply)
         room *= 2
     if blows:
         return search.found(blows), []
     row = search.work.rows[kn.NOW]
-    kn.fast(*piston.numbers[:3], part, row)
+    kn.fast(*piston.numbers, part, row)
     return None, followed_from(piston, rebound_of(piston, row), kn.MOST_BLOWS)
 
 
