@@ -15,9 +15,9 @@ from percuss.explore.continuation.solution_curve import refused
 from percuss.explore.continuation.walk import (
     CorrectorFailed,
     CurvePoint,
+    CurveSegment,
     Limit,
     Look,
-    Segment,
     Target,
     Walk,
     unit_tangent,
@@ -210,7 +210,7 @@ class RestEndWalk(Walk):
 
     def look(self, target: Target) -> Look:
         """Where in a step the cycle ceases, or comes again."""
-        segment = Segment(self.curve, self.here, target.point)
+        segment = CurveSegment(self.curve, self.here, target.point)
         try:
             curve = self.curve.renewed(target.point.x)
             now = self._is_cycle(target.point, curve)
