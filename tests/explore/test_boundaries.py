@@ -13,7 +13,7 @@ from mpmath import mp
 import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
-from percuss.explore.boundary_curves.boundary import KINDS, Boundaries, Curve, boundaries
+from percuss.explore.boundary_curves.boundary import KINDS, Boundaries, BoundaryCurve, boundaries
 from percuss.explore.boundary_curves.crossings import exact_crossings
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
 from percuss.explore.boundary_curves.plane_lines import Line, bracketed_roots, orbit_on, roots_on
@@ -41,7 +41,7 @@ def square(d: float = 0.0) -> System:
     return System(s=STIFF, d=d, restitution=0.5, load=Load.square(1.0, 1.3, 8))
 
 
-def only(found: Boundaries, kind: str) -> Curve:
+def only(found: Boundaries, kind: str) -> BoundaryCurve:
     (curve,) = found.of(kind)
     return curve
 
@@ -184,7 +184,7 @@ def test_every_fold_of_a_general_load_changes_the_number_of_motions():
             assert abs(below - above) == 2
 
 
-def side_of_flip(system: System, curve: Curve, i: int, y_name: str, step: float, m: int = 1) -> float:
+def side_of_flip(system: System, curve: BoundaryCurve, i: int, y_name: str, step: float, m: int = 1) -> float:
     """a_2 − a_1 + a_0 of the motion nearest in phase, beside the i-th point of a curve."""
     here = vary(system, {y_name: float(curve.y[i]) + step})
     orbits = steady_states(here, m).orbits
@@ -262,7 +262,7 @@ def test_exact_crossings_in_fifty_digits(s, d, m):
         assert np.min(np.abs(values - wanted)) < 1e-8
         assert curve.residual[0] < 1e-11
 
-        def size(step: float, curve: Curve = curve, wanted: complex = wanted) -> float:
+        def size(step: float, curve: BoundaryCurve = curve, wanted: complex = wanted) -> float:
             beside = vary(system, {"load_factor": float(curve.y[0]) + step})
             orbit = min(steady_states(beside, m, modes=5).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
             near = floquet_multipliers(orbit, 5).values

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.branch import Branch
 from percuss.explore.continuation.following import follow
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
@@ -82,18 +81,8 @@ def switched_seeds(
             )  # fmt: skip
             for one in branch.family():
                 if (one.impacts, one.periods) == (p, n):
-                    rows += _passing(one, mean)
+                    rows += one.times_at(mean)
     return {SWITCHED: np.array(rows).reshape(-1, p)}
-
-
-def _passing(branch: Branch, value: float) -> list[Array]:
-    """The times at which a branch comes by a value of its parameter, between the points walked through."""
-    off = branch.values - value
-    found = []
-    for i in np.flatnonzero((off[:-1] * off[1:] <= 0.0) & (off[:-1] != off[1:])):
-        part = off[i] / (off[i] - off[i + 1])
-        found.append((1.0 - part) * branch.times[i] + part * branch.times[i + 1])
-    return found
 
 
 # ---- Starts for a search for orbits: close returns of simulated motions

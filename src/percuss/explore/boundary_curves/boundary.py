@@ -18,7 +18,7 @@ from percuss.explore.boundary_curves.crossings import (
     FLIP,
     GRAZING,
     SPIRAL,
-    Crossing,
+    BoundaryCrossing,
     exact_crossings,
     grazings,
     reduced_crossings,
@@ -50,7 +50,7 @@ _GAP = 1e-3  # what each missing value of x adds to that
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Shown):
+class BoundaryCurve(Shown):
     """One boundary over x; every array of shape (n,), NaN where x has none.
 
     Parameters
@@ -90,7 +90,7 @@ class Curve(Shown):
         """Where there is a boundary."""
         return ~np.isnan(self.y)
 
-    def without(self, points: npt.NDArray[np.bool_]) -> Curve:
+    def without(self, points: npt.NDArray[np.bool_]) -> BoundaryCurve:
         """The curve with gaps at some of its points."""
         return replace(self, y=np.where(points, math.nan, self.y))
 
@@ -118,23 +118,23 @@ class Boundaries(Shown):
     x: Array
     low: float
     high: float
-    curves: tuple[Curve, ...]
+    curves: tuple[BoundaryCurve, ...]
     failed: tuple[tuple[float, str], ...] = ()
 
-    def of(self, kind: str) -> tuple[Curve, ...]:
+    def of(self, kind: str) -> tuple[BoundaryCurve, ...]:
         """The curves of one kind."""
         if kind not in KINDS:
             raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
         return tuple(curve for curve in self.curves if curve.kind == kind)
 
     @property
-    def real(self) -> tuple[Curve, ...]:
+    def real(self) -> tuple[BoundaryCurve, ...]:
         """The curves without points on motions that strike backward."""
         kept = [c if c.kind == GRAZING else c.without(c.impact_velocity <= 0.0) for c in self.curves]
         return tuple(curve for curve in kept if curve.found.any())
 
     @property
-    def of_stability(self) -> tuple[Curve, ...]:
+    def of_stability(self) -> tuple[BoundaryCurve, ...]:
         """The curves at which stability or existence of motions that there can be ends.
 
         Without crossings of motions that are unstable anyhow, or strike backward.
@@ -161,9 +161,9 @@ class Boundaries(Shown):
         return "\n".join([head, *(f"  {c.kind}, branch {c.branch}: {int(c.found.sum())} points" for c in self.curves)])
 
 
-def linked(kind: str, x: Array, rows: list[list[tuple[int, Crossing]]], span: float) -> list[Curve]:
+def linked(kind: str, x: Array, rows: list[list[tuple[int, BoundaryCrossing]]], span: float) -> list[BoundaryCurve]:
     """Join the points of one kind to curves: each goes on with the point that is nearest in y and phase."""
-    threads: list[dict[int, tuple[int, Crossing]]] = []
+    threads: list[dict[int, tuple[int, BoundaryCrossing]]] = []
     for i, row in enumerate(rows):
         points = [(branch, crossing) for branch, crossing in row if crossing.kind == kind]
         pairs = sorted(
@@ -182,15 +182,15 @@ def linked(kind: str, x: Array, rows: list[list[tuple[int, Crossing]]], span: fl
     return [_curve(kind, x, thread) for thread in threads]
 
 
-def _distance(a: Crossing, b: Crossing, span: float) -> float:
+def _distance(a: BoundaryCrossing, b: BoundaryCrossing, span: float) -> float:
     return abs(a.y - b.y) / span + abs(math.remainder(a.phase - b.phase, 2.0 * math.pi)) / math.pi
 
 
-def _curve(kind: str, x: Array, thread: dict[int, tuple[int, Crossing]]) -> Curve:
+def _curve(kind: str, x: Array, thread: dict[int, tuple[int, BoundaryCrossing]]) -> BoundaryCurve:
     columns = np.full((6, x.size), math.nan)
     for i, (_, point) in thread.items():
         columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside, point.speed
-    return Curve(kind, thread[min(thread)][0], x, *columns)
+    return BoundaryCurve(kind, thread[min(thread)][0], x, *columns)
 
 
 # ---- The boundaries of steady motions in a plane of two parameters, as curves that are solved for and not read off a
@@ -198,7 +198,7 @@ def _curve(kind: str, x: Array, thread: dict[int, tuple[int, Crossing]]) -> Curv
 
 CRITERIA = ("reduced", "exact")
 
-Row = list[tuple[int, Crossing]]  # what crosses the line of one value of x, and on which branch
+Row = list[tuple[int, BoundaryCrossing]]  # what crosses the line of one value of x, and on which branch
 
 
 def boundaries(
@@ -364,7 +364,9 @@ def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
         raise ParameterError(axis, line, accepted)
 
 
-def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[tuple[int, Crossing]]:
+def _on_line(
+    line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None
+) -> list[tuple[int, BoundaryCrossing]]:
     """Everything that happens at one value of x, with the number of its branch.
 
     Raises
@@ -379,7 +381,7 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
     folds, stretches = folds_and_stretches(line, samples or (17 if alone else 33), alone)
     found = []
     if FOLD in kinds:
-        found = [(f.branch, Crossing(FOLD, f.y, f.phase, f.residual, 0.0)) for f in folds]
+        found = [(f.branch, BoundaryCrossing(FOLD, f.y, f.phase, f.residual, 0.0)) for f in folds]
     exact, grazing = criterion == "exact" and bool({FLIP, SPIRAL} & set(kinds)), GRAZING in kinds
     parts = len(stretches) * max(exact + grazing, 1)  # of the work; the reduced criterion is hardly any
     part = 0
@@ -388,7 +390,7 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
         line.tell((part + share) / parts)
 
     for stretch in stretches:
-        crossings: list[Crossing] = []
+        crossings: list[BoundaryCrossing] = []
         if exact:
             most = DEFAULT_MODES if line.modes is None else line.modes
             crossings += exact_crossings(stretch, samples, most, SPIRAL in kinds, told)
@@ -402,7 +404,7 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
     return [(branch, crossing._replace(speed=_speed(line, crossing))) for branch, crossing in found]
 
 
-def _speed(line: Line, crossing: Crossing) -> float:
+def _speed(line: Line, crossing: BoundaryCrossing) -> float:
     """Striking speed of the motion at a crossing: below 0 the motion is none that there can be.
 
     A look with a few modes says so but where the speed nearly vanishes.

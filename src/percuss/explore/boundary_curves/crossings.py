@@ -36,7 +36,7 @@ _OUTSIDE = 1e-7  # multipliers this little outside the circle are those that cro
 _DEPTH = 6  # halvings of a step in which several multipliers cross
 
 
-class Crossing(NamedTuple):
+class BoundaryCrossing(NamedTuple):
     """One crossing on a branch, found to `residual`, an estimate of the error of y.
 
     `speed`: striking speed of the motion there, dimensionless.
@@ -52,7 +52,7 @@ class Crossing(NamedTuple):
     speed: float = math.nan
 
 
-def _found(stretch: MotionArc, kind: str, f: Function, places: Array) -> list[Crossing]:
+def _found(stretch: MotionArc, kind: str, f: Function, places: Array) -> list[BoundaryCrossing]:
     """The crossings at roots of f, with the step that Newton's method would still make in y as their residual."""
     found = []
     for t in places.tolist():
@@ -62,14 +62,14 @@ def _found(stretch: MotionArc, kind: str, f: Function, places: Array) -> list[Cr
         residual = abs(float(values[1]) / rise * float(ys[1] - ys[0])) if rise else math.nan
         y, phase = stretch.place(np.array([t]))
         angle = math.pi if kind == FLIP else math.nan
-        found.append(Crossing(kind, float(y[0]), float(phase[0]), residual, angle))
+        found.append(BoundaryCrossing(kind, float(y[0]), float(phase[0]), residual, angle))
     return found
 
 
 # -- B77's reduced criterion --
 
 
-def reduced_crossings(stretch: MotionArc, samples: int | None, spirals: bool = True) -> list[Crossing]:
+def reduced_crossings(stretch: MotionArc, samples: int | None, spirals: bool = True) -> list[BoundaryCrossing]:
     """Flips, where −1 is a root of B77's quadratic, and spirals, where a pair of its roots is on the circle."""
     nodes = stretch.nodes(samples, _INSIDE)
 
@@ -103,7 +103,7 @@ def exact_crossings(
     modes: int,
     spirals: bool = True,
     told: Callable[[float], None] | None = None,
-) -> list[Crossing]:
+) -> list[BoundaryCrossing]:
     """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ).
 
     `told` is called with the share of the samples that is done, 0 to 1.
@@ -160,7 +160,7 @@ def _outside(matrix: LinearMap) -> float:
 
 def _spirals(
     stretch: MotionArc, matrix: Callable[[float], LinearMap], low: float, high: float, depth: int
-) -> list[Crossing]:
+) -> list[BoundaryCrossing]:
     """Pairs of multipliers that cross the circle between two places, one pair after the other."""
     outside = [int(np.count_nonzero(_moduli(matrix(t))[0] > 1.0)) for t in (low, high)]
     most = max(outside)
@@ -183,7 +183,7 @@ def _spirals(
     y, phase = stretch.place(np.array([place]))
     ys = stretch.place(np.array([max(place - _SLOPE, 0.0), min(place + _SLOPE, 1.0)]))[0]
     residual = off * abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)
-    return [Crossing(SPIRAL, float(y[0]), float(phase[0]), residual, angle, _outside(matrix(place)))]
+    return [BoundaryCrossing(SPIRAL, float(y[0]), float(phase[0]), residual, angle, _outside(matrix(place)))]
 
 
 def _polished(matrix: Callable[[float], LinearMap], t: float, angle: float) -> tuple[float, float, float]:
@@ -224,7 +224,9 @@ _HALVES = 5  # before a touch is solved for
 _STEPS = 80  # halves, or touches that are not the first
 
 
-def grazings(stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None) -> list[Crossing]:
+def grazings(
+    stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
+) -> list[BoundaryCrossing]:
     """Where the motion begins or ceases to be possible: the bar touches the wall between two impacts.
 
     At R = 0, where the bar starts from rest, also where it would start into the wall; and where the striking speed
@@ -242,7 +244,7 @@ def admissible_on(stretch: MotionArc, t: Array, samples: int | None = None) -> n
 
 def _switches(
     stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
-) -> tuple[bool, list[tuple[float, Crossing]]]:
+) -> tuple[bool, list[tuple[float, BoundaryCrossing]]]:
     """Whether the first motion is possible, and every place where that changes."""
 
     @lru_cache(maxsize=4096)
@@ -269,7 +271,9 @@ def _possible(motion: Orbit) -> bool:
     return motion.impact_velocity > 0.0 and stays_off(motion)
 
 
-def _grazing(stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, bad: float) -> tuple[float, Crossing]:
+def _grazing(
+    stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, bad: float
+) -> tuple[float, BoundaryCrossing]:
     """The root of what makes the bad motion impossible; where another touch comes first, the root of that; else halves.
 
     A few halves first: a motion that hardly passes the wall does so at one place. The motion a hair nearer to the good
@@ -291,7 +295,7 @@ def _grazing(stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, b
             return touch.place, _crossing(stretch, touch)
         bad = beside
     ys, phases = stretch.place(np.array([good, bad]))
-    return good, Crossing(GRAZING, float(ys[0]), float(phases[0]), abs(float(ys[1] - ys[0])))
+    return good, BoundaryCrossing(GRAZING, float(ys[0]), float(phases[0]), abs(float(ys[1] - ys[0])))
 
 
 class _Touch(NamedTuple):
@@ -301,11 +305,11 @@ class _Touch(NamedTuple):
     off: float
 
 
-def _crossing(stretch: MotionArc, touch: _Touch) -> Crossing:
+def _crossing(stretch: MotionArc, touch: _Touch) -> BoundaryCrossing:
     y, phase = stretch.place(np.array([touch.place]))
     ys = stretch.place(np.array([max(touch.place - _SLOPE, 0.0), min(touch.place + _SLOPE, 1.0)]))[0]
     slope = abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)
-    return Crossing(GRAZING, float(y[0]), float(phase[0]), touch.off * slope)
+    return BoundaryCrossing(GRAZING, float(y[0]), float(phase[0]), touch.off * slope)
 
 
 def _touch(orbit: Callable[[float], Orbit], good: float, bad: float) -> _Touch | None:

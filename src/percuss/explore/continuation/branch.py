@@ -284,6 +284,15 @@ class Branch(Shown):
         wanted = kind if isinstance(kind, BranchEvent) else event_of(kind)
         return tuple(point for point in self.points if point.kind is wanted)
 
+    def times_at(self, value: float) -> list[Array]:
+        """The times of the impacts where it has a value of the parameter, straight between its points."""
+        off = self.values - value
+        found = [self.times[i] for i in np.flatnonzero(off == 0.0).tolist()]
+        for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
+            share = off[i] / (off[i] - off[i + 1])
+            found.append((1.0 - share) * self.times[i] + share * self.times[i + 1])
+        return found
+
     def family(self) -> Iterator[Branch]:
         """This branch and all that were switched to from it."""
         yield self

@@ -18,7 +18,7 @@ from percuss.explore.continuation.solution_curve import (
     twice,
     where_it_vanishes,
 )
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number
@@ -123,12 +123,12 @@ _NEAR = 0.5  # share of the nearest of three heights below the wall
 _GOLDEN, _LOOKS = 0.6180339887498949, 8
 
 
-def _height(segment: Segment, place: float) -> float:
+def _height(segment: CurveSegment, place: float) -> float:
     """The greatest maximum of the gap function inside the flights, at a place; −1 for none."""
     return max(greatest_top(segment.curve.motion(segment.at(place).x)).height, -1.0)
 
 
-def inner_touch(segment: Segment, last: float) -> float | None:
+def inner_touch(segment: CurveSegment, last: float) -> float | None:
     """A place within a segment at which the bar passes through the wall although it does not at either end; or None.
 
     Looked for where three values let a maximum be expected that is nearer to 0 than they are.
@@ -154,7 +154,7 @@ def inner_touch(segment: Segment, last: float) -> float | None:
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 
 
-def end_of(segment: Segment, passed: Passed) -> LocatedEvent | None:
+def end_of(segment: CurveSegment, passed: Passed) -> LocatedEvent | None:
     """The first thing in a step beyond which the motion is no orbit, or after which the curve has a corner.
 
     `passed`: how many steps of the load there were before each impact at its start.
@@ -172,14 +172,14 @@ def end_of(segment: Segment, passed: Passed) -> LocatedEvent | None:
     return _contact(segment, orbit, last) or first
 
 
-def to_corner(segment: Segment, first: LocatedEvent | None) -> Segment:
+def to_corner(segment: CurveSegment, first: LocatedEvent | None) -> CurveSegment:
     """The part of a segment up to a corner: what is beyond it says nothing about the way there."""
     if first is None or first.kind is not BranchEvent.CORNER:
         return segment
-    return Segment(segment.curve, segment.start, first.point)
+    return CurveSegment(segment.curve, segment.start, first.point)
 
 
-def _deaths(segment: Segment) -> list[LocatedEvent]:
+def _deaths(segment: CurveSegment) -> list[LocatedEvent]:
     curve = segment.curve
     last = curve.motion(segment.stop.x).speeds
 
@@ -189,7 +189,7 @@ def _deaths(segment: Segment) -> list[LocatedEvent]:
     return [segment.event(BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)]
 
 
-def _corners(segment: Segment, passed: Passed) -> list[LocatedEvent]:
+def _corners(segment: CurveSegment, passed: Passed) -> list[LocatedEvent]:
     curve = segment.curve
     now = steps_passed(curve.motion(segment.stop.x))
     found = []
@@ -208,7 +208,7 @@ def _corners(segment: Segment, passed: Passed) -> list[LocatedEvent]:
     return found
 
 
-def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> LocatedEvent | None:
+def _contact(segment: CurveSegment, beyond: PeriodicOrbit, last: float) -> LocatedEvent | None:
     """Where the bar first touches the wall between two impacts, or stays on it after one."""
     curve, found = segment.curve, []
 
@@ -233,7 +233,7 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> LocatedEve
 _NEAR_ZERO = 0.25  # share of the least of three values
 
 
-def double_zero(segment: Segment) -> bool:
+def double_zero(segment: CurveSegment) -> bool:
     """Whether the speed of an impact, det K(1) or det K(−1) may vanish twice in a step.
 
     They are smooth, and looked at in the middle, too. They do if that has the other sign; they may where the three
@@ -251,7 +251,7 @@ def double_zero(segment: Segment) -> bool:
     return bool(np.any((high > 0.0) & ((half <= 0.0) | dip)))
 
 
-def _numbers(segment: Segment, point: CurvePoint) -> Array:
+def _numbers(segment: CurveSegment, point: CurvePoint) -> Array:
     orbit = segment.curve.motion(point.x)
     return np.append(orbit.speeds, indicators(orbit))
 

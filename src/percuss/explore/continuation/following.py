@@ -45,9 +45,9 @@ from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,
     CurvePoint,
+    CurveSegment,
     LocatedEvent,
     Look,
-    Segment,
     Target,
     Walk,
     both_ways,
@@ -277,18 +277,18 @@ class OrbitWalk(Walk):
 
     def look(self, target: Target) -> Look:
         """The folds, flips, pairs and other branches in a step, and what ends it, which may be before its target."""
-        segment, beyond = Segment(self.curve, self.here, target.point), None
+        segment, beyond = CurveSegment(self.curve, self.here, target.point), None
         back = None if self.fresh else turning_back(segment)
         if back is not None:
             target, beyond = Target(back.before, None, back.event), back.beyond
-            segment = Segment(self.curve, self.here, target.point)
+            segment = CurveSegment(self.curve, self.here, target.point)
         coarse = self.size > _REFINED
         if not self.fresh and coarse and (sheet_jump(segment) or double_zero(segment)):
             raise CorrectorFailed("more may happen in the step than its ends show")
         inside = [] if self.fresh else resonant_points(segment, not coarse)
         narrow = narrow_end(segment, inside)
         if narrow is not None:
-            target, segment = Target(narrow), Segment(self.curve, self.here, narrow)
+            target, segment = Target(narrow), CurveSegment(self.curve, self.here, narrow)
         there = None if target.event is None else target.event._replace(place=segment.length)
         last = end_of(segment, self.passed) or there
         if coarse and last is None and hidden_crossing(segment, inside):
@@ -330,7 +330,7 @@ class OrbitWalk(Walk):
     def stuck(self) -> None:
         found = dead_end(self.curve, self.points, self.refusal)
         if found.kind is BranchEvent.DEATH:
-            super().at_last(found, Look(Segment(self.curve, self.here, found.point), []))
+            super().at_last(found, Look(CurveSegment(self.curve, self.here, found.point), []))
         else:
             self.end(found.kind)
 

@@ -22,7 +22,7 @@ from percuss.explore.continuation.branch_events import (
     unstable,
 )
 from percuss.explore.continuation.solution_curve import SolutionCurve, refused, twice, where_it_vanishes
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.mechanics.flow import propagator
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
@@ -40,7 +40,7 @@ _CLOSE = 1e-10  # of the parameter or a time, between both sides
 _MOST = 60
 
 
-def crossing_point(segment: Segment, number: Number, low: float, high: float) -> tuple[float, CurvePoint] | None:
+def crossing_point(segment: CurveSegment, number: Number, low: float, high: float) -> tuple[float, CurvePoint] | None:
     """The place between two others at which a number changes its sign and is 0, with its point; or None.
 
     None where the number jumps, as it does where the two ends are on different sheets of a branch.
@@ -66,7 +66,7 @@ def crossing_point(segment: Segment, number: Number, low: float, high: float) ->
     return low + share * (high - low), last._replace(x=first.x + share * (last.x - first.x))
 
 
-def _crossed_between(segment: Segment, low: float, high: float) -> tuple[float, CurvePoint] | None:
+def _crossed_between(segment: CurveSegment, low: float, high: float) -> tuple[float, CurvePoint] | None:
     """A point between two places that are ends of what is left; None where Newton's method finds none."""
     for share in _SHARES:
         place = low + share * (high - low)
@@ -85,7 +85,7 @@ _NARROW = 2.0**-12  # share of the segment within which a pair is followed to th
 
 
 def crossings(
-    segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
+    segment: CurveSegment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
 ) -> list[LocatedEvent]:
     """Folds, flips and pairs on the unit circle between two places of a step, in order, neither of them a corner.
 
@@ -103,14 +103,14 @@ def crossings(
     return sorted(found, key=lambda one: one.place)
 
 
-def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
+def _signs(segment: CurveSegment, point: CurvePoint) -> tuple[bool, bool]:
     """The signs of det K(1) and det K(−1)."""
     fold, flip = indicators(segment.curve.motion(point.x)) > 0.0
     return bool(fold), bool(flip)
 
 
 def _between(
-    segment: Segment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
+    segment: CurveSegment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
 ) -> list[LocatedEvent]:
     """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
@@ -139,7 +139,7 @@ def _between(
     return found
 
 
-def _pairs(segment: Segment, start: float, stop: float) -> list[LocatedEvent]:
+def _pairs(segment: CurveSegment, start: float, stop: float) -> list[LocatedEvent]:
     """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
     curve, aside = segment.curve, _ASIDE * segment.length
     low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
@@ -162,7 +162,7 @@ def _pairs(segment: Segment, start: float, stop: float) -> list[LocatedEvent]:
     return _pair(segment, low, high)
 
 
-def _pair(segment: Segment, low: float, high: float) -> list[LocatedEvent]:
+def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     """Where the pair is on the circle that is clearly outside it at one of two places, and not at the other.
 
     One that crosses slowly is on the circle further back; if not within the step, it is told where it is clearly off.
@@ -235,19 +235,19 @@ class TurningBack(NamedTuple):
     beyond: CurvePoint | None
 
 
-def turning_back(segment: Segment) -> TurningBack | None:
+def turning_back(segment: CurveSegment) -> TurningBack | None:
     """Where in a step the branch turns back over its own image; None where it does not."""
     found = _halving(segment)
     return _crossing(segment) if found is None else found
 
 
-def _aside(segment: Segment, place: float) -> tuple[float, float]:
+def _aside(segment: CurveSegment, place: float) -> tuple[float, float]:
     """Places before and beyond one."""
     most = BESIDE * math.sqrt(segment.curve.impacts)
     return place - min(most, 0.5 * place), place + min(most, 0.5 * (segment.length - place))
 
 
-def _halving(segment: Segment) -> TurningBack | None:
+def _halving(segment: CurveSegment) -> TurningBack | None:
     """Where the two halves of the cycle become one and the same orbit: what tells them apart turns over.
 
     It is the flip of the orbit of half the period, and found as that: there the doubled one has two tangents.
@@ -285,7 +285,7 @@ def halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
     return np.concatenate([0.5 * (first + second), point.x[p:]]), second - first
 
 
-def _crossing(segment: Segment) -> TurningBack | None:
+def _crossing(segment: CurveSegment) -> TurningBack | None:
     """Where the parameter turns back, det K(1) keeps its sign, and another branch crosses at right angles."""
     low, high = 0.0, segment.length
     first, last = segment.start, segment.stop
@@ -312,7 +312,7 @@ def _crossing(segment: Segment) -> TurningBack | None:
     return TurningBack(LocatedEvent(BranchEvent.CROSSING, math.nan, _top(segment, place)), before, beyond)
 
 
-def _top(segment: Segment, near: float) -> CurvePoint:
+def _top(segment: CurveSegment, near: float) -> CurvePoint:
     """Where the parameter has its extremum, by a cubic through points around it: nearer to it they are rounding."""
     places = _AROUND * math.sqrt(segment.curve.impacts) * np.array([-2.0, -1.0, 1.0, 2.0])
     rows = np.array([segment.at(near + place).x for place in places])
@@ -324,7 +324,7 @@ def _top(segment: Segment, near: float) -> CurvePoint:
     return CurvePoint(place**_POWERS @ powers, tangent / np.linalg.norm(tangent), 0)
 
 
-def _fold(segment: Segment, point: CurvePoint) -> float:
+def _fold(segment: CurveSegment, point: CurvePoint) -> float:
     return indicator(segment.curve.motion(point.x), 1.0)
 
 
@@ -382,7 +382,7 @@ def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedE
     return None
 
 
-def narrow_end(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
+def narrow_end(segment: CurveSegment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
     """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible.
 
     Where no mode swings further than at both ends, by as much as half of what is left there between the bar and the
@@ -471,7 +471,7 @@ class ModeMaps(NamedTuple):
         return np.stack([1.0 - trace + size, 1.0 + trace + size])
 
 
-def mode_maps(segment: Segment) -> ModeMaps | None:
+def mode_maps(segment: CurveSegment) -> ModeMaps | None:
     """Those along a segment; None without elastic modes, or where the other end has other ones."""
     curve, length = segment.curve, segment.length
     if not curve.modes or not length > 0.0:
@@ -535,7 +535,7 @@ class _Least(NamedTuple):
         return _Least(self.mode[which], self.which[which], self.place[which], self.rate[which], self.value[which])
 
 
-def resonant_points(segment: Segment, skip: bool) -> list[Place]:
+def resonant_points(segment: CurveSegment, skip: bool) -> list[Place]:
     """Points inside a segment at which det(1 − M_n) or det(−1 − M_n) of a mode has a small least value, in order.
 
     A mode that comes back by itself swings up without bound as the place is neared, often on one side only: there it
@@ -556,7 +556,7 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
     return sorted(found, key=lambda one: one[0])
 
 
-def _points(segment: Segment, maps: ModeMaps, one: _Least) -> list[Place]:
+def _points(segment: CurveSegment, maps: ModeMaps, one: _Least) -> list[Place]:
     """The point of a least value, or those on both sides of it.
 
     The way beside the curve is not the curve: the place is sought again along the tangent of each point found.
@@ -615,7 +615,7 @@ def _closer(maps: ModeMaps, least: _Least) -> _Least:
     return least._replace(place=place, value=np.asarray(value))
 
 
-def sheet_jump(segment: Segment) -> bool:
+def sheet_jump(segment: CurveSegment) -> bool:
     """Whether a step leads further aside than its two tangents do, as one does that goes on on another sheet.
 
     On one sheet the chord has the mean direction of both tangents, but for the square of the step.
@@ -629,7 +629,7 @@ def sheet_jump(segment: Segment) -> bool:
     return bool(np.linalg.norm(off) > _OFF_MEAN)
 
 
-def hidden_crossing(segment: Segment, points: Sequence[Place]) -> bool:
+def hidden_crossing(segment: CurveSegment, points: Sequence[Place]) -> bool:
     """Whether det K(1) or det K(−1) at points inside a step is so far from what the ends let expect that more may be.
 
     Beside a place where a mode comes back the curve may turn to and fro, and which of its sheets is met there is by

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,28 +26,16 @@ _BEYOND = 0.01  # of the parameter, how far beyond the end it is looked what a s
 
 
 @dataclass(frozen=True)
-class ReachEnd(Shown):
-    """Where a stable motion ends, on one side.
+class ReachEnd(BranchPoint):
+    """Where a stable motion ends, on one side: a point of its branch, of the kind `LIMIT` where it goes on beyond.
 
     Parameters
     ----------
-    kind
-        What happens there; `BranchEvent.LIMIT` where it goes on beyond what was asked for.
-    value
-        Of the parameter.
-    orbit
-        The motion there.
-    beyond
-        What lies beyond, in a sentence.
     then
         Label of what a simulation settles on that starts from the motion, with the parameter a hundredth further; None
         where the motion goes on or there is nothing to simulate.
     """
 
-    kind: BranchEvent
-    value: float
-    orbit: PeriodicOrbit = field(repr=False)
-    beyond: str
     then: str | None = None
 
     @property
@@ -126,7 +114,7 @@ def reach(
     def end(way: int) -> ReachEnd:
         point = next(_lost(branch, start, way))
         then = None if point.kind in _OPEN else _then(systems, along, point, way)
-        return ReachEnd(point.kind, point.value, point.orbit, point.beyond, then)
+        return ReachEnd(**vars(point), then=then)
 
     return Reach(along, float(branch.values[start]), end(-1), end(1))
 

@@ -121,7 +121,7 @@ def unit_tangent(matrix: Array, along: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Segment:
+class CurveSegment:
     """The curve between two of its points; places in it are counted along the tangent at the first one.
 
     Parameters
@@ -214,7 +214,7 @@ def check_next(curve: Problem, here: CurvePoint, found: CurvePoint, place: Array
         raise CorrectorFailed("on another part of the curve")
 
 
-def closed_at(first: CurvePoint, segment: Segment) -> CurvePoint | None:
+def closed_at(first: CurvePoint, segment: CurveSegment) -> CurvePoint | None:
     """The start of a walk, if a step comes back to it or past it, with the times of now."""
     curve, stop, p = segment.curve, segment.stop, segment.curve.impacts
     reach, off = 2.0 * segment.length, stop.x - first.x
@@ -255,7 +255,7 @@ class Look(NamedTuple):
     That is a limit of a parameter, or something after which the walk goes on at a point beyond, or nowhere.
     """
 
-    segment: Segment
+    segment: CurveSegment
     between: list[LocatedEvent]
     limit: BranchEvent | None = None
     last: LocatedEvent | None = None
@@ -321,7 +321,7 @@ class Walk:
 
     def look(self, target: Target) -> Look:
         """What happens on a step; CorrectorFailed where a shorter one is needed to tell."""
-        return Look(Segment(self.curve, self.here, target.point), [], target.limit)
+        return Look(CurveSegment(self.curve, self.here, target.point), [], target.limit)
 
     def ends_at(self, one: LocatedEvent) -> bool:
         """Whether the curve has no other side of a point."""

@@ -13,7 +13,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
-from percuss.explore.diagrams.tracing import Settled, labels_up_to, of_label, rests_traced, settled_on, traced
+from percuss.explore.diagrams.tracing import SettledCycle, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.explore.rough_time import seconds_of_start
@@ -380,18 +380,18 @@ class DiagramJob:
         found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept
         return found
 
-    def _label_of(self, one: Settled) -> tuple[int, int] | None:
+    def _label_of(self, one: SettledCycle) -> tuple[int, int] | None:
         """The label among those searched for of a settled motion; None for a longer one."""
         label = one.times.size, one.periods
         return label if label in self.labels else None
 
-    def _settled(self, stopped: Callable[[], bool]) -> list[Settled]:
+    def _settled(self, stopped: Callable[[], bool]) -> list[SettledCycle]:
         """The cycles without rest that the passes settle on; none where the answer is no longer wanted.
 
         Items know nothing of each other: a process that traces branches simulates the passes for itself, once.
         """
         if not self._cycles:
-            found: list[Settled] = []
+            found: list[SettledCycle] = []
             for number in range(self.passes):
                 done = self._pass(number, stopped)
                 if stopped():
@@ -401,7 +401,7 @@ class DiagramJob:
                     times = done["times"][i][np.isfinite(done["times"][i])]
                     p, n = int(done["cycle_impacts"][i]), int(done["cycle_periods"][i])
                     if times.size == p <= MOST_IMPACTS and n <= MOST_PERIODS:
-                        found.append(Settled(float(self.axis.values[i]), times, n))
+                        found.append(SettledCycle(float(self.axis.values[i]), times, n))
             self._cycles.append(found)
         return self._cycles[0]
 
@@ -411,7 +411,7 @@ class DiagramJob:
         return {}
 
     @cached_property
-    def _cycles(self) -> list[list[Settled]]:
+    def _cycles(self) -> list[list[SettledCycle]]:
         """What that is, once it is known."""
         return []
 

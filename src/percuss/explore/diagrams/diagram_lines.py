@@ -46,25 +46,11 @@ class DiagramBranch(Branch):
     scales: Array | None = field(default=None, repr=False)
     possible: bool = True
 
-    def times_at(self, value: float) -> list[Array]:
-        """The times of the impacts where the branch has a value of the parameter, straight between its points."""
-        return crossings(self.values, self.times, value)
-
     def release_at(self, value: float) -> float | None:
         """The first release of a cycle with rest at a value, straight between the points; None beyond the ends."""
         if not self.values[0] <= value <= self.values[-1]:
             return None
         return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
-
-
-def crossings(values: Array, times: Array, value: float) -> list[Array]:
-    """Rows of `times` where `values` pass a value, straight between the points."""
-    off = values - value
-    found = [times[i] for i in np.flatnonzero(off == 0.0).tolist()]
-    for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
-        share = off[i] / (off[i] - off[i + 1])
-        found.append((1.0 - share) * times[i] + share * times[i + 1])
-    return found
 
 
 def line_of(branch: Branch, system: Callable[[float], System]) -> DiagramBranch:

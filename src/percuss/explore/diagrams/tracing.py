@@ -33,7 +33,7 @@ Search: TypeAlias = Callable[[System], Sequence[PeriodicOrbit]]
 """What finds the orbits of a system."""
 
 
-class Settled(NamedTuple):
+class SettledCycle(NamedTuple):
     """A cycle without rest that simulations settle on: the parameter, the times of its impacts, and load periods."""
 
     value: float
@@ -57,7 +57,7 @@ def traced(
     switch: int,
     modes: int,
     stopped: Callable[[], bool],
-    settled: Sequence[Settled] = (),
+    settled: Sequence[SettledCycle] = (),
 ) -> list[DiagramBranch]:
     """All branches on which an orbit was found at one of the values or settled on, and those that begin on them.
 

@@ -14,7 +14,7 @@ from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import FlipForm, indicator, press
 from percuss.explore.continuation.load_steps import Passed, step_of, steps_passed
 from percuss.explore.continuation.solution_curve import twice
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.explore.point_curves.conditions import (
     Condition,
     Corner,
@@ -231,7 +231,7 @@ def passed_at(curve: ExtendedCurve, point: CurvePoint) -> Passed:
     return found
 
 
-def events_between(segment: Segment, clear: Clearance, passed: Passed) -> list[LocatedEvent]:
+def events_between(segment: CurveSegment, clear: Clearance, passed: Passed) -> list[LocatedEvent]:
     """What happens on a step, in order; of its start the clearance, and how many steps of the load are passed."""
     curve, here, point = segment.curve, segment.start, segment.stop
 

@@ -16,9 +16,9 @@ from percuss.explore.continuation.walk import (
     SHORTEST,
     CorrectorFailed,
     CurvePoint,
+    CurveSegment,
     LocatedEvent,
     Look,
-    Segment,
     Target,
     Walk,
     flights_of,
@@ -61,7 +61,7 @@ class PointWalk(Walk):
 
     def look(self, target: Target) -> Look:
         """The points of codimension two in a step, or where both halves of the cycle become one orbit."""
-        segment = Segment(self.curve, self.here, target.point)
+        segment = CurveSegment(self.curve, self.here, target.point)
         if goes_back(self.curve):
             before, after = (halves_differ(self.curve, point.x) for point in (self.here, target.point))
             if before @ after < 0.0:
@@ -113,7 +113,7 @@ class PointWalk(Walk):
             return
         if goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
             try:
-                self.at_last(self._halved(self.here.x), Look(Segment(self.curve, self.here, self.here), []))
+                self.at_last(self._halved(self.here.x), Look(CurveSegment(self.curve, self.here, self.here), []))
                 return
             except CorrectorFailed:
                 self.end(BranchEvent.LOST)

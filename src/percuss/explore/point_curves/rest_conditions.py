@@ -39,7 +39,7 @@ class Unlike(CorrectorFailed):
         self.kind = kind
 
 
-class Struck:
+class Rebound:
     """What an impact leaves: the time, the speed of the rebound, the push, and how fast that falls.
 
     The push is the acceleration of a striking end without velocity; it falls as the load does while the strain stays.
@@ -60,11 +60,11 @@ class Struck:
         return self.rebound * self.fall / self.push**2 if self.push > 0.0 else math.inf
 
 
-def struck(course: Course) -> Struck:
+def struck(course: Course) -> Rebound:
     """What the next impact leaves; CorrectorFailed where there is none."""
     if not course.strikes():
         raise CorrectorFailed("no further impact")
-    return Struck(course.leg)
+    return Rebound(course.leg)
 
 
 def near(phase: float, place: float) -> float:
@@ -273,7 +273,7 @@ class Vanishing(RestCondition):
     def number(self, system: System) -> float:
         """The missing push, in the unit of the load."""
         course = self.way.course(system)
-        first = Struck(course.leg)
+        first = Rebound(course.leg)
         limit = FallingPush(-system.contact.velocity_factor)
         root = math.sqrt(limit.critical)
         found = root * first.push - math.sqrt(max(first.rebound * first.fall, 0.0))
@@ -298,7 +298,7 @@ class Vanishing(RestCondition):
     def _first_calm(self, course: Course, critical: float) -> int:
         """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
         for _ in range(_MOST_IMPACTS):
-            if not course.strikes() or Struck(course.leg).push <= 0.0:
+            if not course.strikes() or Rebound(course.leg).push <= 0.0:
                 return 0
             if self._calm(course, critical):
                 return len(course.impacts)
@@ -307,16 +307,16 @@ class Vanishing(RestCondition):
     @staticmethod
     def _calm(course: Course, critical: float) -> bool:
         """Whether q is near c after the last impact."""
-        return abs(Struck(course.leg).share / critical - 1.0) < _CALM
+        return abs(Rebound(course.leg).share / critical - 1.0) < _CALM
 
     def phase(self, system: System) -> float:
         """When the load lets go."""
         course = self.way.course(system)
-        here = Struck(course.leg)
+        here = Rebound(course.leg)
         return _release_after(system, here.time + max(here.push / here.fall, 0.0))
 
 
-def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tuple[float, float, Struck]]:
+def _followed(course: Course, first: Rebound, limit: FallingPush) -> Iterator[tuple[float, float, Rebound]]:
     """Of each impact while q stays near c: its excess, the share of the first in it, and what it leaves."""
     if math.isinf(limit.growth) or first.push <= 0.0:
         return
@@ -479,7 +479,7 @@ def _off_release(cycle: RestCycle, time: float) -> float:
     )
 
 
-def _left(cycle: RestCycle, chain: Chain) -> list[Struck]:
+def _left(cycle: RestCycle, chain: Chain) -> list[Rebound]:
     """What each impact of a chain leaves."""
     course = Course(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
     return [struck(course) for _ in chain.impacts]

@@ -15,9 +15,9 @@ from percuss.explore.continuation.solution_curve import refused
 from percuss.explore.continuation.walk import (
     CorrectorFailed,
     CurvePoint,
+    CurveSegment,
     Limit,
     Look,
-    Segment,
     Target,
     Walk,
     unit_tangent,
@@ -83,9 +83,13 @@ class RestEndCurve(TwoParameters):
         """As of other curves, by the secant method along the line that is the plane here: the number has kinks."""
         way = np.array([-normal[1], normal[0]])
         matrix = self.matrix(start) if near.matrix is None else near.matrix
-        x, steps = _root_on_line(lambda at: float(self.residual(start + at * way)[0]), float(matrix[0] @ way))
-        place = start + x * way
-        matrix = self.matrix(place)
+        at, slope, steps = _root_on_line(lambda at: float(self.residual(start + at * way)[0]), float(matrix[0] @ way))
+        place = start + at * way
+        try:
+            beside = self.residual(place + self.difference * normal) / self.difference
+        except CorrectorFailed:  # beyond the end of a parameter
+            beside = -self.residual(place - self.difference * normal) / self.difference
+        matrix = slope * way[None, :] + beside[:, None] * normal
         return CurvePoint(place, unit_tangent(matrix, along), steps, matrix)
 
     def renewed(self, x: Array) -> RestEndCurve:
@@ -106,11 +110,11 @@ _EXACT, _ROUGH, _LEAP = 1e-13, 1e-11, 2.0  # steps to a root: the last one, one 
 _MOST_STEPS, _REACH = 20, 0.1
 
 
-def _root_on_line(number: Callable[[float], float], slope: float) -> tuple[float, int]:
-    """Where a number vanishes near 0, by the secant method from about its derivative, and how many steps it took."""
+def _root_on_line(number: Callable[[float], float], slope: float) -> tuple[float, float, int]:
+    """Where a number vanishes near 0, by the secant method; its derivative there, and how many steps."""
     last, value = 0.0, number(0.0)
     if value == 0.0:
-        return 0.0, 0
+        return 0.0, slope, 0
     along = -value / slope if slope else math.inf
     for count in range(1, _MOST_STEPS + 1):
         if not abs(along) <= _REACH:
@@ -118,18 +122,18 @@ def _root_on_line(number: Callable[[float], float], slope: float) -> tuple[float
         look()
         now = number(along)
         if now == 0.0:
-            return along, count
+            return along, slope, count
         step = along - last
         rise = (now - value) / step
         ahead = -now / rise if rise * slope > 0.0 else math.inf
         if abs(ahead) > _LEAP * abs(step):
             if abs(step) < _ROUGH:
-                return along, count
+                return along, slope, count
             ahead = math.copysign(_LEAP * abs(step), -now * slope)
         elif abs(step) > _ROUGH:
             slope = rise
         if abs(ahead) <= _EXACT:
-            return along + ahead, count
+            return along + ahead, slope, count
         last, value, along = along, now, along + ahead
     raise CorrectorFailed("no root")
 
@@ -165,6 +169,7 @@ class RestEndWalk(Walk):
         super().__init__(curve, start, bounds)
         self.cycle, self.side, self.beyond = cycle, side, 0.0
         self.stray: CorrectorFailed | None = None
+        self._ahead: tuple[CurvePoint, RestEndCurve, bool] | None = None
         self.seen: list[tuple[tuple[float, float], float, float]] = []
 
     def keep(self, point: CurvePoint, mark: int) -> None:
@@ -180,10 +185,12 @@ class RestEndWalk(Walk):
         self.seen.append((values, release, phase))
 
     def mark(self) -> int:
-        return int(self._is_cycle(self.here))
+        seen = self._ahead
+        return int(self._is_cycle(self.here) if seen is None or seen[0] is not self.here else seen[2])
 
     def arrive(self, point: CurvePoint) -> None:
-        self.curve = self.curve.renewed(point.x)
+        seen = self._ahead
+        self.curve = self.curve.renewed(point.x) if seen is None or seen[0] is not point else seen[1]
         super().arrive(point)
         if self.size > _FIRM:
             self.stray = None
@@ -203,13 +210,15 @@ class RestEndWalk(Walk):
 
     def look(self, target: Target) -> Look:
         """Where in a step the cycle ceases, or comes again."""
-        segment = Segment(self.curve, self.here, target.point)
+        segment = CurveSegment(self.curve, self.here, target.point)
         try:
-            now = self._is_cycle(target.point, self.curve.renewed(target.point.x))
+            curve = self.curve.renewed(target.point.x)
+            now = self._is_cycle(target.point, curve)
         except Interrupted:
             raise
         except PercussError as error:
             raise CorrectorFailed(str(error)) from error
+        self._ahead = target.point, curve, now
         if now == bool(self.marks[-1]):
             return Look(segment, [], target.limit)
         low, high = 0.0, segment.length
